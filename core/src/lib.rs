@@ -1,0 +1,3 @@
+//! ballrace core.
+#![no_std]
+#![forbid(unsafe_code)]
