@@ -1,3 +1,67 @@
-//! ballrace core.
+//! The device half of ballrace: a SINDy-NN model evaluated sample by sample, inside fixed memory.
+//!
+//! Data flows one way, and each module knows only the ones before it:
+//!
+//! | module | holds | takes → gives |
+//! |---|---|---|
+//! | [`math`] | exp, sigmoid, sin, cos, sqrt: one place for host and device | |
+//! | [`states`] | virtual states, the finite differences of the acceleration | sample → x, ẋ |
+//! | [`library`] | candidate functions Θ(z), their order and their names | z → θ |
+//! | [`network`] | dense layers: encoder φ and decoder ψ | x → z |
+//! | [`dynamics`] | the sparse Ξ | z → ż = Θ(z) Ξ |
+//! | [`model`] | all of the above as one value; binary form used in place from flash; JSON | bytes → model |
+//! | [`evaluator`] | one step: states, z, ż, predicted derivatives, predicted next sample | sample → prediction |
+//! | [`screen`] | non-finite, saturated, stuck and missing samples, counted | sample → quality |
+//! | [`monitor`] | EWMA and CUSUM of the normalised residual, votes, hysteresis | residual → status |
+//! | [`device`] | screen, evaluator and monitor in one call a sample | sample → what the firmware acts on |
+//!
+//! The arithmetic is plain `f32` multiplications and additions in a stated order and the functions of
+//! [`math`], so a host and a Cortex-M agree to the bit. Nothing allocates and nothing panics; all
+//! memory that depends on a model's size is a scratch slice from the caller, whose length
+//! [`device::Device::scratch_len`] states.
 #![no_std]
 #![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+pub mod device;
+pub mod dynamics;
+pub mod evaluator;
+pub mod library;
+pub mod math;
+pub mod model;
+pub mod monitor;
+pub mod network;
+pub mod screen;
+pub mod states;
+#[cfg(test)]
+mod testing;
+
+/// A 32-bit little-endian word as it lies in flash; `f32` and `u32` are read from it without any
+/// demand on alignment, which is what lets a model be used in place without `unsafe`.
+pub type Word = [u8; 4];
+
+/// A borrowed array of `f32` stored as little-endian [`Word`]s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Floats<'a>(pub &'a [Word]);
+
+impl<'a> Floats<'a> {
+    /// Number of values.
+    pub const fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether there are no values.
+    pub const fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The values in order.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = f32> + Clone + use<'a> {
+        self.0.iter().map(|w| f32::from_le_bytes(*w))
+    }
+
+    /// Value `i`, if there is one.
+    pub fn get(&self, i: usize) -> Option<f32> {
+        self.0.get(i).map(|w| f32::from_le_bytes(*w))
+    }
+}

@@ -1,0 +1,222 @@
+//! What the firmware calls: a sample in, everything it may act on out.
+//!
+//! The same code runs on the microcontroller, in the host's `monitor` command and in the tests.
+
+use serde::Serialize;
+
+use crate::evaluator::{self, Evaluator, Step};
+use crate::model::Model;
+use crate::monitor::{BlockReport, Monitor, Status};
+use crate::screen::{FaultCounts, Quality, Screen};
+
+/// Screen, evaluator and monitor of one channel.
+#[derive(Debug)]
+pub struct Device<'a, 's> {
+    screen: Screen,
+    evaluator: Evaluator<'a, 's>,
+    monitor: Monitor,
+}
+
+/// The scratch slice is shorter than [`Device::scratch_len`] says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ScratchTooSmall {
+    /// Floats needed.
+    pub needed: usize,
+    /// Floats there.
+    pub found: usize,
+}
+
+impl core::fmt::Display for ScratchTooSmall {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "scratch has {} floats, the model needs {}", self.found, self.needed)
+    }
+}
+
+impl core::error::Error for ScratchTooSmall {}
+
+/// What one sample brought.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome<'e> {
+    /// What the sample is worth. Anything but [`Quality::Good`] was not evaluated.
+    pub quality: Quality,
+    /// The model's step; `None` for a broken sample and while the differences fill.
+    pub step: Option<Step<'e>>,
+    /// The monitor's report, where the sample ended a block.
+    pub block: Option<BlockReport>,
+}
+
+/// Totals since the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Summary {
+    /// Status now.
+    pub status: Status,
+    /// Broken samples.
+    pub faults: FaultCounts,
+}
+
+impl<'a, 's> Device<'a, 's> {
+    /// Floats of scratch that a model needs.
+    pub fn scratch_len(model: &Model<'_>) -> usize {
+        evaluator::scratch_len(model)
+    }
+
+    /// A device that has seen nothing.
+    ///
+    /// # Errors
+    /// [`ScratchTooSmall`] with the length needed.
+    pub fn new(model: &'a Model<'a>, scratch: &'s mut [f32]) -> Result<Self, ScratchTooSmall> {
+        let (needed, found) = (Self::scratch_len(model), scratch.len());
+        let evaluator = Evaluator::new(model, scratch).ok_or(ScratchTooSmall { needed, found })?;
+        Ok(Self { screen: Screen::new(model.screen), evaluator, monitor: Monitor::new(model.monitor) })
+    }
+
+    /// Takes a sample, m/s².
+    pub fn push(&mut self, sample: f32) -> Outcome<'_> {
+        let quality = self.screen.check(sample);
+        if quality != Quality::Good {
+            // What follows a hole does not continue what came before it.
+            self.evaluator.reset();
+            if quality == Quality::Stuck {
+                // The samples that made the run were taken for good ones.
+                self.monitor.discard();
+            }
+            let block = self.monitor.broken(1);
+            return Outcome { quality, step: None, block };
+        }
+        let spread = self.evaluator.model().residual_spread;
+        let step = self.evaluator.step(sample);
+        let block = match &step {
+            Some(step) if step.comparable => {
+                self.monitor.residual(Normalised { residuals: step.residuals(), spread: spread.iter() })
+            }
+            _ => None,
+        };
+        Outcome { quality, step, block }
+    }
+
+    /// Tells of samples that never arrived.
+    pub fn missing(&mut self, count: u32) -> Option<BlockReport> {
+        if count == 0 {
+            return None;
+        }
+        self.screen.missing(count);
+        self.evaluator.reset();
+        self.monitor.broken(count)
+    }
+
+    /// Ends a recording: the next sample comes from another time, and that is no fault.
+    pub fn end_of_recording(&mut self) -> Option<BlockReport> {
+        self.evaluator.reset();
+        self.monitor.end_of_recording()
+    }
+
+    /// Status and counts.
+    pub fn summary(&self) -> Summary {
+        Summary { status: self.monitor.status(), faults: self.screen.counts() }
+    }
+}
+
+/// Residuals over their healthy spreads.
+struct Normalised<R, S> {
+    residuals: R,
+    spread: S,
+}
+
+impl<R: ExactSizeIterator<Item = f32>, S: Iterator<Item = f32>> Iterator for Normalised<R, S> {
+    type Item = f32;
+    fn next(&mut self) -> Option<f32> {
+        Some(self.residuals.next()? / self.spread.next()?)
+    }
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        self.residuals.size_hint()
+    }
+}
+
+impl<R: ExactSizeIterator<Item = f32>, S: Iterator<Item = f32>> ExactSizeIterator for Normalised<R, S> {}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::states::{Alignment, Orders, StateSpec};
+    use crate::testing::{Parts, samples};
+    use std::vec::Vec;
+
+    fn spec(alignment: Alignment) -> StateSpec {
+        StateSpec { dimension: 3, orders: Orders::Even, alignment }
+    }
+
+    fn run(device: &mut Device<'_, '_>, samples: &[f32]) -> Vec<Option<Vec<u32>>> {
+        let bits = |v: &[f32]| v.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        let step = |s: &f32| device.push(*s).step.map(|s| [bits(s.states), bits(s.predicted)].concat());
+        samples.iter().map(step).collect()
+    }
+
+    #[test]
+    fn a_broken_sample_never_reads_as_healthy_and_leaves_no_trace() {
+        for alignment in [Alignment::Forward, Alignment::Half, Alignment::Causal] {
+            let parts = Parts::new(spec(alignment));
+            let model = parts.model();
+            let mut scratch = std::vec![f32::NAN; Device::scratch_len(&model)];
+            let mut device = Device::new(&model, &mut scratch).unwrap();
+            let clean = samples(100);
+            let expected = run(&mut device, &clean);
+            assert!(expected.iter().any(Option::is_some));
+            for broken in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e9, -60.0] {
+                let outcome = device.push(broken);
+                assert_ne!(outcome.quality, Quality::Good);
+                assert_eq!(outcome.step, None);
+                assert_eq!(run(&mut device, &clean), expected, "{alignment:?} after {broken}");
+            }
+            device.missing(3);
+            assert_eq!(run(&mut device, &clean), expected, "after a gap");
+            assert_eq!(device.summary().faults.total(), 8);
+        }
+    }
+
+    #[test]
+    fn a_stuck_sensor_ends_blind() {
+        let parts = Parts::new(spec(Alignment::Half));
+        let model = parts.model();
+        let mut scratch = std::vec![0.0; Device::scratch_len(&model)];
+        let mut device = Device::new(&model, &mut scratch).unwrap();
+        run(&mut device, &samples(200));
+        assert_ne!(device.summary().status, Status::Blind);
+        run(&mut device, &[1.25; 64]);
+        assert_eq!(device.summary().status, Status::Blind);
+    }
+
+    #[test]
+    fn a_causal_model_predicts_the_next_sample_from_the_past_only() {
+        let parts = Parts::new(spec(Alignment::Causal));
+        let model = parts.model();
+        let mut scratch = std::vec![0.0; Device::scratch_len(&model)];
+        let mut device = Device::new(&model, &mut scratch).unwrap();
+        let clean = samples(60);
+        let mut predictions: Vec<f32> = Vec::new();
+        for (t, sample) in clean.iter().enumerate() {
+            let outcome = device.push(*sample);
+            let Some(step) = outcome.step else { continue };
+            if let Some(&expected) = predictions.last() {
+                let measured: f32 = step.measured[0] * parts.scale(2) + parts.scale(3);
+                let residual: f32 = step.residuals().next().unwrap() * parts.scale(2);
+                assert!((measured - (sample - clean[t - 1])).abs() < 1e-5);
+                assert!((sample - expected - residual).abs() < 1e-5, "{sample} {expected} {residual}");
+            }
+            predictions.push(step.next_sample.unwrap());
+        }
+        assert!(predictions.len() > 50);
+    }
+
+    #[test]
+    fn too_little_scratch_is_refused_with_the_number() {
+        let parts = Parts::new(spec(Alignment::Half));
+        let model = parts.model();
+        let needed = Device::scratch_len(&model);
+        let mut scratch = std::vec![0.0; needed - 1];
+        let refused = Device::new(&model, &mut scratch).err();
+        assert_eq!(refused, Some(ScratchTooSmall { needed, found: needed - 1 }));
+    }
+}

@@ -1,0 +1,187 @@
+//! The sparse dynamics ż = Θ(z) Ξ (method: equation of the sparse dynamics).
+//!
+//! Ξ is stored term by term: only terms that some equation uses, and of each only its nonzero
+//! coefficients. A step costs one evaluation a used term and one multiply-add a nonzero.
+
+use crate::library::{Library, MAX_DEGREE, Monomial, Term};
+use crate::{Floats, Word};
+
+/// Words that one used term takes: its code.
+pub const TERM_WORDS: usize = 3;
+
+const MONOMIAL: u8 = 0;
+const SIN: u8 = 1;
+const COS: u8 = 2;
+/// Fills the places of factors that a monomial does not have.
+const NO_FACTOR: u8 = 0xff;
+
+/// A term's 12-byte code: kind; for a monomial its factors, for sin and cos variable and harmonic.
+pub fn encode_term(term: Term) -> [Word; TERM_WORDS] {
+    let mut code = [NO_FACTOR; 4 * TERM_WORDS];
+    match term {
+        Term::Monomial(m) => {
+            code[0] = MONOMIAL;
+            code.iter_mut().skip(1).zip(m.factors()).for_each(|(to, from)| *to = *from);
+        }
+        Term::Sin { variable, harmonic } | Term::Cos { variable, harmonic } => {
+            let [low, high] = harmonic.to_le_bytes();
+            let kind = if matches!(term, Term::Sin { .. }) { SIN } else { COS };
+            [code[0], code[1], code[2], code[3]] = [kind, variable, low, high];
+        }
+    }
+    let [a, b, c, d, e, f, g, h, i, j, k, l] = code;
+    [[a, b, c, d], [e, f, g, h], [i, j, k, l]]
+}
+
+/// The term of a code, if it is one of `library`'s.
+pub fn decode_term(code: &[Word; TERM_WORDS], library: &Library) -> Option<Term> {
+    let [kind, rest @ ..] = code.as_flattened() else { return None };
+    let harmonic = u16::from_le_bytes([*rest.get(1)?, *rest.get(2)?]);
+    let variable = *rest.first()?;
+    let fourier = (1..=library.harmonics).contains(&harmonic) && variable < library.variables;
+    match *kind {
+        MONOMIAL => {
+            let degree = rest.iter().position(|&f| f == NO_FACTOR).unwrap_or(MAX_DEGREE);
+            let (factors, padding) = rest.split_at_checked(degree)?;
+            let fits = library.degree > 0
+                && degree <= usize::from(library.degree)
+                && factors.iter().all(|&f| f < library.variables)
+                && padding.iter().all(|&f| f == NO_FACTOR);
+            Monomial::new(factors).filter(|_| fits).map(Term::Monomial)
+        }
+        SIN if fourier => Some(Term::Sin { variable, harmonic }),
+        COS if fourier => Some(Term::Cos { variable, harmonic }),
+        _ => None,
+    }
+}
+
+/// Ξ without its zeros, in flash.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Dynamics<'a> {
+    /// Codes of the used terms.
+    pub terms: &'a [[Word; TERM_WORDS]],
+    /// For each used term, the end of its run in `equations` and `coefficients` (u32).
+    pub ends: &'a [Word],
+    /// Index of the equation (the output) each coefficient belongs to (u32).
+    pub equations: &'a [Word],
+    /// The nonzero coefficients, in scaled units.
+    pub coefficients: Floats<'a>,
+}
+
+impl<'a> Dynamics<'a> {
+    /// rate = Θ(z) Ξ; `rate` has one entry an equation.
+    pub fn rate(&self, z: &[f32], rate: &mut [f32]) {
+        rate.fill(0.0);
+        let mut start = 0;
+        for (code, end) in self.terms.iter().zip(self.ends) {
+            let theta = value(code, z);
+            let end = u32::from_le_bytes(*end) as usize;
+            let equations = self.equations.get(start..end).unwrap_or(&[]);
+            let coefficients = self.coefficients.0.get(start..end).unwrap_or(&[]);
+            for (equation, coefficient) in equations.iter().zip(coefficients) {
+                if let Some(rate) = rate.get_mut(u32::from_le_bytes(*equation) as usize) {
+                    *rate += f32::from_le_bytes(*coefficient) * theta;
+                }
+            }
+            start = end;
+        }
+    }
+
+    /// Every nonzero: term, equation, coefficient.
+    pub fn nonzeros(&self, library: Library) -> impl Iterator<Item = (Term, usize, f32)> + use<'a> {
+        let Dynamics { terms, ends, equations, coefficients } = *self;
+        let mut start = 0;
+        terms.iter().zip(ends).flat_map(move |(code, end)| {
+            let from = start;
+            start = u32::from_le_bytes(*end) as usize;
+            let term = decode_term(code, &library);
+            (from..start).filter_map(move |k| {
+                let equation = u32::from_le_bytes(*equations.get(k)?) as usize;
+                Some((term?, equation, coefficients.get(k)?))
+            })
+        })
+    }
+}
+
+/// A term's value straight from its code, without building the term.
+fn value(code: &[Word; TERM_WORDS], z: &[f32]) -> f32 {
+    let [kind, rest @ ..] = code.as_flattened() else { return f32::NAN };
+    let z = |i: u8| z.get(usize::from(i)).copied();
+    if *kind == MONOMIAL {
+        let mut factors = rest.iter().map_while(|&i| if i == NO_FACTOR { None } else { z(i) });
+        let first = factors.next().unwrap_or(1.0);
+        return factors.fold(first, |product, z| product * z);
+    }
+    let &[variable, low, high, ..] = rest else { return f32::NAN };
+    let (variable, harmonic) = (variable, u16::from_le_bytes([low, high]));
+    let term = if *kind == SIN { Term::Sin { variable: 0, harmonic } } else { Term::Cos { variable: 0, harmonic } };
+    term.eval(&[z(variable).unwrap_or(f32::NAN)])
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::vec::Vec;
+
+    #[test]
+    fn codes_round_trip_and_values_agree_to_the_bit() {
+        let library = Library::new(3, 11, 300).unwrap();
+        let z = [0.9f32, -1.1, 0.4];
+        for index in 0..library.len() {
+            let term = library.term(index).unwrap();
+            let code = encode_term(term);
+            assert_eq!(decode_term(&code, &library), Some(term));
+            assert_eq!(value(&code, &z).to_bits(), term.eval(&z).to_bits());
+        }
+    }
+
+    #[test]
+    fn codes_outside_the_library_are_refused() {
+        let small = Library::new(2, 2, 1).unwrap();
+        let large = Library::new(3, 3, 2).unwrap();
+        let inside = (0..small.len()).filter(|&i| decode_term(&encode_term(large.term(i).unwrap()), &small).is_some());
+        assert!(inside.count() < small.len());
+        assert!(decode_term(&[[9; 4]; 3], &large).is_none());
+        let unsorted = [[MONOMIAL, 1, 0, NO_FACTOR], [NO_FACTOR; 4], [NO_FACTOR; 4]];
+        assert!(decode_term(&unsorted, &large).is_none());
+    }
+
+    #[test]
+    fn sparse_equals_dense() {
+        let library = Library::new(3, 2, 1).unwrap();
+        let z = [0.5f32, -0.25, 1.5];
+        let dense = |term: usize, equation: usize| {
+            if (term * 7 + equation * 3).is_multiple_of(4) { term as f32 * 0.1 - equation as f32 } else { 0.0 }
+        };
+        let (mut terms, mut ends, mut equations, mut coefficients) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for t in 0..library.len() {
+            let used: Vec<_> = (0..3).filter(|&e| dense(t, e) != 0.0).collect();
+            if used.is_empty() {
+                continue;
+            }
+            for e in used {
+                equations.push((e as u32).to_le_bytes());
+                coefficients.push(dense(t, e).to_le_bytes());
+            }
+            terms.push(encode_term(library.term(t).unwrap()));
+            ends.push((equations.len() as u32).to_le_bytes());
+        }
+        let dynamics =
+            Dynamics { terms: &terms, ends: &ends, equations: &equations, coefficients: Floats(&coefficients) };
+        let mut rate = [f32::NAN; 3];
+        dynamics.rate(&z, &mut rate);
+        let mut row = std::vec![0.0; library.len()];
+        library.row(&z, &mut row);
+        for (e, rate) in rate.iter().enumerate() {
+            let sum = row.iter().enumerate().fold(
+                0.0,
+                |s, (t, theta)| {
+                    if dense(t, e) == 0.0 { s } else { s + dense(t, e) * theta }
+                },
+            );
+            assert_eq!(sum.to_bits(), rate.to_bits());
+        }
+        assert_eq!(dynamics.nonzeros(library).count(), coefficients.len());
+    }
+}

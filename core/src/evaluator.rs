@@ -1,0 +1,201 @@
+//! One step of the model: x → z → ż → ẋ, in memory whose size is known beforehand.
+
+use crate::model::{Input, Model};
+use crate::states::{Alignment, VirtualStates};
+
+/// Evaluates a model. All memory is a caller's slice of [`scratch_len`] floats.
+#[derive(Debug)]
+pub struct Evaluator<'a, 's> {
+    model: &'a Model<'a>,
+    /// `None` for models whose states are given directly.
+    virtual_states: Option<VirtualStates<'s>>,
+    /// Raw states of the newest evaluation.
+    states: &'s mut [f32],
+    /// Measured derivatives, scaled.
+    derivatives: &'s mut [f32],
+    scaled: &'s mut [f32],
+    latent: &'s mut [f32],
+    latent_rate: &'s mut [f32],
+    predicted: &'s mut [f32],
+    /// Causal models: the prediction made one sample ago, for the derivatives measured now.
+    awaited: &'s mut [f32],
+    hidden: &'s mut [f32],
+    /// Causal models: `awaited` holds a prediction.
+    awaiting: bool,
+    /// Causal models: the newest prediction of the sample to come.
+    next_sample: Option<f32>,
+}
+
+/// What one step gives; all in the model's scaled units unless said otherwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step<'e> {
+    /// Virtual states x, in physical units.
+    pub states: &'e [f32],
+    /// Latent variables z = φ(x).
+    pub latent: &'e [f32],
+    /// Their rates ż = Θ(z) Ξ.
+    pub latent_rate: &'e [f32],
+    /// Predicted derivatives ∇ψ(z) ż of `states`. A causal model's belong to the next sample.
+    pub predicted: &'e [f32],
+    /// Measured derivatives of this step's target instant.
+    pub measured: &'e [f32],
+    /// The prediction that `measured` is to be compared with: for a causal model that of the step before.
+    pub expected: &'e [f32],
+    /// Whether `measured` and `expected` belong together; false in the first step of a causal model.
+    pub comparable: bool,
+    /// Causal models of virtual states: the predicted next sample, in physical units.
+    pub next_sample: Option<f32>,
+}
+
+impl Step<'_> {
+    /// Residuals measured − expected; none where they are not comparable.
+    pub fn residuals(&self) -> impl ExactSizeIterator<Item = f32> + '_ {
+        let count = if self.comparable { self.measured.len() } else { 0 };
+        self.measured.iter().zip(self.expected).take(count).map(|(m, e)| m - e)
+    }
+}
+
+/// Floats that [`Evaluator::new`] needs for a model.
+pub fn scratch_len(model: &Model<'_>) -> usize {
+    let delays = match model.input {
+        Input::VirtualStates(spec) => spec.delay_len(),
+        Input::Direct(_) => 0,
+    };
+    delays + 5 * model.input.len() + 2 * model.latent() + hidden_len(model)
+}
+
+fn hidden_len(model: &Model<'_>) -> usize {
+    (2 * model.encoder.hidden_width()).max(4 * model.decoder.hidden_width())
+}
+
+impl<'a, 's> Evaluator<'a, 's> {
+    /// `None` where `scratch` has fewer than [`scratch_len`] floats.
+    pub fn new(model: &'a Model<'a>, scratch: &'s mut [f32]) -> Option<Self> {
+        let scratch = scratch.get_mut(..scratch_len(model))?;
+        scratch.fill(0.0);
+        let (inputs, latent) = (model.input.len(), model.latent());
+        let mut rest = scratch;
+        let mut take = |count: usize| -> Option<&'s mut [f32]> {
+            let (taken, left) = core::mem::take(&mut rest).split_at_mut_checked(count)?;
+            rest = left;
+            Some(taken)
+        };
+        let virtual_states = match model.input {
+            Input::VirtualStates(spec) => Some(VirtualStates::new(spec, take(spec.delay_len())?)?),
+            Input::Direct(_) => None,
+        };
+        Some(Self {
+            model,
+            virtual_states,
+            states: take(inputs)?,
+            derivatives: take(inputs)?,
+            scaled: take(inputs)?,
+            latent: take(latent)?,
+            latent_rate: take(latent)?,
+            predicted: take(inputs)?,
+            awaited: take(inputs)?,
+            hidden: take(hidden_len(model))?,
+            awaiting: false,
+            next_sample: None,
+        })
+    }
+
+    /// The model that is evaluated.
+    pub fn model(&self) -> &'a Model<'a> {
+        self.model
+    }
+
+    /// Forgets the past: the next sample does not continue the last.
+    pub fn reset(&mut self) {
+        if let Some(states) = &mut self.virtual_states {
+            states.reset();
+        }
+        self.awaiting = false;
+        self.next_sample = None;
+    }
+
+    /// One sample of the acceleration, m/s². `None` while the differences fill, and for a model whose
+    /// states are given directly. The sample must be finite ([`crate::screen`] sees to that).
+    pub fn step(&mut self, sample: f32) -> Option<Step<'_>> {
+        let streaming = self.virtual_states.as_mut()?;
+        if !streaming.push(sample, self.states, self.derivatives) {
+            return None;
+        }
+        let Input::VirtualStates(spec) = self.model.input else { return None };
+        let causal = spec.alignment == Alignment::Causal;
+        if causal {
+            // Evaluated once a sample, at the newest states: the prediction of the last step is what
+            // the derivatives measured now are compared with.
+            streaming.present(self.states);
+            core::mem::swap(&mut self.awaited, &mut self.predicted);
+        }
+        self.scale_derivatives();
+        self.evaluate();
+        let comparable = !causal || self.awaiting;
+        self.awaiting = true;
+        if causal {
+            self.next_sample = self.predict_sample(sample);
+        }
+        Some(self.result(if causal { Compare::Awaited } else { Compare::Predicted }, comparable))
+    }
+
+    /// One step with states and measured derivatives given, both in physical units. Missing values
+    /// read as zero.
+    pub fn step_with(&mut self, states: &[f32], derivatives: &[f32]) -> Step<'_> {
+        let fill = |to: &mut [f32], from: &[f32]| {
+            to.iter_mut().enumerate().for_each(|(i, to)| *to = from.get(i).copied().unwrap_or(0.0));
+        };
+        fill(self.states, states);
+        fill(self.derivatives, derivatives);
+        self.scale_derivatives();
+        self.evaluate();
+        self.result(Compare::Predicted, true)
+    }
+
+    fn result(&self, compare: Compare, comparable: bool) -> Step<'_> {
+        Step {
+            states: self.states,
+            latent: self.latent,
+            latent_rate: self.latent_rate,
+            predicted: self.predicted,
+            measured: self.derivatives,
+            expected: match compare {
+                Compare::Predicted => self.predicted,
+                Compare::Awaited => self.awaited,
+            },
+            comparable,
+            next_sample: self.next_sample,
+        }
+    }
+
+    fn scale_derivatives(&mut self) {
+        let scaling = &self.model.derivatives;
+        for ((d, mean), scale) in self.derivatives.iter_mut().zip(scaling.mean.iter()).zip(scaling.scale.iter()) {
+            *d = (*d - mean) / scale;
+        }
+    }
+
+    /// `states` → `latent`, `latent_rate`, `predicted`.
+    fn evaluate(&mut self) {
+        let scaling = &self.model.states;
+        let parameters = scaling.mean.iter().zip(scaling.scale.iter());
+        for ((to, from), (mean, scale)) in self.scaled.iter_mut().zip(&*self.states).zip(parameters) {
+            *to = (from - mean) / scale;
+        }
+        self.model.encoder.forward(self.scaled, self.latent, self.hidden);
+        self.model.dynamics.rate(self.latent, self.latent_rate);
+        self.model.decoder.tangent(self.latent, self.latent_rate, self.predicted, self.hidden);
+    }
+
+    /// a\[t+1\] = a\[t\] + ∇a\[t+1\], the latter being the first derivative of a causal model.
+    fn predict_sample(&self, sample: f32) -> Option<f32> {
+        let scaling = &self.model.derivatives;
+        let increment = self.predicted.first()? * scaling.scale.get(0)? + scaling.mean.get(0)?;
+        Some(sample + increment)
+    }
+}
+
+enum Compare {
+    Predicted,
+    Awaited,
+}

@@ -1,0 +1,173 @@
+//! The one place for transcendental functions.
+//!
+//! Exact by default: `libm`, the same code on host and device, so that both agree to the bit
+//! (`std`'s `exp` differs from it in one value of ten). The feature `approx` swaps in faster forms;
+//! its largest absolute errors, measured by the tests of this module over the stated ranges:
+//!
+//! | function | exact | `approx` | range |
+//! |---|---|---|---|
+//! | [`sigmoid`] | 1.2e-7 | 3e-5 (256-entry table, linear) | all |
+//! | [`exp`] | 1 ulp | 4e-3 relative (micromath, guarded) | \|x\| ≤ 80 |
+//! | [`sin`], [`cos`] | 1 ulp | 2e-3 (micromath) | \|x\| ≤ 100 |
+//!
+//! Both builds give NaN for NaN and never panic.
+
+/// Natural exponential.
+#[cfg(not(feature = "approx"))]
+pub fn exp(x: f32) -> f32 {
+    libm::expf(x)
+}
+
+/// Natural exponential; micromath's, with its wrong ends (`exp(NaN)` is +∞, `exp(89)` NaN) guarded.
+#[cfg(feature = "approx")]
+pub fn exp(x: f32) -> f32 {
+    if x.is_nan() {
+        x
+    } else if x > 88.0 {
+        f32::INFINITY
+    } else if x < -87.0 {
+        0.0
+    } else {
+        micromath::F32(x).exp().0
+    }
+}
+
+/// Logistic function 1 / (1 + e⁻ˣ).
+#[cfg(not(feature = "approx"))]
+pub fn sigmoid(x: f32) -> f32 {
+    1.0 / (1.0 + exp(-x))
+}
+
+/// Logistic function from a 256-interval table over 0 ≤ |x| < 12, linearly interpolated.
+#[cfg(feature = "approx")]
+pub fn sigmoid(x: f32) -> f32 {
+    let magnitude = x.abs();
+    let upper = if magnitude < table::END {
+        let position = magnitude * table::PER_UNIT;
+        let i = position as usize;
+        let fraction = position - i as f32;
+        match table::SIGMOID.get(i..i + 2) {
+            Some(&[a, b]) => a + (b - a) * fraction,
+            _ => 1.0,
+        }
+    } else if x.is_nan() {
+        return x;
+    } else {
+        1.0
+    };
+    if x < 0.0 { 1.0 - upper } else { upper }
+}
+
+#[cfg(feature = "approx")]
+mod table {
+    pub const INTERVALS: usize = 256;
+    pub const END: f32 = 12.0;
+    pub const PER_UNIT: f32 = INTERVALS as f32 / END;
+    pub static SIGMOID: [f32; INTERVALS + 1] = build();
+
+    const fn build() -> [f32; INTERVALS + 1] {
+        let mut t = [0.0; INTERVALS + 1];
+        let mut i = 0;
+        while i <= INTERVALS {
+            let x = i as f64 * END as f64 / INTERVALS as f64;
+            t[i] = (1.0 / (1.0 + exp_minus(x))) as f32;
+            i += 1;
+        }
+        t
+    }
+
+    /// e⁻ˣ for 0 ≤ x ≤ 12 at compile time: the series of e^(−x/64), squared six times.
+    const fn exp_minus(x: f64) -> f64 {
+        let y = -x / 64.0;
+        let mut term = 1.0;
+        let mut sum = 1.0;
+        let mut n = 1;
+        while n < 16 {
+            term *= y / n as f64;
+            sum += term;
+            n += 1;
+        }
+        let mut k = 0;
+        while k < 6 {
+            sum *= sum;
+            k += 1;
+        }
+        sum
+    }
+}
+
+/// Sine of an angle in radians.
+#[cfg(not(feature = "approx"))]
+pub fn sin(x: f32) -> f32 {
+    libm::sinf(x)
+}
+
+/// Sine of an angle in radians, micromath's.
+#[cfg(feature = "approx")]
+pub fn sin(x: f32) -> f32 {
+    if x.is_finite() { micromath::F32(x).sin().0 } else { f32::NAN }
+}
+
+/// Cosine of an angle in radians.
+#[cfg(not(feature = "approx"))]
+pub fn cos(x: f32) -> f32 {
+    libm::cosf(x)
+}
+
+/// Cosine of an angle in radians, micromath's.
+#[cfg(feature = "approx")]
+pub fn cos(x: f32) -> f32 {
+    if x.is_finite() { micromath::F32(x).cos().0 } else { f32::NAN }
+}
+
+/// Square root; correctly rounded in both builds, since IEEE 754 leaves no choice.
+pub fn sqrt(x: f32) -> f32 {
+    libm::sqrtf(x)
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+
+    fn worst(range: f32, f: fn(f32) -> f32, reference: fn(f64) -> f64, relative: bool) -> f64 {
+        (-200_000..=200_000)
+            .map(|i| {
+                let x = range * i as f32 / 200_000.0;
+                let exact = reference(x as f64);
+                let error = (f(x) as f64 - exact).abs();
+                if relative { error / exact.abs() } else { error }
+            })
+            .fold(0.0, f64::max)
+    }
+
+    /// The errors this module's documentation publishes.
+    #[test]
+    fn published_errors_hold() {
+        let (sigmoid_limit, exp_limit, sine_limit) =
+            if cfg!(feature = "approx") { (3e-5, 4e-3, 2e-3) } else { (1.2e-7, 1.2e-7, 1.2e-7) };
+        let logistic = |x: f64| 1.0 / (1.0 + (-x).exp());
+        for (name, error, limit) in [
+            ("sigmoid", worst(20.0, sigmoid, logistic, false), sigmoid_limit),
+            ("exp", worst(80.0, exp, f64::exp, true), exp_limit),
+            ("sin", worst(100.0, sin, f64::sin, false), sine_limit),
+            ("cos", worst(100.0, cos, f64::cos, false), sine_limit),
+        ] {
+            std::println!("{name}: {error:.3e}");
+            assert!(error <= limit, "{name}: measured {error:e}, published {limit:e}");
+        }
+    }
+
+    #[test]
+    fn nan_stays_nan_and_ends_are_right() {
+        for f in [exp, sigmoid, sin, cos, sqrt] {
+            assert!(f(f32::NAN).is_nan());
+        }
+        assert_eq!(sigmoid(f32::INFINITY), 1.0);
+        assert_eq!(sigmoid(f32::NEG_INFINITY), 0.0);
+        assert_eq!(exp(1e9), f32::INFINITY);
+        assert_eq!(exp(-1e9), 0.0);
+        assert!(sin(f32::INFINITY).is_nan());
+        assert!(sqrt(-1.0).is_nan());
+    }
+}

@@ -1,0 +1,272 @@
+//! The binary form: little-endian 32-bit words, a header, the arrays, a CRC-32.
+//!
+//! | words | content |
+//! |---|---|
+//! | 0 | magic `BRMD` |
+//! | 1 | format version |
+//! | 2 | length of everything in words, the CRC included |
+//! | 3…6 | inputs; n_MD orders (0 given directly, 1 even, 2 consecutive); alignment (0 forward, 1 half, 2 causal); sample rate, Hz (f32) |
+//! | 7…9 | library: variables, degree, harmonics |
+//! | 10…13 | used terms; coefficients; encoder layers; decoder layers |
+//! | 14…15 | screen: full scale, m/s² (f32); stuck after |
+//! | 16…25 | monitor: block; healthy mean, healthy spread, EWMA weight, EWMA limit, CUSUM slack, CUSUM limit (f32); votes; of blocks; release (f32) |
+//! | then | encoder widths, decoder widths (layers + 1 words each, none for the identity) |
+//! | then | f32: state mean, state scale, derivative mean, derivative scale, residual spread |
+//! | then | f32: encoder parameters, decoder parameters ([`crate::network`] has their layout) |
+//! | then | term codes (3 words each), ends, equations, coefficients ([`crate::dynamics`]) |
+//! | last | CRC-32 (IEEE 802.3) of all bytes before it |
+
+use super::{Array, Input, Model, ModelError, Scaling};
+use crate::dynamics::{Dynamics, TERM_WORDS};
+use crate::library::Library;
+use crate::monitor::MonitorConfig;
+use crate::network::{MAX_LAYERS, MAX_WIDTH, Network, parameter_count};
+use crate::screen::ScreenConfig;
+use crate::states::{Alignment, Orders, StateSpec};
+use crate::{Floats, Word};
+
+/// First four bytes of the binary form.
+pub const MAGIC: [u8; 4] = *b"BRMD";
+/// Version of the binary form that this crate reads and writes.
+pub const FORMAT_VERSION: u32 = 1;
+const HEADER_WORDS: usize = 26;
+/// Far above any model that fits, far below any overflow of the sums over sizes.
+const MAX_COUNT: usize = 1 << 24;
+
+/// CRC-32 of IEEE 802.3, bit by bit: run once at start-up, a table would cost 1 kB of flash.
+pub fn crc32(bytes: &[u8]) -> u32 {
+    !crc32_update(!0, bytes)
+}
+
+/// Continues a CRC-32 register (start with `!0`, invert at the end).
+pub(crate) fn crc32_update(register: u32, bytes: &[u8]) -> u32 {
+    bytes.iter().fold(register, |register, &byte| {
+        (0..8).fold(register ^ u32::from(byte), |r, _| if r & 1 == 1 { (r >> 1) ^ 0xedb8_8320 } else { r >> 1 })
+    })
+}
+
+/// Hands out words one after the other.
+struct Reader<'a> {
+    words: &'a [Word],
+    at: usize,
+}
+
+impl<'a> Reader<'a> {
+    fn take(&mut self, count: usize) -> Result<&'a [Word], ModelError> {
+        let taken = self.words.get(self.at..).and_then(|rest| rest.get(..count)).ok_or(ModelError::ArraySizes)?;
+        self.at += count;
+        Ok(taken)
+    }
+
+    fn word(&mut self) -> Result<u32, ModelError> {
+        match self.take(1)? {
+            [word] => Ok(u32::from_le_bytes(*word)),
+            _ => Err(ModelError::ArraySizes),
+        }
+    }
+
+    fn float(&mut self) -> Result<f32, ModelError> {
+        self.word().map(f32::from_bits)
+    }
+
+    /// A word that must be at most `limit`.
+    fn count(&mut self, limit: usize) -> Result<usize, ModelError> {
+        let index = self.at;
+        let found = self.word()?;
+        if found as usize <= limit { Ok(found as usize) } else { Err(ModelError::HeaderWord { index, found }) }
+    }
+
+    fn floats(&mut self, count: usize) -> Result<Floats<'a>, ModelError> {
+        self.take(count).map(Floats)
+    }
+
+    fn widths(&mut self, layers: usize) -> Result<heapless::Vec<u16, { MAX_LAYERS + 1 }>, ModelError> {
+        let mut widths = heapless::Vec::new();
+        let count = if layers == 0 { 0 } else { layers + 1 };
+        for _ in 0..count {
+            let width = self.count(MAX_WIDTH)? as u16;
+            widths.push(width).map_err(|_| ModelError::ArraySizes)?;
+        }
+        Ok(widths)
+    }
+}
+
+pub(super) fn read(bytes: &[u8]) -> Result<Model<'_>, ModelError> {
+    let (words, _) = bytes.as_chunks::<4>();
+    let mut r = Reader { words, at: 0 };
+    if words.len() < HEADER_WORDS {
+        return Err(ModelError::Truncated { needed: 4 * HEADER_WORDS, found: bytes.len() });
+    }
+    let magic = r.word()?.to_le_bytes();
+    if magic != MAGIC {
+        return Err(ModelError::Magic { found: magic });
+    }
+    let version = r.word()?;
+    if version != FORMAT_VERSION {
+        return Err(ModelError::Version { found: version });
+    }
+    let length = r.count(MAX_COUNT)?;
+    if length <= HEADER_WORDS || words.len() < length {
+        return Err(ModelError::Truncated { needed: 4 * length.max(HEADER_WORDS + 1), found: bytes.len() });
+    }
+    let (body, crc) = bytes.split_at_checked(4 * (length - 1)).ok_or(ModelError::ArraySizes)?;
+    let stored = crc.first_chunk().map(|w| u32::from_le_bytes(*w)).ok_or(ModelError::ArraySizes)?;
+    let computed = crc32(body);
+    if stored != computed {
+        return Err(ModelError::Checksum { stored, computed });
+    }
+    r.words = words.get(..length - 1).ok_or(ModelError::ArraySizes)?;
+
+    let inputs = r.count(MAX_COUNT)?;
+    let orders = r.count(2)?;
+    let alignment = match r.count(2)? {
+        0 => Alignment::Forward,
+        1 => Alignment::Half,
+        _ => Alignment::Causal,
+    };
+    let spec = |orders| StateSpec { dimension: inputs, orders, alignment };
+    let input = match orders {
+        0 => Input::Direct(inputs),
+        1 => Input::VirtualStates(spec(Orders::Even)),
+        _ => Input::VirtualStates(spec(Orders::Consecutive)),
+    };
+    let sample_rate_hz = r.float()?;
+    let library = Library {
+        variables: r.count(usize::from(u8::MAX))? as u8,
+        degree: r.count(usize::from(u8::MAX))? as u8,
+        harmonics: r.count(usize::from(u16::MAX))? as u16,
+    };
+    let terms = r.count(MAX_COUNT)?;
+    let coefficients = r.count(MAX_COUNT)?;
+    let (encoder_layers, decoder_layers) = (r.count(MAX_LAYERS)?, r.count(MAX_LAYERS)?);
+    let screen = ScreenConfig { full_scale: r.float()?, stuck_after: r.word()? };
+    let monitor = MonitorConfig {
+        block: r.word()?,
+        healthy_mean: r.float()?,
+        healthy_spread: r.float()?,
+        ewma_weight: r.float()?,
+        ewma_limit: r.float()?,
+        cusum_slack: r.float()?,
+        cusum_limit: r.float()?,
+        votes: r.word()?,
+        of_blocks: r.word()?,
+        release: r.float()?,
+    };
+    let (encoder, decoder) = (r.widths(encoder_layers)?, r.widths(decoder_layers)?);
+    let states = Scaling { mean: r.floats(inputs)?, scale: r.floats(inputs)? };
+    let derivatives = Scaling { mean: r.floats(inputs)?, scale: r.floats(inputs)? };
+    let residual_spread = r.floats(inputs)?;
+    let mut network = |widths: &[u16], name| {
+        let parameters = r.floats(parameter_count(widths))?;
+        Network::new(widths, parameters).ok_or(ModelError::Network { network: name })
+    };
+    let encoder = network(&encoder, Array::Encoder)?;
+    let decoder = network(&decoder, Array::Decoder)?;
+    let dynamics = Dynamics {
+        terms: r.take(TERM_WORDS * terms)?.as_chunks().0,
+        ends: r.take(terms)?,
+        equations: r.take(coefficients)?,
+        coefficients: r.floats(coefficients)?,
+    };
+    if r.at != r.words.len() {
+        return Err(ModelError::ArraySizes);
+    }
+    Model::new(Model {
+        sample_rate_hz,
+        input,
+        states,
+        derivatives,
+        encoder,
+        decoder,
+        library,
+        dynamics,
+        residual_spread,
+        screen,
+        monitor,
+    })
+}
+
+pub(super) fn byte_len(model: &Model<'_>) -> usize {
+    let widths = model.encoder.widths().len() + model.decoder.widths().len();
+    let parameters = model.encoder.parameters().len() + model.decoder.parameters().len();
+    let terms = (TERM_WORDS + 1) * model.dynamics.terms.len();
+    let coefficients = 2 * model.dynamics.coefficients.len();
+    4 * (HEADER_WORDS + widths + 5 * model.input.len() + parameters + terms + coefficients + 1)
+}
+
+pub(super) fn write(model: &Model<'_>, buffer: &mut [u8]) -> Result<usize, ModelError> {
+    let needed = byte_len(model);
+    let found = buffer.len();
+    let too_small = ModelError::BufferTooSmall { needed, found };
+    let out = buffer.get_mut(..needed).ok_or(too_small)?;
+    let (words, _) = out.as_chunks_mut::<4>();
+    let mut slots = words.iter_mut();
+    let mut put = |word: Word| {
+        if let Some(slot) = slots.next() {
+            *slot = word;
+        }
+    };
+    let (orders, alignment) = match model.input {
+        Input::Direct(_) => (0, Alignment::Forward),
+        Input::VirtualStates(spec) if spec.orders == Orders::Even => (1, spec.alignment),
+        Input::VirtualStates(spec) => (2, spec.alignment),
+    };
+    let m = &model.monitor;
+    let layers = |n: &Network<'_>| n.widths().len().saturating_sub(1) as u32;
+    put(MAGIC);
+    for word in [
+        FORMAT_VERSION,
+        (needed / 4) as u32,
+        model.input.len() as u32,
+        orders,
+        match alignment {
+            Alignment::Forward => 0,
+            Alignment::Half => 1,
+            Alignment::Causal => 2,
+        },
+        model.sample_rate_hz.to_bits(),
+        model.library.variables.into(),
+        model.library.degree.into(),
+        model.library.harmonics.into(),
+        model.dynamics.terms.len() as u32,
+        model.dynamics.coefficients.len() as u32,
+        layers(&model.encoder),
+        layers(&model.decoder),
+        model.screen.full_scale.to_bits(),
+        model.screen.stuck_after,
+        m.block,
+        m.healthy_mean.to_bits(),
+        m.healthy_spread.to_bits(),
+        m.ewma_weight.to_bits(),
+        m.ewma_limit.to_bits(),
+        m.cusum_slack.to_bits(),
+        m.cusum_limit.to_bits(),
+        m.votes,
+        m.of_blocks,
+        m.release.to_bits(),
+    ] {
+        put(word.to_le_bytes());
+    }
+    for width in model.encoder.widths().iter().chain(model.decoder.widths()) {
+        put(u32::from(*width).to_le_bytes());
+    }
+    let d = &model.dynamics;
+    for array in [
+        model.states.mean.0,
+        model.states.scale.0,
+        model.derivatives.mean.0,
+        model.derivatives.scale.0,
+        model.residual_spread.0,
+        model.encoder.parameters().0,
+        model.decoder.parameters().0,
+        d.terms.as_flattened(),
+        d.ends,
+        d.equations,
+        d.coefficients.0,
+    ] {
+        array.iter().for_each(|word| put(*word));
+    }
+    let (body, crc) = out.split_at_mut_checked(needed - 4).ok_or(too_small)?;
+    crc.copy_from_slice(&crc32(body).to_le_bytes());
+    Ok(needed)
+}

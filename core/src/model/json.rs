@@ -1,0 +1,342 @@
+//! The JSON form, through serde-json-core: for people and for tools that are not Rust.
+//!
+//! The same content as the binary form. `terms` are indices into the library's order. NaN would be
+//! written as `null` by serde-json-core and come back as an error here, never as a number.
+
+use core::fmt;
+
+use serde::de::{DeserializeSeed, MapAccess, SeqAccess, Visitor};
+use serde::ser::{SerializeSeq, SerializeStruct};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::{Array, Input, Model, ModelError, Scaling};
+use crate::dynamics::{Dynamics, TERM_WORDS, decode_term, encode_term};
+use crate::library::Library;
+use crate::monitor::MonitorConfig;
+use crate::network::{MAX_LAYERS, Network};
+use crate::screen::ScreenConfig;
+use crate::states::{Alignment, Orders, StateSpec};
+use crate::{Floats, Word};
+
+/// Schema of the JSON form.
+pub(super) const SCHEMA: &str = "ballrace-device-model/1";
+
+type Widths = heapless::Vec<u16, { MAX_LAYERS + 1 }>;
+
+/// Everything but the arrays.
+#[derive(Serialize, Deserialize)]
+struct Header<'a> {
+    schema: &'a str,
+    sample_rate_hz: f32,
+    inputs: usize,
+    /// `None`: the states are given directly.
+    orders: Option<Orders>,
+    alignment: Alignment,
+    library: Library,
+    screen: ScreenConfig,
+    monitor: MonitorConfig,
+    encoder_widths: Widths,
+    decoder_widths: Widths,
+}
+
+/// The arrays, in the order in which they are written.
+const ARRAYS: [&str; 10] = [
+    "state_mean",
+    "state_scale",
+    "derivative_mean",
+    "derivative_scale",
+    "residual_spread",
+    "encoder",
+    "decoder",
+    "term_ends",
+    "equations",
+    "coefficients",
+];
+const TERM_ENDS: usize = 7;
+const EQUATIONS: usize = 8;
+
+struct FloatSeq<'a>(Floats<'a>);
+
+impl Serialize for FloatSeq<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut seq = serializer.serialize_seq(Some(self.0.len()))?;
+        self.0.iter().try_for_each(|v| seq.serialize_element(&v))?;
+        seq.end()
+    }
+}
+
+struct IntegerSeq<'a>(&'a [Word]);
+
+impl Serialize for IntegerSeq<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut seq = serializer.serialize_seq(Some(self.0.len()))?;
+        self.0.iter().try_for_each(|w| seq.serialize_element(&u32::from_le_bytes(*w)))?;
+        seq.end()
+    }
+}
+
+struct TermSeq<'a>(&'a [[Word; TERM_WORDS]], Library);
+
+impl Serialize for TermSeq<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut seq = serializer.serialize_seq(Some(self.0.len()))?;
+        for code in self.0 {
+            let term = decode_term(code, &self.1);
+            let index = term.and_then(|term| self.1.index_of(term)).unwrap_or(usize::MAX);
+            seq.serialize_element(&(index as u32))?;
+        }
+        seq.end()
+    }
+}
+
+impl Serialize for Model<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let (orders, alignment) = match self.input {
+            Input::Direct(_) => (None, Alignment::Forward),
+            Input::VirtualStates(spec) => (Some(spec.orders), spec.alignment),
+        };
+        let widths = |n: &Network<'_>| Widths::from_slice(n.widths()).unwrap_or_default();
+        let header = Header {
+            schema: SCHEMA,
+            sample_rate_hz: self.sample_rate_hz,
+            inputs: self.input.len(),
+            orders,
+            alignment,
+            library: self.library,
+            screen: self.screen,
+            monitor: self.monitor,
+            encoder_widths: widths(&self.encoder),
+            decoder_widths: widths(&self.decoder),
+        };
+        let mut out = serializer.serialize_struct("Model", 2 + ARRAYS.len())?;
+        out.serialize_field("header", &header)?;
+        out.serialize_field("terms", &TermSeq(self.dynamics.terms, self.library))?;
+        for (n, name) in ARRAYS.into_iter().enumerate() {
+            let words = array(self, n);
+            match n {
+                TERM_ENDS | EQUATIONS => out.serialize_field(name, &IntegerSeq(words))?,
+                _ => out.serialize_field(name, &FloatSeq(Floats(words)))?,
+            }
+        }
+        out.end()
+    }
+}
+
+/// Array `n` of [`ARRAYS`].
+fn array<'a>(model: &Model<'a>, n: usize) -> &'a [Word] {
+    match n {
+        0 => model.states.mean.0,
+        1 => model.states.scale.0,
+        2 => model.derivatives.mean.0,
+        3 => model.derivatives.scale.0,
+        4 => model.residual_spread.0,
+        5 => model.encoder.parameters().0,
+        6 => model.decoder.parameters().0,
+        TERM_ENDS => model.dynamics.ends,
+        EQUATIONS => model.dynamics.equations,
+        _ => model.dynamics.coefficients.0,
+    }
+}
+
+pub(super) fn write(model: &Model<'_>, buffer: &mut [u8]) -> Result<usize, ModelError> {
+    serde_json_core::to_slice(model, buffer).map_err(|_| ModelError::JsonBufferTooSmall)
+}
+
+pub(super) fn read<'a>(text: &str, storage: &'a mut [Word]) -> Result<Model<'a>, ModelError> {
+    let mut arena = Arena { free: storage, full: false };
+    let mut deserializer = serde_json_core::de::Deserializer::new(text.as_bytes(), None);
+    let parsed = Document { arena: &mut arena }.deserialize(&mut deserializer);
+    let parsed = parsed.and_then(|parsed| deserializer.end().map(|_| parsed));
+    match parsed {
+        Ok(parsed) => parsed.build(),
+        Err(_) if arena.full => Err(ModelError::StorageTooSmall),
+        Err(_) => Err(ModelError::Json { before: text.len() }),
+    }
+}
+
+/// Hands out the caller's storage piece by piece.
+struct Arena<'a> {
+    free: &'a mut [Word],
+    full: bool,
+}
+
+impl<'a> Arena<'a> {
+    /// Puts words down for as long as `next` gives any, and hands out the run.
+    fn fill<E>(
+        &mut self,
+        mut next: impl FnMut() -> Result<Option<Word>, E>,
+        error: impl Fn(&str) -> E,
+    ) -> Result<&'a [Word], E> {
+        let mut length = 0;
+        while let Some(word) = next()? {
+            let Some(slot) = self.free.get_mut(length) else {
+                self.full = true;
+                return Err(error("storage too small"));
+            };
+            *slot = word;
+            length += 1;
+        }
+        let free = core::mem::take(&mut self.free);
+        let (taken, rest) = free.split_at_mut_checked(length).ok_or_else(|| error("storage too small"))?;
+        self.free = rest;
+        Ok(taken)
+    }
+}
+
+/// What a document says, before it is checked.
+struct Parsed<'a> {
+    header: ParsedHeader,
+    terms: &'a [Word],
+    codes: &'a mut [Word],
+    arrays: [&'a [Word]; ARRAYS.len()],
+}
+
+/// A header without its borrowed schema.
+struct ParsedHeader {
+    schema_fits: bool,
+    sample_rate_hz: f32,
+    input: Input,
+    library: Library,
+    screen: ScreenConfig,
+    monitor: MonitorConfig,
+    encoder_widths: Widths,
+    decoder_widths: Widths,
+}
+
+impl From<Header<'_>> for ParsedHeader {
+    fn from(h: Header<'_>) -> Self {
+        let input = match h.orders {
+            None => Input::Direct(h.inputs),
+            Some(orders) => Input::VirtualStates(StateSpec { dimension: h.inputs, orders, alignment: h.alignment }),
+        };
+        Self {
+            schema_fits: h.schema == SCHEMA,
+            sample_rate_hz: h.sample_rate_hz,
+            input,
+            library: h.library,
+            screen: h.screen,
+            monitor: h.monitor,
+            encoder_widths: h.encoder_widths,
+            decoder_widths: h.decoder_widths,
+        }
+    }
+}
+
+impl<'a> Parsed<'a> {
+    fn build(self) -> Result<Model<'a>, ModelError> {
+        let Parsed { header, terms, codes, arrays } = self;
+        if !header.schema_fits {
+            return Err(ModelError::Schema);
+        }
+        if !header.library.is_valid() {
+            return Err(ModelError::Library { found: header.library });
+        }
+        let (codes, _) = codes.as_chunks_mut::<TERM_WORDS>();
+        let codes = codes.get_mut(..terms.len()).ok_or(ModelError::StorageTooSmall)?;
+        for (index, (code, term)) in codes.iter_mut().zip(terms).enumerate() {
+            let term = header.library.term(u32::from_le_bytes(*term) as usize);
+            *code = encode_term(term.ok_or(ModelError::Term { index })?);
+        }
+        let network = |widths: &Widths, parameters, name| {
+            Network::new(widths, Floats(parameters)).ok_or(ModelError::Network { network: name })
+        };
+        let [mean, scale, d_mean, d_scale, spread, encoder, decoder, ends, equations, coefficients] = arrays;
+        Model::new(Model {
+            sample_rate_hz: header.sample_rate_hz,
+            input: header.input,
+            states: Scaling { mean: Floats(mean), scale: Floats(scale) },
+            derivatives: Scaling { mean: Floats(d_mean), scale: Floats(d_scale) },
+            encoder: network(&header.encoder_widths, encoder, Array::Encoder)?,
+            decoder: network(&header.decoder_widths, decoder, Array::Decoder)?,
+            library: header.library,
+            dynamics: Dynamics { terms: codes, ends, equations, coefficients: Floats(coefficients) },
+            residual_spread: Floats(spread),
+            screen: header.screen,
+            monitor: header.monitor,
+        })
+    }
+}
+
+struct Document<'r, 'a> {
+    arena: &'r mut Arena<'a>,
+}
+
+impl<'de, 'a> DeserializeSeed<'de> for Document<'_, 'a> {
+    type Value = Parsed<'a>;
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Parsed<'a>, D::Error> {
+        deserializer.deserialize_map(self)
+    }
+}
+
+impl<'de, 'a> Visitor<'de> for Document<'_, 'a> {
+    type Value = Parsed<'a>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a ballrace device model")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Parsed<'a>, A::Error> {
+        use serde::de::Error;
+        let mut header = None;
+        let mut terms = None;
+        let mut arrays: [Option<&'a [Word]>; ARRAYS.len()] = [None; ARRAYS.len()];
+        while let Some(key) = map.next_key::<&str>()? {
+            if key == "header" {
+                header = Some(ParsedHeader::from(map.next_value::<Header<'de>>()?));
+                continue;
+            }
+            let n = ARRAYS.iter().position(|name| *name == key);
+            let integers = key == "terms" || matches!(n, Some(TERM_ENDS | EQUATIONS));
+            let words = map.next_value_seed(Words { arena: self.arena, integers })?;
+            match n.and_then(|n| arrays.get_mut(n)) {
+                Some(slot) => *slot = Some(words),
+                None if key == "terms" => terms = Some(words),
+                None => return Err(A::Error::unknown_field(key, &ARRAYS)),
+            }
+        }
+        let mut complete: [&'a [Word]; ARRAYS.len()] = [&[]; ARRAYS.len()];
+        for ((slot, found), name) in complete.iter_mut().zip(arrays).zip(ARRAYS) {
+            *slot = found.ok_or_else(|| A::Error::missing_field(name))?;
+        }
+        Ok(Parsed {
+            header: header.ok_or_else(|| A::Error::missing_field("header"))?,
+            terms: terms.ok_or_else(|| A::Error::missing_field("terms"))?,
+            codes: core::mem::take(&mut self.arena.free),
+            arrays: complete,
+        })
+    }
+}
+
+/// An array of `f32` or `u32` into the arena.
+struct Words<'r, 'a> {
+    arena: &'r mut Arena<'a>,
+    integers: bool,
+}
+
+impl<'de, 'a> DeserializeSeed<'de> for Words<'_, 'a> {
+    type Value = &'a [Word];
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<&'a [Word], D::Error> {
+        deserializer.deserialize_seq(self)
+    }
+}
+
+impl<'de, 'a> Visitor<'de> for Words<'_, 'a> {
+    type Value = &'a [Word];
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("an array of numbers")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<&'a [Word], A::Error> {
+        use serde::de::Error;
+        let integers = self.integers;
+        let next = || {
+            Ok(if integers {
+                seq.next_element::<u32>()?.map(u32::to_le_bytes)
+            } else {
+                seq.next_element::<f32>()?.map(f32::to_le_bytes)
+            })
+        };
+        self.arena.fill(next, |why| A::Error::custom(why))
+    }
+}

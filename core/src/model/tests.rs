@@ -1,0 +1,135 @@
+extern crate std;
+use super::*;
+use crate::states::{Alignment, Orders};
+use crate::testing::Parts;
+use std::string::{String, ToString};
+use std::vec::Vec;
+
+fn parts() -> Parts {
+    Parts::new(StateSpec { dimension: 3, orders: Orders::Even, alignment: Alignment::Causal })
+}
+
+fn bytes(model: &Model<'_>) -> Vec<u8> {
+    let mut bytes = std::vec![0; model.byte_len()];
+    assert_eq!(model.to_bytes(&mut bytes).unwrap(), bytes.len());
+    bytes
+}
+
+fn json(model: &Model<'_>) -> String {
+    let mut buffer = std::vec![0; 64 * 1024];
+    let length = model.to_json(&mut buffer).unwrap();
+    String::from_utf8(buffer[..length].to_vec()).unwrap()
+}
+
+/// Writes a word and makes the checksum right again.
+fn patched(bytes: &[u8], word: usize, value: u32) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
+    bytes[4 * word..4 * word + 4].copy_from_slice(&value.to_le_bytes());
+    let body = bytes.len() - 4;
+    let crc = crc32(&bytes[..body]);
+    bytes[body..].copy_from_slice(&crc.to_le_bytes());
+    bytes
+}
+
+#[test]
+fn literature_crc32_check_value() {
+    assert_eq!(crc32(b"123456789"), 0xcbf4_3926);
+}
+
+#[test]
+fn binary_round_trips_at_any_alignment() {
+    let parts = parts();
+    let model = parts.model();
+    let bytes = bytes(&model);
+    assert_eq!(Model::from_bytes(&bytes).unwrap(), model);
+    for shift in 1..4 {
+        let mut shifted = std::vec![0; shift];
+        shifted.extend(&bytes);
+        assert_eq!(Model::from_bytes(&shifted[shift..]).unwrap(), model);
+    }
+}
+
+#[test]
+fn json_round_trips_to_the_bit() {
+    let parts = parts();
+    let model = parts.model();
+    let text = json(&model);
+    let mut storage = std::vec![[0; 4]; text.len()];
+    assert_eq!(Model::from_json(&text, &mut storage).unwrap(), model);
+}
+
+#[test]
+fn each_way_to_be_wrong_is_its_own_error() {
+    let parts = parts();
+    let good = bytes(&parts.model());
+    let read = |bytes: &[u8]| Model::from_bytes(bytes).err();
+    assert!(matches!(read(&good[..50]), Some(ModelError::Truncated { .. })));
+    assert!(matches!(read(&good[..good.len() - 1]), Some(ModelError::Truncated { .. })));
+    assert_eq!(read(&patched(&good, 0, 0)), Some(ModelError::Magic { found: [0; 4] }));
+    assert_eq!(read(&patched(&good, 1, 9)), Some(ModelError::Version { found: 9 }));
+    let mut flipped = good.clone();
+    flipped[200] ^= 1;
+    assert!(matches!(read(&flipped), Some(ModelError::Checksum { .. })));
+    assert_eq!(read(&patched(&good, 4, 7)), Some(ModelError::HeaderWord { index: 4, found: 7 }));
+    assert!(matches!(read(&patched(&good, 3, 4)), Some(ModelError::ArraySizes)));
+    let nan = f32::NAN.to_bits();
+    assert!(matches!(read(&patched(&good, 6, nan)), Some(ModelError::SampleRate { .. })));
+    assert!(matches!(read(&patched(&good, 7, 0)), Some(ModelError::Library { .. })));
+    assert!(matches!(read(&patched(&good, 7, 3)), Some(ModelError::NetworkShape { .. })));
+    assert_eq!(read(&patched(&good, 16, 0)), Some(ModelError::Monitor));
+    // Widths are 3, 11, 2 and 2, 9, 3 from word 26 on; the scales follow from word 32 on.
+    let shape = read(&patched(&patched(&good, 28, 3), 29, 2));
+    assert!(matches!(shape, Some(ModelError::ArraySizes)), "{shape:?}");
+    let not_finite = ModelError::NotFinite { array: Array::StateMean, index: 1 };
+    assert_eq!(read(&patched(&good, 33, nan)), Some(not_finite));
+    let not_positive = ModelError::ScaleNotPositive { array: Array::StateScale, index: 0 };
+    assert_eq!(read(&patched(&good, 35, 0)), Some(not_positive));
+    let words = good.len() / 4;
+    let (coefficients, terms) = (12, 6);
+    let equations = words - 1 - 2 * coefficients;
+    let ends = equations - terms;
+    assert_eq!(read(&patched(&good, equations, 2)), Some(ModelError::Equation { index: 0 }));
+    assert_eq!(read(&patched(&good, ends, 99)), Some(ModelError::TermRun { index: 0 }));
+    assert_eq!(read(&patched(&good, ends - 3, 0x0909_0909)), Some(ModelError::Term { index: terms - 1 }));
+}
+
+#[test]
+fn no_bytes_make_the_reader_panic() {
+    let parts = parts();
+    let good = bytes(&parts.model());
+    let mut seed = 1u32;
+    let mut random = || {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        seed >> 8
+    };
+    for _ in 0..20_000 {
+        // Checksum made right, so that the checks behind it are reached.
+        let word = random() as usize % (good.len() / 4 - 1);
+        let bad = patched(&good, word, if random() % 2 == 0 { random() % 64 } else { random() << 8 });
+        if let Ok(model) = Model::from_bytes(&bad) {
+            let mut scratch = std::vec![0.0; crate::device::Device::scratch_len(&model)];
+            let mut device = crate::device::Device::new(&model, &mut scratch).unwrap();
+            crate::testing::samples(20).into_iter().for_each(|s| _ = device.push(s).block);
+        }
+    }
+}
+
+#[test]
+fn json_errors_are_told() {
+    let parts = parts();
+    let text = json(&parts.model());
+    let read = |text: &str, words: usize| {
+        let mut storage = std::vec![[0; 4]; words];
+        Model::from_json(text, &mut storage).err()
+    };
+    let n = text.len();
+    assert_eq!(read(&text, 10), Some(ModelError::StorageTooSmall));
+    assert!(matches!(read(&text[..n / 2], n), Some(ModelError::Json { .. })));
+    assert_eq!(read(&text.replace("device-model/1", "device-model/2"), n), Some(ModelError::Schema));
+    assert!(matches!(read(&text.replace("\"decoder\"", "\"decoded\""), n), Some(ModelError::Json { .. })));
+    let first = text.split("\"state_mean\":[").nth(1).unwrap().split(',').next().unwrap().to_string();
+    let with_null = text.replace(&std::format!("\"state_mean\":[{first}"), "\"state_mean\":[null");
+    assert!(read(&with_null, n).is_some(), "null must not become a number");
+    let mut short = [0; 100];
+    assert_eq!(parts.model().to_json(&mut short), Err(ModelError::JsonBufferTooSmall));
+}

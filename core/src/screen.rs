@@ -1,0 +1,137 @@
+//! Looks at every raw sample before any arithmetic: what is broken is counted and never evaluated.
+//!
+//! Before arithmetic, because afterwards it is too late: `NaN.max(0.0)` is 0, and a NaN in a
+//! difference is in all later ones.
+
+use serde::{Deserialize, Serialize};
+
+/// What a sample is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[serde(rename_all = "kebab-case")]
+pub enum Quality {
+    /// Usable.
+    Good,
+    /// NaN or infinite.
+    NonFinite,
+    /// At or beyond the sensor's full scale.
+    Saturated,
+    /// The same value for too many samples in a row.
+    Stuck,
+    /// Never arrived.
+    Missing,
+}
+
+/// Limits of the sensor and its converter.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ScreenConfig {
+    /// A magnitude at or above this is saturated, m/s²; 0 where the full scale is unknown.
+    pub full_scale: f32,
+    /// This many equal samples in a row are stuck; 0 never.
+    pub stuck_after: u32,
+}
+
+/// Broken samples so far, saturating counters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct FaultCounts {
+    /// NaN or infinite samples.
+    pub non_finite: u32,
+    /// Samples at or beyond full scale.
+    pub saturated: u32,
+    /// Samples in stuck runs, counted from the one that made the run too long.
+    pub stuck: u32,
+    /// Samples that never arrived.
+    pub missing: u32,
+}
+
+impl FaultCounts {
+    /// All broken samples.
+    pub fn total(&self) -> u32 {
+        [self.non_finite, self.saturated, self.stuck, self.missing].iter().fold(0, |sum, &n| sum.saturating_add(n))
+    }
+}
+
+/// Screens a stream of samples.
+#[derive(Clone, Debug)]
+pub struct Screen {
+    config: ScreenConfig,
+    counts: FaultCounts,
+    last: f32,
+    run: u32,
+}
+
+impl Screen {
+    /// A screen that has seen nothing.
+    pub fn new(config: ScreenConfig) -> Self {
+        Self { config, counts: FaultCounts::default(), last: f32::NAN, run: 0 }
+    }
+
+    /// Judges and counts a sample.
+    pub fn check(&mut self, sample: f32) -> Quality {
+        // NaN equals nothing, so a run never survives one.
+        self.run = if sample == self.last { self.run.saturating_add(1) } else { 1 };
+        self.last = sample;
+        let full_scale = self.config.full_scale;
+        let (quality, count) = if !sample.is_finite() {
+            (Quality::NonFinite, &mut self.counts.non_finite)
+        } else if full_scale > 0.0 && sample.abs() >= full_scale {
+            (Quality::Saturated, &mut self.counts.saturated)
+        } else if self.config.stuck_after > 0 && self.run >= self.config.stuck_after {
+            (Quality::Stuck, &mut self.counts.stuck)
+        } else {
+            return Quality::Good;
+        };
+        *count = count.saturating_add(1);
+        quality
+    }
+
+    /// Counts samples that never arrived.
+    pub fn missing(&mut self, count: u32) {
+        self.run = 0;
+        self.last = f32::NAN;
+        self.counts.missing = self.counts.missing.saturating_add(count);
+    }
+
+    /// Broken samples so far.
+    pub fn counts(&self) -> FaultCounts {
+        self.counts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_kind_is_told_and_counted() {
+        let mut screen = Screen::new(ScreenConfig { full_scale: 50.0, stuck_after: 3 });
+        let samples = [1.0, 1.0, 1.0, 1.0, f32::NAN, f32::INFINITY, 49.9, -50.0, 51.0, 2.0];
+        let expected = [
+            Quality::Good,
+            Quality::Good,
+            Quality::Stuck,
+            Quality::Stuck,
+            Quality::NonFinite,
+            Quality::NonFinite,
+            Quality::Good,
+            Quality::Saturated,
+            Quality::Saturated,
+            Quality::Good,
+        ];
+        for (sample, expected) in samples.into_iter().zip(expected) {
+            assert_eq!(screen.check(sample), expected, "{sample}");
+        }
+        screen.missing(7);
+        let counts = FaultCounts { non_finite: 2, saturated: 2, stuck: 2, missing: 7 };
+        assert_eq!(screen.counts(), counts);
+        assert_eq!(counts.total(), 13);
+    }
+
+    #[test]
+    fn zero_limits_switch_the_checks_off() {
+        let mut screen = Screen::new(ScreenConfig { full_scale: 0.0, stuck_after: 0 });
+        assert!((0..1000).all(|_| screen.check(1e30) == Quality::Good));
+        assert_eq!(screen.check(f32::NAN), Quality::NonFinite);
+    }
+}
