@@ -1,1 +1,4 @@
-//! ballrace.
+//! From a vibration recording to a sparse dynamics model on a microcontroller.
+#![forbid(unsafe_code)]
+
+pub mod sindy_nn;
