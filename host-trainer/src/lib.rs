@@ -2,3 +2,6 @@
 #![forbid(unsafe_code)]
 
 pub mod sindy_nn;
+pub mod states;
+pub mod stlsq;
+pub mod surrogate;
