@@ -1,0 +1,36 @@
+//! Writes a model of the paper's sizes with random weights, and samples with every kind of fault:
+//! something to hold host and device against each other with (`compare.sh`).
+//!
+//! `cargo run --example paper_sizes -- DIR [SAMPLES]` writes `DIR/model.bin` and `DIR/samples.f32`.
+
+use std::error::Error;
+use std::path::PathBuf;
+
+use ballrace_core::states::Alignment;
+use ballrace_firmware_sim::faults::Injector;
+use ballrace_firmware_sim::source::{Arrival, in_memory};
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use common::{Sizes, model, signal};
+
+const PAPER: Sizes =
+    Sizes { dimension: 8, latent: 8, hidden: 256, degree: 2, harmonics: 2, nonzeros: 40, alignment: Alignment::Half };
+const FAULTS: &str = "drop:1e-3,stuck:1e-3x40,nan:2e-3,flip:2e-3,saturate:50";
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let directory: PathBuf = arguments.next().ok_or("expected a directory to write to")?.into();
+    let count = arguments.next().map_or(Ok(2000), |count| count.parse())?;
+    std::fs::create_dir_all(&directory)?;
+    let mut injector = Injector::new(FAULTS.parse()?, 1);
+    let samples = signal(count, 3);
+    let values = injector.over(in_memory(&samples)).filter_map(|arrival| match arrival {
+        Arrival::Sample(sample) => Some(sample.to_le_bytes()),
+        Arrival::Missing(_) => None,
+    });
+    std::fs::write(directory.join("samples.f32"), values.flatten().collect::<Vec<u8>>())?;
+    std::fs::write(directory.join("model.bin"), model(PAPER, &signal(20_000, 4)))?;
+    Ok(())
+}
