@@ -17,7 +17,7 @@ use common::{Sizes, model, signal};
 
 const PAPER: Sizes =
     Sizes { dimension: 8, latent: 8, hidden: 256, degree: 2, harmonics: 2, nonzeros: 40, alignment: Alignment::Half };
-const FAULTS: &str = "drop:1e-3,stuck:1e-3x40,nan:2e-3,flip:2e-3,saturate:50";
+const FAULTS: &str = "drop:1e-3,stuck:3e-3x20,nan:2e-3,flip:1e-2,saturate:50";
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);

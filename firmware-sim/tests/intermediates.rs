@@ -49,7 +49,7 @@ fn golden_json() {
     assert_eq!(
         report.to_json(&mut buffer),
         Some(
-            "{\"crc\":\"0012ab3f\",\"samples\":300,\"evaluated\":294,\"blocks\":5,\"anomalous_blocks\":0,\
+            "{\"crc\":\"0012ab3f\",\"samples\":300,\"evaluated\":295,\"blocks\":5,\"anomalous_blocks\":0,\
              \"status\":\"healthy\",\"faults\":{\"non_finite\":0,\"saturated\":0,\"stuck\":0,\"missing\":0}}"
         )
     );
