@@ -3,8 +3,9 @@
 # the host, and compares a CRC over every intermediate number. Says what the device costs, and fails
 # where its code could panic.
 #
-#   compare.sh MODEL.bin SAMPLES.f32
+#   compare.sh MODEL.bin SAMPLES.f32 [approx]
 #
+# With `approx` both are built with the faster functions of ballrace_core::math.
 # Something to try it with: cargo run -p ballrace-firmware-sim --example paper_sizes -- DIR
 set -euo pipefail
 
@@ -13,8 +14,11 @@ fail() {
     exit 1
 }
 
-[[ $# -eq 2 ]] || { echo "usage: compare.sh MODEL.bin SAMPLES.f32" >&2; exit 2; }
-for file in "$@"; do
+usage="usage: compare.sh MODEL.bin SAMPLES.f32 [approx]"
+[[ $# -eq 2 || ($# -eq 3 && $3 == approx) ]] || { echo "$usage" >&2; exit 2; }
+features=()
+[[ $# -eq 2 ]] || features=(--features approx)
+for file in "$1" "$2"; do
     [[ -f $file ]] || { echo "compare.sh: $file: not a file" >&2; exit 2; }
 done
 here=$(cd "$(dirname "$0")" && pwd)
@@ -27,10 +31,10 @@ images=$CARGO_TARGET_DIR/thumbv7em-none-eabihf/release
 
 # In the image's folder, whose cargo configuration names the target and the emulator.
 cd "$here/image"
-cargo build --quiet --release --locked --bins || fail "the image does not build"
+cargo build --quiet --release --locked --bins "${features[@]}" || fail "the image does not build"
 device=$(./qemu.sh "$images/report") || fail "the image failed (exit $?, 124 is out of time): ${device:-no output}"
 cd "$here"
-host=$(cargo run --quiet --bin ballrace-firmware-sim -- \
+host=$(cargo run --quiet --bin ballrace-firmware-sim "${features[@]}" -- \
     --model "$BALLRACE_MODEL" --samples "$BALLRACE_SAMPLES") || fail "the host's run failed"
 
 echo "host    $host"

@@ -1,7 +1,8 @@
-//! Writes a model of the paper's sizes with random weights, and samples with every kind of fault:
-//! something to hold host and device against each other with (`compare.sh`).
+//! Writes models of the paper's sizes with random weights, and samples with every kind of fault that
+//! a file can hold: something to hold host and device against each other with (`compare.sh`).
 //!
-//! `cargo run --example paper_sizes -- DIR [SAMPLES]` writes `DIR/model.bin` and `DIR/samples.f32`.
+//! `cargo run --example paper_sizes -- DIR [SAMPLES]` writes `DIR/samples.f32`, and a model for each
+//! alignment: `DIR/forward.bin`, `DIR/half.bin`, `DIR/causal.bin`.
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -31,6 +32,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         Arrival::Missing(_) => None,
     });
     std::fs::write(directory.join("samples.f32"), values.flatten().collect::<Vec<u8>>())?;
-    std::fs::write(directory.join("model.bin"), model(PAPER, &signal(20_000, 4)))?;
+    for (name, alignment) in
+        [("forward.bin", Alignment::Forward), ("half.bin", Alignment::Half), ("causal.bin", Alignment::Causal)]
+    {
+        std::fs::write(directory.join(name), model(Sizes { alignment, ..PAPER }, &signal(20_000, 4)))?;
+    }
     Ok(())
 }
