@@ -1,11 +1,12 @@
 //! What a device makes of broken samples.
 
+use ballrace_core::crc::crc32;
 use ballrace_core::model::Model;
 use ballrace_core::monitor::Status;
 use ballrace_core::screen::{FaultCounts, Quality};
 use ballrace_firmware_sim::event::{Event, Summary};
 use ballrace_firmware_sim::faults::{Injected, Injector};
-use ballrace_firmware_sim::runner::{Recording, Runner};
+use ballrace_firmware_sim::runner::{Recording, Runner, RunnerError};
 use ballrace_firmware_sim::source::{Arrival, in_memory};
 
 mod common;
@@ -179,4 +180,18 @@ fn an_alarm_is_told_with_its_place_and_outlasts_blindness() {
     let alarm = told.summary.first_alarm.unwrap();
     assert_eq!((alarm.recording.as_str(), alarm.recording_index), ("broken", 1));
     assert!(alarm.sample < 400 && (alarm.time_s - alarm.sample as f64 / RATE_HZ).abs() < 1e-12);
+}
+
+#[test]
+fn a_model_that_takes_states_is_refused() {
+    let mut bytes = common::model(common::SMALL, &common::signal(5_000, 4));
+    // Word 4 holds the orders, 0 for states given directly; the last one the CRC.
+    let end = bytes.len() - 4;
+    bytes[16..20].fill(0);
+    let crc = crc32(&bytes[..end]);
+    bytes[end..].copy_from_slice(&crc.to_le_bytes());
+    let model = Model::from_bytes(&bytes).unwrap();
+    let error = Runner::new(&model, &mut [0.0; 1000]).unwrap_err();
+    assert_eq!(error, RunnerError::StatesGiven { states: common::SMALL.dimension });
+    assert!(error.to_string().contains("takes 3 states directly, expected"));
 }

@@ -12,8 +12,6 @@ use ballrace_firmware_sim::intermediates::{self, JSON_LEN};
 use ballrace_image::board::{self, InstructionCounter};
 use ballrace_image::embedded::{self, SCRATCH_LEN};
 use cortex_m_rt::{ExceptionFrame, entry, exception};
-#[cfg(feature = "defmt")]
-use defmt_semihosting as _;
 
 /// What a run costs.
 struct Cost {
