@@ -5,6 +5,7 @@
 //! | module | holds | takes → gives |
 //! |---|---|---|
 //! | [`math`] | exp, sigmoid, sin, cos, sqrt: one place for host and device | |
+//! | [`crc`] | CRC-32 | |
 //! | [`states`] | virtual states, the finite differences of the acceleration | sample → x, ẋ |
 //! | [`library`] | candidate functions Θ(z), their order and their names | z → θ |
 //! | [`network`] | dense layers: encoder φ and decoder ψ | x → z |
@@ -23,6 +24,7 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+pub mod crc;
 pub mod device;
 pub mod dynamics;
 pub mod evaluator;

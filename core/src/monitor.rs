@@ -228,10 +228,11 @@ impl Monitor {
     fn judge(&mut self, u: f32) -> bool {
         let c = &self.config;
         self.ewma += c.ewma_weight * (u - self.ewma);
-        // Bounded above, so that a long anomaly does not take as long to clear.
+        // Bounded above, so that a long anomaly does not take as long to clear. Not `clamp`, which
+        // would panic for a bound below 0.
         let bound = 2.0 * c.cusum_limit;
-        self.above = (self.above + u - c.cusum_slack).clamp(0.0, bound);
-        self.below = (self.below - u - c.cusum_slack).clamp(0.0, bound);
+        self.above = (self.above + u - c.cusum_slack).max(0.0).min(bound);
+        self.below = (self.below - u - c.cusum_slack).max(0.0).min(bound);
         let cusum = self.above.max(self.below);
         let vote = self.ewma.abs() > c.ewma_limit || cusum > c.cusum_limit;
         let calm = self.ewma.abs() < c.release * c.ewma_limit && cusum < c.release * c.cusum_limit;

@@ -153,7 +153,8 @@ impl<'s> VirtualStates<'s> {
             let order = self.spec.orders.state(i);
             for (order, target, out) in [(order, false, states.get_mut(i)), (order + 1, true, targets.get_mut(i))] {
                 let newest = self.differences.get(order).copied().unwrap_or(0.0);
-                let (line, rest) = core::mem::take(&mut lines).split_at_mut(self.spec.delay(order, target));
+                let delay = self.spec.delay(order, target);
+                let Some((line, rest)) = core::mem::take(&mut lines).split_at_mut_checked(delay) else { return false };
                 lines = rest;
                 let value = match line.len() {
                     0 => newest,

@@ -17,6 +17,7 @@
 //! | last | CRC-32 (IEEE 802.3) of all bytes before it |
 
 use super::{Array, Input, Model, ModelError, Scaling};
+use crate::crc::crc32;
 use crate::dynamics::{Dynamics, TERM_WORDS};
 use crate::library::Library;
 use crate::monitor::MonitorConfig;
@@ -32,18 +33,6 @@ pub const FORMAT_VERSION: u32 = 1;
 const HEADER_WORDS: usize = 26;
 /// Far above any model that fits, far below any overflow of the sums over sizes.
 const MAX_COUNT: usize = 1 << 24;
-
-/// CRC-32 of IEEE 802.3, bit by bit: run once at start-up, a table would cost 1 kB of flash.
-pub fn crc32(bytes: &[u8]) -> u32 {
-    !crc32_update(!0, bytes)
-}
-
-/// Continues a CRC-32 register (start with `!0`, invert at the end).
-pub(crate) fn crc32_update(register: u32, bytes: &[u8]) -> u32 {
-    bytes.iter().fold(register, |register, &byte| {
-        (0..8).fold(register ^ u32::from(byte), |r, _| if r & 1 == 1 { (r >> 1) ^ 0xedb8_8320 } else { r >> 1 })
-    })
-}
 
 /// Hands out words one after the other.
 struct Reader<'a> {

@@ -8,7 +8,8 @@ mod binary;
 mod error;
 mod json;
 
-pub use binary::{FORMAT_VERSION, MAGIC, crc32};
+pub use crate::crc::crc32;
+pub use binary::{FORMAT_VERSION, MAGIC};
 pub use error::{Array, ModelError};
 
 use crate::dynamics::{Dynamics, decode_term};

@@ -1,0 +1,41 @@
+//! Writes models of the paper's sizes with random weights, and samples with every kind of fault that
+//! a file can hold: something to hold host and device against each other with (`compare.sh`).
+//!
+//! `cargo run --example paper_sizes -- DIR [SAMPLES]` writes `DIR/samples.f32`, and a model for each
+//! alignment: `DIR/forward.bin`, `DIR/half.bin`, `DIR/causal.bin`.
+
+use std::error::Error;
+use std::path::PathBuf;
+
+use ballrace_core::states::Alignment;
+use ballrace_firmware_sim::faults::Injector;
+use ballrace_firmware_sim::source::{Arrival, in_memory};
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use common::{Sizes, model, signal};
+
+const PAPER: Sizes =
+    Sizes { dimension: 8, latent: 8, hidden: 256, degree: 2, harmonics: 2, nonzeros: 40, alignment: Alignment::Half };
+const FAULTS: &str = "drop:1e-3,stuck:3e-3x20,nan:2e-3,flip:1e-2,saturate:50";
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let directory: PathBuf = arguments.next().ok_or("expected a directory to write to")?.into();
+    let count = arguments.next().map_or(Ok(2000), |count| count.parse())?;
+    std::fs::create_dir_all(&directory)?;
+    let mut injector = Injector::new(FAULTS.parse()?, 1);
+    let samples = signal(count, 3);
+    let values = injector.over(in_memory(&samples)).filter_map(|arrival| match arrival {
+        Arrival::Sample(sample) => Some(sample.to_le_bytes()),
+        Arrival::Missing(_) => None,
+    });
+    std::fs::write(directory.join("samples.f32"), values.flatten().collect::<Vec<u8>>())?;
+    for (name, alignment) in
+        [("forward.bin", Alignment::Forward), ("half.bin", Alignment::Half), ("causal.bin", Alignment::Causal)]
+    {
+        std::fs::write(directory.join(name), model(Sizes { alignment, ..PAPER }, &signal(20_000, 4)))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,43 @@
+//! Everything an application calls of `ballrace-core`'s device, and nothing else: what this image
+//! takes of flash and RAM is what an application pays, and whatever of `core::panicking` is in it, the
+//! device can reach. `compare.sh` looks at both. It is built to be looked at; run, it says nothing.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+use core::panic::PanicInfo;
+
+use ballrace_core::device::Device;
+use ballrace_core::model::Model;
+use ballrace_image::embedded::{self, SCRATCH_LEN};
+use cortex_m_rt::entry;
+
+#[entry]
+fn main() -> ! {
+    static mut SCRATCH: [f32; SCRATCH_LEN] = [0.0; SCRATCH_LEN];
+    if let Ok(model) = Model::from_bytes(embedded::model()) {
+        // Opaque lengths, or the compiler would see that they fit.
+        let (scratch, samples) = (black_box(&mut SCRATCH[..]), embedded::samples());
+        if let Ok(mut device) = Device::new(&model, scratch) {
+            for sample in samples.iter() {
+                black_box(device.push(sample));
+                black_box(device.missing(black_box(0)));
+                black_box(device.summary());
+            }
+            black_box(device.end_of_recording());
+        }
+    }
+    halt()
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    halt()
+}
+
+/// Not through semihosting, whose code may panic.
+fn halt() -> ! {
+    loop {
+        cortex_m::asm::wfi();
+    }
+}

@@ -1,0 +1,124 @@
+//! Runs the embedded model over the embedded samples on a Cortex-M4F and prints the report of the
+//! host's `ballrace-firmware-sim`, with what only the device knows added: instructions and memory.
+#![no_std]
+#![no_main]
+
+use core::fmt::Write;
+use core::panic::PanicInfo;
+
+use ballrace_core::device::{Device, ScratchTooSmall};
+use ballrace_core::model::Model;
+use ballrace_firmware_sim::intermediates::{self, JSON_LEN};
+use ballrace_image::board::{self, InstructionCounter};
+use ballrace_image::embedded::{self, SCRATCH_LEN};
+use cortex_m_rt::{ExceptionFrame, entry, exception};
+
+/// What a run costs.
+struct Cost {
+    /// Instructions of all samples.
+    instructions: u64,
+    /// Instructions of the sample that took most.
+    worst: u64,
+    /// Most stack in use, bytes.
+    stack: usize,
+}
+
+#[entry]
+fn main() -> ! {
+    static mut SCRATCH: [f32; SCRATCH_LEN] = [0.0; SCRATCH_LEN];
+    let result = match Model::from_bytes(embedded::model()) {
+        Ok(model) => measure(&model, SCRATCH).and_then(|cost| report(&model, SCRATCH, &cost)).map_err(|_| "scratch"),
+        Err(_) => Err("model"),
+    };
+    match result {
+        Ok(()) => board::exit(true),
+        Err(what) => {
+            board::say(what);
+            board::exit(false)
+        }
+    }
+}
+
+/// A run as an application makes it. Apart from [`report`], so that neither its instructions nor its
+/// stack count.
+#[inline(never)]
+fn measure<'a>(model: &'a Model<'a>, scratch: &mut [f32]) -> Result<Cost, ScratchTooSmall> {
+    let mut device = Device::new(model, scratch)?;
+    let (mut ticks, mut worst) = (0, 0);
+    let mut counter = InstructionCounter::start();
+    for sample in embedded::samples().iter() {
+        core::hint::black_box(device.push(sample));
+        let lap = counter.lap();
+        ticks += u64::from(lap);
+        worst = worst.max(lap);
+    }
+    Ok(Cost {
+        instructions: InstructionCounter::instructions(ticks),
+        worst: InstructionCounter::instructions(worst.into()),
+        stack: board::stack_high_water(),
+    })
+}
+
+/// Prints one line of JSON.
+#[inline(never)]
+fn report<'a>(model: &'a Model<'a>, scratch: &mut [f32], cost: &Cost) -> Result<(), ScratchTooSmall> {
+    let report = intermediates::run(model, scratch, embedded::samples().iter())?;
+    let mut buffer = [0; JSON_LEN];
+    let json = report.to_json(&mut buffer).unwrap_or_default();
+    let mut line = Line::default();
+    let Cost { instructions, worst, stack } = cost;
+    let mean = instructions / u64::from(report.samples.max(1));
+    // The host's line with its last brace moved behind what is added.
+    let written = write!(
+        line,
+        "{},\"instructions_per_sample\":{mean},\"instructions_worst\":{worst},\"scratch_bytes\":{},\"stack_bytes\":{stack}}}",
+        json.strip_suffix('}').unwrap_or_default(),
+        size_of_val(scratch),
+    );
+    board::say(if written.is_ok() { line.text() } else { "report too long" });
+    Ok(())
+}
+
+/// Collects a line, so that it reaches the host in one piece.
+struct Line {
+    bytes: [u8; JSON_LEN],
+    length: usize,
+}
+
+impl Default for Line {
+    fn default() -> Self {
+        Self { bytes: [0; JSON_LEN], length: 0 }
+    }
+}
+
+impl Line {
+    fn text(&self) -> &str {
+        self.bytes.get(..self.length).and_then(|bytes| core::str::from_utf8(bytes).ok()).unwrap_or_default()
+    }
+}
+
+impl Write for Line {
+    fn write_str(&mut self, text: &str) -> core::fmt::Result {
+        let end = self.length + text.len();
+        self.bytes.get_mut(self.length..end).ok_or(core::fmt::Error)?.copy_from_slice(text.as_bytes());
+        self.length = end;
+        Ok(())
+    }
+}
+
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    let mut line = Line::default();
+    let _ = write!(line, "{info}");
+    board::say(line.text());
+    board::exit(false)
+}
+
+/// Without it a fault would hang until the emulator's time is over.
+#[exception]
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    let mut line = Line::default();
+    let _ = write!(line, "hard fault at {:#010x}", frame.pc());
+    board::say(line.text());
+    board::exit(false)
+}

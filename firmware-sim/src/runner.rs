@@ -1,0 +1,172 @@
+//! The device, fed with arrivals: what an application's main loop does, with events for its actions.
+
+use std::fmt;
+
+use ballrace_core::device::{Device, ScratchTooSmall};
+use ballrace_core::model::{Input, Model};
+use ballrace_core::monitor::{BlockReport, Status};
+use ballrace_core::screen::Quality;
+
+use crate::event::{Alarm, Event, FaultStart, Place, StatusChange, Summary};
+use crate::source::{Arrival, SampleSource};
+
+/// What a device cannot run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RunnerError {
+    /// The model wants its states given; a device has only samples of one acceleration.
+    StatesGiven {
+        /// States it wants.
+        states: usize,
+    },
+    /// Too little memory.
+    Scratch(ScratchTooSmall),
+}
+
+impl fmt::Display for RunnerError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::StatesGiven { states } => {
+                write!(f, "model takes {states} states directly, expected virtual states of one acceleration channel")
+            }
+            Self::Scratch(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for RunnerError {}
+
+/// A recording's name and its samples' rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Recording<'n> {
+    /// What events call it.
+    pub name: &'n str,
+    /// Samples a second; times of events come from it.
+    pub sample_rate_hz: f64,
+}
+
+/// One device and what it has seen, over as many recordings as there are.
+#[derive(Debug)]
+pub struct Runner<'a, 's> {
+    device: Device<'a, 's>,
+    recordings: u32,
+    samples: u64,
+    evaluated: u64,
+    blocks: u32,
+    alarms: u32,
+    first_alarm: Option<Alarm>,
+    /// An anomaly was raised and not cleared since; blindness does not clear it.
+    alarmed: bool,
+}
+
+impl<'a, 's> Runner<'a, 's> {
+    /// Floats of scratch that a model needs.
+    pub fn scratch_len(model: &Model<'_>) -> usize {
+        Device::scratch_len(model)
+    }
+
+    /// A device that has seen nothing. It allocates nothing itself: its memory is `scratch`, as on
+    /// the microcontroller.
+    ///
+    /// # Errors
+    /// What it cannot run.
+    pub fn new(model: &'a Model<'a>, scratch: &'s mut [f32]) -> Result<Self, RunnerError> {
+        if let Input::Direct(states) = model.input {
+            return Err(RunnerError::StatesGiven { states });
+        }
+        let device = Device::new(model, scratch).map_err(RunnerError::Scratch)?;
+        Ok(Self {
+            device,
+            recordings: 0,
+            samples: 0,
+            evaluated: 0,
+            blocks: 0,
+            alarms: 0,
+            first_alarm: None,
+            alarmed: false,
+        })
+    }
+
+    /// Runs one recording from start to end; the device goes on from the one before.
+    pub fn run(
+        &mut self,
+        recording: &Recording<'_>,
+        source: impl SampleSource,
+        mut on_event: impl FnMut(Event<'_>),
+    ) -> &mut Self {
+        let recording_index = self.recordings;
+        let place = |sample: u64| Place {
+            recording: recording.name,
+            recording_index,
+            sample,
+            time_s: sample as f64 / recording.sample_rate_hz,
+        };
+        if self.recordings == 0 {
+            let status = self.device.summary().status;
+            on_event(Event::Status(StatusChange { status, was: None, at: place(0), statistics: None }));
+        }
+        self.recordings += 1;
+        let mut position = 0;
+        let mut before = Quality::Good;
+        for arrival in source {
+            let (quality, block) = match arrival {
+                Arrival::Sample(sample) => {
+                    let outcome = self.device.push(sample);
+                    self.samples += 1;
+                    self.evaluated += u64::from(outcome.step.is_some());
+                    (outcome.quality, outcome.block)
+                }
+                Arrival::Missing(0) => continue,
+                Arrival::Missing(count) => (Quality::Missing, self.device.missing(count)),
+            };
+            if quality != before && quality != Quality::Good {
+                let value = match arrival {
+                    Arrival::Sample(sample) => Some(sample),
+                    Arrival::Missing(_) => None,
+                };
+                on_event(Event::Fault(FaultStart { kind: quality, value, at: place(position) }));
+            }
+            before = quality;
+            position += u64::from(arrival.periods());
+            self.judge(block, place(position.saturating_sub(1)), &mut on_event);
+        }
+        let block = self.device.end_of_recording();
+        self.judge(block, place(position.saturating_sub(1)), &mut on_event);
+        self
+    }
+
+    /// Ends the run: the totals, as the last event and as a value.
+    pub fn finish(self, mut on_event: impl FnMut(Event<'_>)) -> Summary {
+        let device = self.device.summary();
+        let summary = Summary {
+            recordings: self.recordings,
+            samples: self.samples,
+            evaluated: self.evaluated,
+            blocks: self.blocks,
+            faults: device.faults,
+            status: device.status,
+            alarms: self.alarms,
+            first_alarm: self.first_alarm,
+        };
+        on_event(Event::Summary(summary.clone()));
+        summary
+    }
+
+    fn judge(&mut self, block: Option<BlockReport>, at: Place<'_>, on_event: &mut impl FnMut(Event<'_>)) {
+        let Some(report) = block else { return };
+        self.blocks = report.block;
+        if report.status == report.was {
+            return;
+        }
+        match report.status {
+            Status::Anomalous if !self.alarmed => {
+                self.alarmed = true;
+                self.alarms += 1;
+                self.first_alarm.get_or_insert_with(|| at.into());
+            }
+            Status::Starting | Status::Healthy => self.alarmed = false,
+            Status::Anomalous | Status::Blind => {}
+        }
+        let (status, was, statistics) = (report.status, Some(report.was), Some((&report).into()));
+        on_event(Event::Status(StatusChange { status, was, at, statistics }));
+    }
+}
