@@ -1,1 +1,3 @@
 //! ballrace.
+
+pub mod recording;
