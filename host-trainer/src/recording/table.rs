@@ -121,12 +121,15 @@ fn quick_row(
             at = end;
         } else {
             let start = at;
-            let accept = if column.role == Role::Number {
-                is_numeric
+            let mask = if column.role == Role::Number {
+                NUMERIC
             } else {
-                is_plain
+                PLAIN
             };
-            while at < bytes.len() && bytes[at] != layout.separator && accept(bytes[at]) {
+            while let Some(&byte) = bytes.get(at)
+                && CLASS[usize::from(byte)] & mask != 0
+                && byte != layout.separator
+            {
                 at += 1;
             }
             if at == start {
@@ -148,13 +151,25 @@ fn quick_row(
     }
 }
 
-fn is_numeric(byte: u8) -> bool {
-    byte.is_ascii_digit() || matches!(byte, b'.' | b'-' | b'+' | b'e' | b'E')
-}
+/// Bytes of a number.
+const NUMERIC: u8 = 1;
+/// Bytes of a field without quotes.
+const PLAIN: u8 = 2;
 
-fn is_plain(byte: u8) -> bool {
-    !matches!(byte, b'\n' | b'\r' | b'"')
-}
+/// The classes of each byte; a table, because this is asked of more than half of a FEMTO file.
+const CLASS: [u8; 256] = {
+    let mut class = [PLAIN; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        class[byte] = match byte as u8 {
+            b'0'..=b'9' | b'.' | b'-' | b'+' | b'e' | b'E' => NUMERIC | PLAIN,
+            b'\n' | b'\r' | b'"' => 0,
+            _ => PLAIN,
+        };
+        byte += 1;
+    }
+    class
+};
 
 /// The finite decimal number at `at`, and where it ends.
 #[inline]
