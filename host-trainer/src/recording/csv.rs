@@ -10,6 +10,7 @@ use super::{
     ReadError,
     assemble::{Column, Raw, Selection, TimeColumn},
     error::shown,
+    number,
     table::{self, ColumnSpec, Layout, Role},
     time_axis,
 };
@@ -113,7 +114,7 @@ fn header(bytes: &[u8], path: &Path) -> Result<Header, ReadError> {
             let fields = table::split(line, separator);
             let is_header = fields
                 .iter()
-                .any(|f| !f.is_empty() && table::parse_number(f).is_none());
+                .any(|f| !f.is_empty() && number::parse(f).is_none());
             let (names, row, body_row, body) = match comment {
                 _ if is_header => (fields, row, row + 1, at + length),
                 Some(text) => (table::split(text, separator), row - 1, row, at),

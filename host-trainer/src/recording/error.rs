@@ -214,7 +214,7 @@ pub enum ReadError {
     /// A value of a wrong type or out of range.
     #[error("{path}, {key}: found {found}, expected {expected}")]
     BadValue {
-        /// The manifest, or the file whose own metadata is wrong.
+        /// The manifest.
         path: PathBuf,
         /// The key with its table, such as `recording[2].sample_rate_hz`.
         key: String,

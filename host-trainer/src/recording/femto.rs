@@ -8,6 +8,7 @@ use std::path::Path;
 use super::{
     ReadError, Unit,
     assemble::{Column, Raw, Selection},
+    number,
     table::{self, ColumnSpec, Layout, Role},
 };
 
@@ -27,7 +28,7 @@ pub(super) fn is_named(path: &Path) -> bool {
 /// Whether the first line of a file is a row of this format.
 pub(super) fn is_row(line: &[u8]) -> bool {
     let fields = table::split(line, table::separator(line));
-    fields.len() == WIDTH && fields.iter().all(|f| table::parse_number(f).is_some())
+    fields.len() == WIDTH && fields.iter().all(|f| number::parse(f).is_some())
 }
 
 /// Shaft speed in Hz and load in N of a folder `BearingX_Y`: X is the operating condition
@@ -113,7 +114,7 @@ fn start_s(bytes: &[u8], separator: u8) -> Option<f64> {
     let time: Vec<f64> = fields
         .iter()
         .take(TIME.len())
-        .map_while(|f| table::parse_number(f))
+        .map_while(|f| number::parse(f))
         .collect();
     let [hour, minute, second, microsecond] = time[..] else {
         return None;

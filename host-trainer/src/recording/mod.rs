@@ -1,6 +1,6 @@
 //! Recordings: what an accelerometer gave, in SI units, with the operating condition.
 //!
-//! [`load`] reads files and folders into [`Recording`]s, [`write`] stores them. One file a
+//! [`load`] reads files and folders into [`Recording`]s, [`mod@write`] stores them. One file a
 //! format:
 //!
 //! | module | format |
@@ -26,6 +26,7 @@ mod load;
 pub mod manifest;
 mod mat;
 mod npy;
+mod number;
 mod options;
 mod parquet;
 pub mod reference_data;

@@ -18,7 +18,7 @@ pub const STOP_BAND_DB: f64 = 100.0;
 /// Window shape for [`STOP_BAND_DB`] (Kaiser 1974; Oppenheim & Schafer, eq. 7.75), with 3 dB to
 /// spare for the rounding of the formula.
 const KAISER_BETA: f64 = 0.1102 * (STOP_BAND_DB + 3.0 - 8.7);
-/// L and M up to here: the ratio of any two rates is met to 1e-8.
+/// L and M up to here: the ratio of any two rates is met to better than 1e-8.
 const MAX_FACTOR: u64 = 20_000;
 
 /// Half the filter length, in samples of the lower rate: Oppenheim & Schafer, eq. 7.76, for a

@@ -4,11 +4,11 @@ use ballrace::recording::{LoadOptions, ReadError};
 
 use crate::Folder;
 
-fn strict() -> LoadOptions {
+pub fn strict() -> LoadOptions {
     LoadOptions::default()
 }
 
-fn lenient() -> LoadOptions {
+pub fn lenient() -> LoadOptions {
     LoadOptions {
         skip_bad: true,
         sample_rate_hz: Some(1000.0),
@@ -24,13 +24,6 @@ fn said(name: &str, text: &str) -> String {
         &format!("{}/", folder.path("").display()).replace("//", "/"),
         "",
     )
-}
-
-macro_rules! assert_variant {
-    ($error:expr, $variant:ident) => {
-        let error = $error;
-        assert!(matches!(error, ReadError::$variant { .. }), "{error:?}");
-    };
 }
 
 const ROW: &str = "9,10,39,1.1879e+05,0.338,-0.263\n";
@@ -296,71 +289,4 @@ fn a_manifest_cannot_locate_a_channel_that_is_not_there() {
         format!("defaults.channels.ay = \"top\"\n{entry}").as_bytes(),
     );
     assert!(folder.load("", &strict()).is_ok());
-}
-
-/// A version-1 header with these keys, then `data`.
-pub fn npy(keys: &str, data: &[u8]) -> Vec<u8> {
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend((keys.len() as u16).to_le_bytes());
-    bytes.extend(keys.as_bytes());
-    bytes.extend(data);
-    bytes
-}
-
-#[test]
-fn numpy() {
-    let folder = Folder::new(&[]);
-    let said = |bytes: &[u8]| {
-        folder.write("r.npy", bytes);
-        let error = folder.load("", &strict()).unwrap_err().to_string();
-        error.rsplit_once("r.npy, ").unwrap().1.to_owned()
-    };
-    let keys = |descr: &str, shape: &str| {
-        format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}")
-    };
-    assert_eq!(
-        said(b"oops"),
-        "magic: found oops, expected a NumPy array, version 1 to 3"
-    );
-    assert_eq!(
-        said(b"\x93NUMPY\x01\x00\xff\xff"),
-        "header: found a file of 10 bytes, expected a whole header"
-    );
-    assert_eq!(
-        said(&npy(&keys("<c16", "(1,)"), &[0; 16])),
-        "descr: found <c16, expected f4, f8, i1, i2, i4, i8, u1, u2 or u4"
-    );
-    assert_eq!(
-        said(&npy(&keys("<f8", "(3,)"), &[0; 16])),
-        "data: found 16 bytes for shape [3], expected as many bytes as the shape needs"
-    );
-    let huge = "(18446744073709551615, 2)";
-    assert!(said(&npy(&keys("<f8", huge), &[0; 16])).starts_with("data: found 16 bytes"));
-    assert_eq!(
-        said(&npy(&keys("<i2", "(1, 2, 1)"), &[0; 4])),
-        "shape: found 3 dimensions, expected 1 or 2 dimensions"
-    );
-    let nan = [1.0_f32, f32::NAN].map(f32::to_le_bytes).concat();
-    assert_eq!(
-        said(&npy(&keys("<f4", "(2,)"), &nan)),
-        "row 2, column `ch1`: found NaN, expected a finite number"
-    );
-}
-
-#[test]
-fn other_binaries() {
-    let folder = Folder::new(&[("r.parquet", "PAR1 but not really PAR1")]);
-    assert_variant!(folder.load("r.parquet", &strict()).unwrap_err(), BadParquet);
-    folder.write("r.mat", &[b' '; 200]);
-    assert_variant!(folder.load("r.mat", &strict()).unwrap_err(), BadMat);
-    // Unreadable files are skipped like any other content.
-    folder.write(
-        "r2.npy",
-        &npy(
-            "{'descr': '<i2', 'fortran_order': False, 'shape': (2,)}",
-            &[1, 0, 2, 0],
-        ),
-    );
-    let loaded = folder.load("", &lenient()).unwrap();
-    assert_eq!((loaded.recordings.len(), loaded.skipped.len()), (1, 2));
 }

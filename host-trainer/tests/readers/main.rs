@@ -1,5 +1,14 @@
 //! The readers from outside, in three kinds of test.
 
+/// Asserts that an error is of a variant of `ReadError`.
+macro_rules! assert_variant {
+    ($error:expr, $variant:ident) => {
+        let error = $error;
+        assert!(matches!(error, ReadError::$variant { .. }), "{error:?}");
+    };
+}
+
+mod binary;
 mod error;
 mod golden;
 mod invariant;
