@@ -2,22 +2,27 @@
 //!
 //! `cargo bench -p ballrace --bench readers`, with `BALLRACE_PYTHON` a Python that has polars and
 //! pandas (default `python3`), and the data where `reference_data::folder` looks.
+//!
+//! The readers take turns, so that whatever else the machine does falls on all of them.
 
 use std::{
-    collections::BTreeMap,
     error::Error,
     fs,
-    path::Path,
-    process::{Command, Stdio},
+    io::{BufRead, BufReader, Write},
+    path::{Path, PathBuf},
+    process::{Child, ChildStdin, ChildStdout, Command, Stdio},
     time::Instant,
 };
 
 use ballrace::recording::{LoadOptions, load, reference_data};
 
+/// Runs of each reader that count; one more goes before them to warm up.
 const RUNS: usize = 11;
 const BEARING: &str = "Bearing3_3";
 
-fn main() -> Result<(), Box<dyn Error>> {
+type Result<T> = std::result::Result<T, Box<dyn Error>>;
+
+fn main() -> Result<()> {
     let Some(femto) = reference_data::folder("femto") else {
         return Ok(());
     };
@@ -30,67 +35,125 @@ fn main() -> Result<(), Box<dyn Error>> {
         files += 1;
     }
 
-    let mut rows = Vec::new();
-    let both = time_ours(&folder, &LoadOptions::default())?;
-    rows.push(("ballrace, both channels".to_owned(), both));
-    let channels = Some(vec!["horizontal".to_owned()]);
-    let one = time_ours(
-        &folder,
-        &LoadOptions {
-            channels,
-            ..LoadOptions::default()
-        },
-    )?;
-    rows.push(("ballrace, one channel".to_owned(), one));
-    match time_peers(&folder) {
-        Ok(peers) => rows.extend(peers),
-        Err(error) => eprintln!("peers left out: {error}"),
+    let one = Some(vec!["horizontal".to_owned()]);
+    let ours = [
+        ("ballrace, both channels", LoadOptions::default()),
+        (
+            "ballrace, one channel",
+            LoadOptions {
+                channels: one,
+                ..LoadOptions::default()
+            },
+        ),
+    ];
+    let mut peers = Peers::start(&folder)
+        .inspect_err(|error| eprintln!("peers left out: {error}"))
+        .ok();
+    let peer_names = peers.as_ref().map_or(&[][..], |peers| &peers.names);
+    let names: Vec<String> = ours
+        .iter()
+        .map(|(name, _)| name.to_string())
+        .chain(peer_names.iter().cloned())
+        .collect();
+
+    let mut seconds = vec![Vec::new(); names.len()];
+    let paths = [folder];
+    for _ in 0..=RUNS {
+        for (index, (_, options)) in ours.iter().enumerate() {
+            seconds[index].push(time_ours(&paths, options)?);
+        }
+        if let Some(peers) = &mut peers {
+            for index in 0..peers.names.len() {
+                seconds[ours.len() + index].push(peers.time(index)?);
+            }
+        }
     }
 
     println!(
-        "{BEARING}: {files} files, {:.1} MB, median of {RUNS} runs",
+        "{BEARING}: {files} files, {:.1} MB, {RUNS} runs in turn",
         bytes as f64 / 1e6
     );
-    println!("{:<44}{:>10}{:>10}{:>9}", "", "ms", "MB/s", "ratio");
-    for (name, seconds) in rows {
-        let (ms, rate) = (seconds * 1e3, bytes as f64 / 1e6 / seconds);
-        println!("{name:<44}{ms:>10.1}{rate:>10.0}{:>9.1}", seconds / both);
+    println!(
+        "{:<36}{:>11}{:>9}{:>9}{:>9}",
+        "", "median ms", "best ms", "MB/s", "ratio"
+    );
+    let mut reference = None;
+    for (name, mut seconds) in names.into_iter().zip(seconds) {
+        seconds.remove(0);
+        seconds.sort_by(f64::total_cmp);
+        let (median, best) = (seconds[RUNS / 2], seconds[0]);
+        let ratio = median / *reference.get_or_insert(median);
+        let rate = bytes as f64 / 1e6 / median;
+        println!(
+            "{name:<36}{:>11.1}{:>9.1}{rate:>9.0}{ratio:>9.1}",
+            median * 1e3,
+            best * 1e3
+        );
     }
     Ok(())
 }
 
-fn time_ours(folder: &Path, options: &LoadOptions) -> Result<f64, Box<dyn Error>> {
-    let mut seconds = Vec::with_capacity(RUNS);
-    for _ in 0..=RUNS {
-        let start = Instant::now();
-        let loaded = load(&[folder.into()], options)?;
-        seconds.push(start.elapsed().as_secs_f64());
-        std::hint::black_box(loaded);
-    }
-    // The first run warms up, as the peers' does.
-    seconds.remove(0);
-    seconds.sort_by(f64::total_cmp);
-    Ok(seconds[RUNS / 2])
+fn time_ours(paths: &[PathBuf], options: &LoadOptions) -> Result<f64> {
+    let start = Instant::now();
+    let loaded = load(paths, options)?;
+    let seconds = start.elapsed().as_secs_f64();
+    std::hint::black_box(loaded);
+    Ok(seconds)
 }
 
-/// Medians in seconds, by name. The script times itself, so starting Python does not count.
-fn time_peers(folder: &Path) -> Result<BTreeMap<String, f64>, Box<dyn Error>> {
-    let python = std::env::var_os("BALLRACE_PYTHON").unwrap_or_else(|| "python3".into());
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/readers_peer.py");
-    let output = Command::new(python)
-        .arg(script)
-        .arg(folder)
-        .arg(RUNS.to_string())
-        .stderr(Stdio::inherit())
-        .output()?;
-    if !output.status.success() {
-        return Err(format!("the script ended with {}", output.status).into());
+/// The Python readers, which time themselves on request.
+struct Peers {
+    names: Vec<String>,
+    requests: Option<ChildStdin>,
+    answers: BufReader<ChildStdout>,
+    process: Child,
+}
+
+impl Peers {
+    fn start(folder: &Path) -> Result<Self> {
+        let python = std::env::var_os("BALLRACE_PYTHON").unwrap_or_else(|| "python3".into());
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/readers_peer.py");
+        let mut process = Command::new(python)
+            .arg(script)
+            .arg(folder)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()?;
+        let requests = process.stdin.take();
+        let answers = BufReader::new(process.stdout.take().ok_or("no stdout")?);
+        let mut peers = Self {
+            names: Vec::new(),
+            requests,
+            answers,
+            process,
+        };
+        loop {
+            match peers.line()? {
+                name if name.is_empty() => return Ok(peers),
+                name => peers.names.push(name),
+            }
+        }
     }
-    let text = String::from_utf8(output.stdout)?;
-    text.lines()
-        .map(|line| {
-            let (name, seconds) = line.split_once('\t').ok_or("a line without a tab")?;
-            Ok((name.to_owned(), seconds.parse()?))
-        })
-        .collect()
+
+    /// Seconds that the reader of this number takes.
+    fn time(&mut self, index: usize) -> Result<f64> {
+        writeln!(self.requests.as_mut().ok_or("no stdin")?, "{index}")?;
+        Ok(self.line()?.parse()?)
+    }
+
+    fn line(&mut self) -> Result<String> {
+        let mut line = String::new();
+        match self.answers.read_line(&mut line)? {
+            0 => Err("the script ended early".into()),
+            _ => Ok(line.trim_end().to_owned()),
+        }
+    }
+}
+
+impl Drop for Peers {
+    fn drop(&mut self) {
+        // The script ends at the end of its input.
+        self.requests = None;
+        let _ = self.process.wait();
+    }
 }

@@ -1,9 +1,10 @@
-"""Times polars and pandas on a FEMTO folder: `readers_peer.py FOLDER RUNS`.
+"""Times polars and pandas on a FEMTO folder: `readers_peer.py FOLDER`.
 
-Prints a line each: name, tab, median seconds. All read the two acceleration columns into memory.
+Prints the names of the readers, a line each, and an empty line. Then, for each line on stdin, runs
+the reader of that number and prints the seconds it took. All read the two acceleration columns
+into memory.
 """
 
-import statistics
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -12,7 +13,7 @@ from pathlib import Path
 import pandas as pd
 import polars as pl
 
-folder, runs = Path(sys.argv[1]), int(sys.argv[2])
+folder = Path(sys.argv[1])
 files = sorted(folder.glob("acc_*.csv"))
 
 
@@ -47,16 +48,17 @@ def pandas_threads():
         return list(pool.map(pandas_read, files))
 
 
-for name, read in [
+readers = [
     (f"polars {pl.__version__}, read_csv a file", polars_files),
     (f"polars {pl.__version__}, read_csv in threads", polars_threads),
     (f"polars {pl.__version__}, scan_csv of all", polars_scan),
     (f"pandas {pd.__version__}, read_csv a file", pandas_files),
     (f"pandas {pd.__version__}, read_csv in threads", pandas_threads),
-]:
-    seconds = []
-    for _ in range(runs + 1):
-        start = time.perf_counter()
-        read()
-        seconds.append(time.perf_counter() - start)
-    print(f"{name}\t{statistics.median(seconds[1:])}", flush=True)
+]
+for name, _ in readers:
+    print(name)
+print(flush=True)
+for line in sys.stdin:
+    start = time.perf_counter()
+    readers[int(line)][1]()
+    print(time.perf_counter() - start, flush=True)
