@@ -1,6 +1,7 @@
 //! From a vibration recording to a sparse dynamics model on a microcontroller.
 #![forbid(unsafe_code)]
 
+pub mod recording;
 pub mod sindy_nn;
 pub mod states;
 pub mod stlsq;

@@ -1,0 +1,133 @@
+//! Recordings: what an accelerometer gave, in SI units, with the operating condition.
+//!
+//! [`load`] reads files and folders into [`Recording`]s, [`mod@write`] stores them. One file a
+//! format:
+//!
+//! | module | format |
+//! |---|---|
+//! | `femto` | PRONOSTIA/FEMTO `acc_*.csv` without header |
+//! | `csv` | CSV with a header |
+//! | `mat` | MATLAB v5 (CWRU, MFPT, and others) |
+//! | `npy` | NumPy arrays |
+//! | `parquet` | Parquet columns |
+//! | [`manifest`] | `recordings.toml`, which says what the files do not |
+//!
+//! Start reading at `load`: `find` turns paths into jobs, a format turns a job into raw columns,
+//! `assemble` turns raw columns into a [`Recording`].
+
+use std::{fmt, path::PathBuf};
+
+mod assemble;
+mod csv;
+mod error;
+mod femto;
+mod find;
+mod load;
+pub mod manifest;
+mod mat;
+mod npy;
+mod number;
+mod options;
+mod parquet;
+pub mod reference_data;
+pub mod resample;
+mod table;
+mod time_axis;
+mod unit;
+pub mod write;
+
+pub use error::ReadError;
+pub use load::{Loaded, load};
+pub use options::{LoadOptions, Progress, ProgressFn};
+pub use unit::{STANDARD_GRAVITY, Unit};
+
+/// Where a recording comes from.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Source {
+    /// The file.
+    pub path: PathBuf,
+    /// The variable in it, where a `.mat` file holds several and one was chosen.
+    pub variable: Option<String>,
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.path.display())?;
+        self.variable
+            .as_ref()
+            .map_or(Ok(()), |variable| write!(f, ":{variable}"))
+    }
+}
+
+/// One signal of a recording.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Channel {
+    /// Column or variable name; `horizontal` and `vertical` for FEMTO; `ch1`, `ch2`, … for NumPy.
+    pub name: String,
+    /// Where the sensor sits, such as `outer-x` or `resonator-y`: from the manifest, or the
+    /// default for `ax` and `ay`.
+    pub location: Option<String>,
+    /// Samples at the recording's rate. Accelerations are in m/s², everything else
+    /// (`tacho`, `u`, `q`, `qd`, `qdd`, names that end in another unit) is as stored.
+    pub samples: Vec<f64>,
+}
+
+/// A recording: channels of equal length on one time axis.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Recording {
+    /// Where it was read from.
+    pub source: Source,
+    /// The signals, at least one, in the order of the file.
+    pub channels: Vec<Channel>,
+    /// Samples per second, Hz.
+    pub sample_rate_hz: f64,
+    /// Shaft speed, revolutions per second.
+    pub shaft_hz: Option<f64>,
+    /// Radial load, N.
+    pub load_n: Option<f64>,
+    /// Time of the first sample in seconds after midnight of the day on which the first
+    /// recording of its folder began; beyond 86 400 once midnight has passed. FEMTO only.
+    pub start_s: Option<f64>,
+    /// Rows that were dropped as bad (only with [`LoadOptions::skip_bad`]).
+    pub skipped_rows: usize,
+    /// Samples after which the time column skips at least one step. The samples that are missing
+    /// are not filled in.
+    pub gaps: Vec<usize>,
+}
+
+impl Recording {
+    /// Samples per channel.
+    pub fn len(&self) -> usize {
+        self.channels.first().map_or(0, |c| c.samples.len())
+    }
+
+    /// Whether there are no samples. [`load`] never returns such a recording.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Length in seconds, one sample period for each sample.
+    pub fn duration_s(&self) -> f64 {
+        self.len() as f64 / self.sample_rate_hz
+    }
+
+    /// The channel of this name, or else at this location.
+    pub fn channel(&self, name: &str) -> Option<&Channel> {
+        let by_name = self.channels.iter().find(|c| c.name == name);
+        by_name.or_else(|| {
+            self.channels
+                .iter()
+                .find(|c| c.location.as_deref() == Some(name))
+        })
+    }
+
+    /// The file name without its ending, such as `r01`.
+    pub fn name(&self) -> String {
+        self.source
+            .path
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned()
+    }
+}

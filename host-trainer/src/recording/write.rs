@@ -1,0 +1,204 @@
+//! Writes recordings as CSV with a header, and the manifest that goes with them.
+//!
+//! Numbers are written with as many digits as it takes to read the same `f64` back. A file
+//! appears under its name only once it is whole.
+
+use std::{
+    io::{self, BufWriter, Write},
+    path::{Path, PathBuf},
+};
+
+use tempfile::NamedTempFile;
+use toml::{Table, Value};
+
+use super::{Recording, manifest, unit::default_location};
+
+/// Why a recording could not be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum WriteError {
+    /// The operating system refused.
+    #[error("{path}: cannot be written: {source}")]
+    Io {
+        /// File or folder.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+    /// Channels of unequal length.
+    #[error("{path}, channel `{channel}`: found {found} samples, expected {expected}")]
+    UnequalLengths {
+        /// The file.
+        path: PathBuf,
+        /// The channel that differs from the first.
+        channel: String,
+        /// Its length.
+        found: usize,
+        /// The length of the first.
+        expected: usize,
+    },
+    /// A sample that no reader would take.
+    #[error("{path}, row {row}, channel `{channel}`: found {found}, expected a finite number")]
+    NotFinite {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        row: usize,
+        /// The channel.
+        channel: String,
+        /// The value.
+        found: f64,
+    },
+    /// A channel without a name, of another's name, or with a name that a header cannot hold.
+    #[error(
+        "{path}: found channel name `{name}`, expected one of its own without `,;\"#` or line ends"
+    )]
+    BadName {
+        /// The file.
+        path: PathBuf,
+        /// The name.
+        name: String,
+    },
+}
+
+/// Writes one recording as CSV: a line with the channel names, then a line a sample.
+///
+/// Rate, speed, load and locations are not in the CSV: [`folder`] writes them too.
+///
+/// # Errors
+///
+/// What [`load`](super::load()) would not read back is refused.
+pub fn csv(path: &Path, recording: &Recording) -> Result<(), WriteError> {
+    check(path, recording)?;
+    persist(path, |out| {
+        let names: Vec<&str> = recording.channels.iter().map(|c| c.name.as_str()).collect();
+        writeln!(out, "{}", names.join(","))?;
+        for row in 0..recording.len() {
+            for (index, channel) in recording.channels.iter().enumerate() {
+                let separator = if index == 0 { "" } else { "," };
+                // Debug has the shortest digits that give the same number back, and an exponent
+                // where zeros would be many.
+                write!(out, "{separator}{:?}", channel.samples[row])?;
+            }
+            writeln!(out)?;
+        }
+        Ok(())
+    })
+}
+
+/// Writes recordings into a folder, which is made where there is none, as `r01.csv`, `r02.csv`,
+/// … with `recordings.toml` last: a folder with a manifest is complete.
+///
+/// Returns the path of the manifest.
+///
+/// # Errors
+///
+/// As [`csv`].
+pub fn folder(folder: &Path, recordings: &[Recording]) -> Result<PathBuf, WriteError> {
+    std::fs::create_dir_all(folder).map_err(|source| WriteError::Io {
+        path: folder.into(),
+        source,
+    })?;
+    let digits = recordings.len().to_string().len().max(2);
+    let mut list = Vec::with_capacity(recordings.len());
+    for (index, recording) in recordings.iter().enumerate() {
+        let file = format!("r{:0digits$}.csv", index + 1);
+        csv(&folder.join(&file), recording)?;
+        list.push(Value::Table(entry(file, recording)));
+    }
+    let mut defaults = Table::new();
+    defaults.insert("unit".into(), "m/s^2".into());
+    let mut table = Table::new();
+    table.insert("defaults".into(), Value::Table(defaults));
+    table.insert("recording".into(), Value::Array(list));
+    let path = folder.join(manifest::FILE_NAME);
+    persist(&path, |out| out.write_all(table.to_string().as_bytes()))?;
+    Ok(path)
+}
+
+fn entry(file: String, recording: &Recording) -> Table {
+    let mut entry = Table::new();
+    entry.insert("file".into(), file.into());
+    entry.insert("sample_rate_hz".into(), recording.sample_rate_hz.into());
+    if let Some(shaft_hz) = recording.shaft_hz {
+        entry.insert("shaft_hz".into(), shaft_hz.into());
+    }
+    if let Some(load_n) = recording.load_n {
+        entry.insert("load_n".into(), load_n.into());
+    }
+    let stated = recording.channels.iter().filter_map(|channel| {
+        let location = channel.location.as_deref()?;
+        let is_default = default_location(&channel.name) == Some(location);
+        (!is_default).then(|| (channel.name.clone(), Value::from(location)))
+    });
+    let channels: Table = stated.collect();
+    if !channels.is_empty() {
+        entry.insert("channels".into(), Value::Table(channels));
+    }
+    entry
+}
+
+fn check(path: &Path, recording: &Recording) -> Result<(), WriteError> {
+    for (index, channel) in recording.channels.iter().enumerate() {
+        let name = &channel.name;
+        let is_taken = recording.channels[..index].iter().any(|c| c.name == *name);
+        let is_plain =
+            name.trim() == name && !name.contains([',', ';', '"', '#', '\t', '\n', '\r']);
+        // A header of numbers would be taken for samples.
+        if name.is_empty() || is_taken || !is_plain || name.parse::<f64>().is_ok() {
+            return Err(WriteError::BadName {
+                path: path.into(),
+                name: name.clone(),
+            });
+        }
+        let (found, expected) = (channel.samples.len(), recording.len());
+        if found != expected {
+            let (path, channel) = (path.into(), name.clone());
+            return Err(WriteError::UnequalLengths {
+                path,
+                channel,
+                found,
+                expected,
+            });
+        }
+        if let Some(at) = channel
+            .samples
+            .iter()
+            .position(|sample| !sample.is_finite())
+        {
+            let (row, found) = (at + 2, channel.samples[at]);
+            return Err(WriteError::NotFinite {
+                path: path.into(),
+                row,
+                channel: name.clone(),
+                found,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Writes to a temporary file beside `path`, then renames it.
+fn persist(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), WriteError> {
+    let io = |source| WriteError::Io {
+        path: path.into(),
+        source,
+    };
+    let folder = path
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
+    let mut builder = tempfile::Builder::new();
+    // A temporary file is private by default; a recording is as readable as any new file.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let file: NamedTempFile = builder.tempfile_in(folder).map_err(io)?;
+    let mut out = BufWriter::new(file);
+    write(&mut out).map_err(io)?;
+    let file = out.into_inner().map_err(|error| io(error.into_error()))?;
+    file.persist(path).map_err(|error| io(error.error))?;
+    Ok(())
+}
