@@ -109,6 +109,7 @@ impl<'a, 's> Device<'a, 's> {
     /// Ends a recording: the next sample comes from another time, and that is no fault.
     pub fn end_of_recording(&mut self) -> Option<BlockReport> {
         self.evaluator.reset();
+        self.screen.end_of_recording();
         self.monitor.end_of_recording()
     }
 

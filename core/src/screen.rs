@@ -86,10 +86,15 @@ impl Screen {
         quality
     }
 
-    /// Counts samples that never arrived.
-    pub fn missing(&mut self, count: u32) {
+    /// The next sample does not continue the last, and neither does a run of equal ones.
+    pub fn end_of_recording(&mut self) {
         self.run = 0;
         self.last = f32::NAN;
+    }
+
+    /// Counts samples that never arrived.
+    pub fn missing(&mut self, count: u32) {
+        self.end_of_recording();
         self.counts.missing = self.counts.missing.saturating_add(count);
     }
 

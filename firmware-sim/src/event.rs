@@ -1,5 +1,5 @@
 //! What a device tells of. Each event serialises to one flat JSON object whose `event` is `starting`,
-//! `healthy`, `anomalous`, `blind`, `fault` or `summary`; a number that does not exist is `null`.
+//! `healthy`, `anomalous`, `blind`, `block`, `fault` or `summary`; a number that does not exist is `null`.
 
 use ballrace_core::monitor::{BlockReport, Status};
 use ballrace_core::screen::{FaultCounts, Quality};
@@ -11,6 +11,8 @@ use serde::Serialize;
 pub enum Event<'n> {
     /// The device holds something else of the machine than before.
     Status(StatusChange<'n>),
+    /// A block of the monitor ended: the trend, mostly of interest to a plot.
+    Block(BlockEnd<'n>),
     /// The first broken sample of a run of one kind.
     Fault(FaultStart<'n>),
     /// The last event.
@@ -44,6 +46,20 @@ pub struct StatusChange<'n> {
     /// What led to it; `None` at the very start.
     #[serde(flatten)]
     pub statistics: Option<Statistics>,
+}
+
+/// A block of the monitor ended.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "event", rename = "block")]
+pub struct BlockEnd<'n> {
+    /// Status after it.
+    pub status: Status,
+    /// The sample that ended it.
+    #[serde(flatten)]
+    pub at: Place<'n>,
+    /// The statistics after it.
+    #[serde(flatten)]
+    pub statistics: Statistics,
 }
 
 /// The monitor's statistics after a block.

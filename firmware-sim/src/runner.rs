@@ -7,7 +7,7 @@ use ballrace_core::model::{Input, Model};
 use ballrace_core::monitor::{BlockReport, Status};
 use ballrace_core::screen::Quality;
 
-use crate::event::{Alarm, Event, FaultStart, Place, StatusChange, Summary};
+use crate::event::{Alarm, BlockEnd, Event, FaultStart, Place, StatusChange, Summary};
 use crate::source::{Arrival, SampleSource};
 
 /// What a device cannot run.
@@ -154,6 +154,8 @@ impl<'a, 's> Runner<'a, 's> {
     fn judge(&mut self, block: Option<BlockReport>, at: Place<'_>, on_event: &mut impl FnMut(Event<'_>)) {
         let Some(report) = block else { return };
         self.blocks = report.block;
+        let statistics = (&report).into();
+        on_event(Event::Block(BlockEnd { status: report.status, at, statistics }));
         if report.status == report.was {
             return;
         }
@@ -166,7 +168,7 @@ impl<'a, 's> Runner<'a, 's> {
             Status::Starting | Status::Healthy => self.alarmed = false,
             Status::Anomalous | Status::Blind => {}
         }
-        let (status, was, statistics) = (report.status, Some(report.was), Some((&report).into()));
-        on_event(Event::Status(StatusChange { status, was, at, statistics }));
+        let (status, was) = (report.status, Some(report.was));
+        on_event(Event::Status(StatusChange { status, was, at, statistics: Some(statistics) }));
     }
 }

@@ -35,7 +35,7 @@ fn run(plan: &str, recordings: &[(&[f32], bool)]) -> Told {
         match event {
             Event::Status(change) => statuses.push(change.status),
             Event::Fault(fault) => faults.push(fault.kind),
-            Event::Summary(_) => {}
+            Event::Block(_) | Event::Summary(_) => {}
         }
     };
     for (samples, broken) in recordings {

@@ -38,23 +38,11 @@ fn main() -> Result<()> {
     let one = Some(vec!["horizontal".to_owned()]);
     let ours = [
         ("ballrace, both channels", LoadOptions::default()),
-        (
-            "ballrace, one channel",
-            LoadOptions {
-                channels: one,
-                ..LoadOptions::default()
-            },
-        ),
+        ("ballrace, one channel", LoadOptions { channels: one, ..LoadOptions::default() }),
     ];
-    let mut peers = Peers::start(&folder)
-        .inspect_err(|error| eprintln!("peers left out: {error}"))
-        .ok();
+    let mut peers = Peers::start(&folder).inspect_err(|error| eprintln!("peers left out: {error}")).ok();
     let peer_names = peers.as_ref().map_or(&[][..], |peers| &peers.names);
-    let names: Vec<String> = ours
-        .iter()
-        .map(|(name, _)| name.to_string())
-        .chain(peer_names.iter().cloned())
-        .collect();
+    let names: Vec<String> = ours.iter().map(|(name, _)| name.to_string()).chain(peer_names.iter().cloned()).collect();
 
     let mut seconds = vec![Vec::new(); names.len()];
     let paths = [folder];
@@ -69,14 +57,8 @@ fn main() -> Result<()> {
         }
     }
 
-    println!(
-        "{BEARING}: {files} files, {:.1} MB, {RUNS} runs in turn",
-        bytes as f64 / 1e6
-    );
-    println!(
-        "{:<36}{:>11}{:>9}{:>9}{:>9}",
-        "", "median ms", "best ms", "MB/s", "ratio"
-    );
+    println!("{BEARING}: {files} files, {:.1} MB, {RUNS} runs in turn", bytes as f64 / 1e6);
+    println!("{:<36}{:>11}{:>9}{:>9}{:>9}", "", "median ms", "best ms", "MB/s", "ratio");
     let mut reference = None;
     for (name, mut seconds) in names.into_iter().zip(seconds) {
         seconds.remove(0);
@@ -84,11 +66,7 @@ fn main() -> Result<()> {
         let (median, best) = (seconds[RUNS / 2], seconds[0]);
         let ratio = median / *reference.get_or_insert(median);
         let rate = bytes as f64 / 1e6 / median;
-        println!(
-            "{name:<36}{:>11.1}{:>9.1}{rate:>9.0}{ratio:>9.1}",
-            median * 1e3,
-            best * 1e3
-        );
+        println!("{name:<36}{:>11.1}{:>9.1}{rate:>9.0}{ratio:>9.1}", median * 1e3, best * 1e3);
     }
     Ok(())
 }
@@ -113,20 +91,11 @@ impl Peers {
     fn start(folder: &Path) -> Result<Self> {
         let python = std::env::var_os("BALLRACE_PYTHON").unwrap_or_else(|| "python3".into());
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/readers_peer.py");
-        let mut process = Command::new(python)
-            .arg(script)
-            .arg(folder)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()?;
+        let mut process =
+            Command::new(python).arg(script).arg(folder).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
         let requests = process.stdin.take();
         let answers = BufReader::new(process.stdout.take().ok_or("no stdout")?);
-        let mut peers = Self {
-            names: Vec::new(),
-            requests,
-            answers,
-            process,
-        };
+        let mut peers = Self { names: Vec::new(), requests, answers, process };
         loop {
             match peers.line()? {
                 name if name.is_empty() => return Ok(peers),

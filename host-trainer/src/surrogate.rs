@@ -1,53 +1,140 @@
 //! Phase-randomised surrogates (Theiler et al. 1992): the recording's power spectrum, nothing else of it.
+//!
+//! The phases are those of the recording whitened by an autoregression, which colours the result
+//! again. Randomised directly, the jump from the recording's end back to its start would leak over
+//! the whole spectrum, make every surrogate a little less predictable than its recording, and a
+//! linear recording look as if it beat its null (measured on a resonance driven by noise: next-sample
+//! R² 0.8398 against 0.8384 ± 0.0001). White noise has no such jump to speak of.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use realfft::RealFftPlanner;
 
-/// A surrogate of a recording: same length, mean and periodogram, uniformly random phases.
+/// Order of the whitening autoregression; less for recordings under 20 times this length.
+const ORDER: usize = 64;
+
+/// A surrogate of a recording: same length, mean and power spectrum, random phases.
 pub fn phase_randomised(recording: &[f32], seed: u64) -> Vec<f32> {
     let n = recording.len();
+    let order = ORDER.min(n / 20);
     if n < 3 {
         return recording.to_vec();
     }
+    let mean = recording.iter().map(|v| f64::from(*v)).sum::<f64>() / n as f64;
+    let centred: Vec<f64> = recording.iter().map(|v| f64::from(*v) - mean).collect();
+    let filter = burg(&centred, order);
+    let innovations: Vec<f64> = centred
+        .windows(order + 1)
+        .map(|w| w[order] + filter.iter().zip(w.iter().rev().skip(1)).map(|(c, v)| c * v).sum::<f64>())
+        .collect();
+    let innovations = randomise(innovations, seed);
+    // Twice around: the first time settles the filter.
+    let mut coloured: Vec<f64> = Vec::with_capacity(innovations.len() + n);
+    for innovation in innovations.iter().cycle().take(innovations.len() + n) {
+        let past: f64 = filter.iter().zip(coloured.iter().rev()).map(|(c, v)| c * v).sum();
+        coloured.push(innovation - past);
+    }
+    coloured[innovations.len()..].iter().map(|v| (v + mean) as f32).collect()
+}
+
+/// Random phases for every frequency but the mean's and Nyquist's, which are real.
+fn randomise(mut values: Vec<f64>, seed: u64) -> Vec<f64> {
+    let n = values.len();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut planner = RealFftPlanner::<f64>::new();
     let forward = planner.plan_fft_forward(n);
     let inverse = planner.plan_fft_inverse(n);
-    let mut values: Vec<f64> = recording.iter().map(|v| f64::from(*v)).collect();
     let mut spectrum = forward.make_output_vec();
     forward.process(&mut values, &mut spectrum).expect("buffers are the plan's own");
-    // The mean and, for even lengths, the Nyquist bin are real and keep their phase.
     let last = if n.is_multiple_of(2) { n / 2 } else { spectrum.len() };
     for bin in &mut spectrum[1..last] {
         let angle = rng.random_range(0.0..std::f64::consts::TAU);
         *bin *= realfft::num_complex::Complex::from_polar(1.0, angle);
     }
     inverse.process(&mut spectrum, &mut values).expect("buffers are the plan's own");
-    values.iter().map(|v| (*v / n as f64) as f32).collect()
+    values.iter_mut().for_each(|v| *v /= n as f64);
+    values
+}
+
+/// Prediction-error filter 1 + Σ c_k q⁻ᵏ by Burg's method (1967): always stable.
+fn burg(x: &[f64], order: usize) -> Vec<f64> {
+    let (mut forward, mut backward) = (x.to_vec(), x.to_vec());
+    let mut filter: Vec<f64> = Vec::new();
+    for m in 0..order {
+        let pairs = || forward[m + 1..].iter().zip(&backward[m..]);
+        let cross: f64 = pairs().map(|(f, b)| f * b).sum();
+        let power: f64 = pairs().map(|(f, b)| f * f + b * b).sum();
+        if power <= 0.0 {
+            break;
+        }
+        let reflection = -2.0 * cross / power;
+        let reversed: Vec<f64> = filter.iter().rev().copied().collect();
+        filter.iter_mut().zip(&reversed).for_each(|(a, b)| *a += reflection * b);
+        filter.push(reflection);
+        for t in (m + 1..x.len()).rev() {
+            let (f, b) = (forward[t], backward[t - 1]);
+            forward[t] = f + reflection * b;
+            backward[t] = b + reflection * f;
+        }
+    }
+    filter.resize(order, 0.0);
+    filter
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn autocovariance(v: &[f32], lag: usize) -> f64 {
+        let mean = v.iter().map(|v| f64::from(*v)).sum::<f64>() / v.len() as f64;
+        let products = v.iter().zip(&v[lag..]).map(|(a, b)| (f64::from(*a) - mean) * (f64::from(*b) - mean));
+        products.sum::<f64>() / v.len() as f64
+    }
+
     #[test]
-    fn keeps_the_autocorrelation_and_nothing_else() {
-        for n in [2000, 2001] {
-            // A sawtooth: its phases are all in line.
-            let a: Vec<f32> = (0..n).map(|i| (i % 50) as f32 / 25.0 + 0.5).collect();
-            let b = phase_randomised(&a, 1);
-            // The circular autocovariance is the transform of the periodogram.
-            let covariance = |v: &[f32], lag: usize| -> f64 {
-                let mean = v.iter().map(|v| f64::from(*v)).sum::<f64>() / n as f64;
-                (0..n).map(|i| (f64::from(v[i]) - mean) * (f64::from(v[(i + lag) % n]) - mean)).sum::<f64>() / n as f64
-            };
-            for lag in [0, 1, 7, 25, 333] {
-                assert!((covariance(&a, lag) - covariance(&b, lag)).abs() < 1e-4, "{n} {lag}");
+    fn keeps_the_autocovariance_and_nothing_else() {
+        for n in [4000, 4001] {
+            // Pulses through a resonance: all phases in line.
+            let (mut a, mut b) = (0.0f32, 0.0);
+            let recording: Vec<f32> = (0..n)
+                .map(|i| {
+                    let drive = if i % 97 == 0 { 5.0 } else { 0.01 * (i as f32 * 1.3).sin() };
+                    (b, a) = (a, 1.7 * a - 0.9 * b + drive);
+                    a + 3.0
+                })
+                .collect();
+            let surrogate = phase_randomised(&recording, 1);
+            assert_eq!(surrogate.len(), n);
+            let power = autocovariance(&recording, 0);
+            for lag in [0, 1, 7, 25, 97] {
+                let difference = autocovariance(&recording, lag) - autocovariance(&surrogate, lag);
+                assert!(difference.abs() < 0.05 * power, "{n} {lag} {difference} {power}");
             }
-            assert!(a.iter().zip(&b).any(|(a, b)| (a - b).abs() > 0.3));
-            assert_eq!(b, phase_randomised(&a, 1));
-            assert_ne!(b, phase_randomised(&a, 2));
+            // The pulses are gone: fourth moments tell.
+            let kurtosis = |v: &[f32]| {
+                let m = v.iter().sum::<f32>() / n as f32;
+                let moment = |k: i32| v.iter().map(|v| f64::from(v - m).powi(k)).sum::<f64>() / n as f64;
+                moment(4) / moment(2).powi(2)
+            };
+            assert!(kurtosis(&recording) > 4.0 && kurtosis(&surrogate) < 3.6);
+            assert_eq!(surrogate, phase_randomised(&recording, 1));
+            assert_ne!(surrogate, phase_randomised(&recording, 2));
+        }
+    }
+
+    #[test]
+    fn literature_burg_finds_an_autoregression() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let (mut a, mut b) = (0.0, 0.0);
+        let x: Vec<f64> = (0..20_000)
+            .map(|_| {
+                (b, a) = (a, 1.6 * a - 0.9 * b + rng.random_range(-1.0..1.0));
+                a
+            })
+            .collect();
+        let filter = burg(&x, 4);
+        for (got, expected) in filter.iter().zip([-1.6, 0.9, 0.0, 0.0]) {
+            assert!((got - expected).abs() < 0.02, "{filter:?}");
         }
     }
 }

@@ -60,11 +60,7 @@ impl Raw {
     /// them. For formats that store numbers in binary; text is checked as it is parsed.
     pub(super) fn drop_non_finite(&mut self, path: &Path, skip_bad: bool) -> Result<(), ReadError> {
         let time = self.time.iter().map(|t| (&t.name, &t.time_s));
-        let all = self
-            .columns
-            .iter()
-            .map(|c| (&c.name, &c.samples))
-            .chain(time);
+        let all = self.columns.iter().map(|c| (&c.name, &c.samples)).chain(time);
         let mut bad: Vec<usize> = Vec::new();
         let mut first: Option<(usize, &String, f64)> = None;
         for (name, samples) in all {
@@ -80,12 +76,7 @@ impl Raw {
         };
         if !skip_bad {
             let (column, found) = (column.clone(), value.to_string());
-            return Err(ReadError::NotFinite {
-                path: path.into(),
-                row: index + 1,
-                column,
-                found,
-            });
+            return Err(ReadError::NotFinite { path: path.into(), row: index + 1, column, found });
         }
         bad.sort_unstable();
         bad.dedup();
@@ -128,31 +119,16 @@ impl<'a> Selection<'a> {
 
     /// Whether the channel of this name is wanted.
     pub(super) fn takes(&self, name: &str) -> bool {
-        self.wanted.is_none_or(|wanted| {
-            wanted
-                .iter()
-                .any(|w| w == name || Some(w.as_str()) == self.location(name))
-        })
+        self.wanted.is_none_or(|wanted| wanted.iter().any(|w| w == name || Some(w.as_str()) == self.location(name)))
     }
 
     /// Whether everything that is wanted or located is `available`.
     pub(super) fn check(&self, path: &Path, available: &[&str]) -> Result<(), ReadError> {
-        let is_there = |wanted: &str| {
-            available
-                .iter()
-                .any(|name| *name == wanted || self.location(name) == Some(wanted))
-        };
-        let located = self
-            .locations
-            .filter(|_| self.strict)
-            .into_iter()
-            .flat_map(|l| l.keys());
+        let is_there =
+            |wanted: &str| available.iter().any(|name| *name == wanted || self.location(name) == Some(wanted));
+        let located = self.locations.filter(|_| self.strict).into_iter().flat_map(|l| l.keys());
         let missing = self.wanted.into_iter().flatten().find(|w| !is_there(w));
-        match missing.or_else(|| {
-            located
-                .into_iter()
-                .find(|l| !available.contains(&l.as_str()))
-        }) {
+        match missing.or_else(|| located.into_iter().find(|l| !available.contains(&l.as_str()))) {
             None => Ok(()),
             Some(channel) => Err(ReadError::UnknownChannel {
                 path: path.into(),
@@ -176,10 +152,7 @@ pub(super) fn assemble(
     if raw.columns.first().is_none_or(|c| c.samples.is_empty()) {
         return Err(ReadError::Empty { path: path.clone() });
     }
-    let stated = options
-        .sample_rate_hz
-        .or(entry.sample_rate_hz)
-        .or(raw.sample_rate_hz);
+    let stated = options.sample_rate_hz.or(entry.sample_rate_hz).or(raw.sample_rate_hz);
     let (sample_rate_hz, gaps) = match (stated, raw.time) {
         (Some(rate), _) => (rate, Vec::new()),
         (None, Some(time)) => {
@@ -200,17 +173,10 @@ pub(super) fn assemble(
             let factor = unit.factor();
             samples.iter_mut().for_each(|sample| *sample *= factor);
         }
-        Channel {
-            location: selection.location(&name).map(String::from),
-            name,
-            samples,
-        }
+        Channel { location: selection.location(&name).map(String::from), name, samples }
     };
     let recording = Recording {
-        source: Source {
-            path: path.clone(),
-            variable: job.variable.clone(),
-        },
+        source: Source { path: path.clone(), variable: job.variable.clone() },
         channels: raw.columns.into_iter().map(convert).collect(),
         sample_rate_hz,
         shaft_hz: entry.shaft_hz.or(raw.shaft_hz),

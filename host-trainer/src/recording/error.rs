@@ -122,17 +122,13 @@ pub enum ReadError {
         available: String,
     },
     /// Nobody states the sample rate.
-    #[error(
-        "{path}, sample_rate_hz: found none stated and no time column, expected a sample rate in Hz"
-    )]
+    #[error("{path}, sample_rate_hz: found none stated and no time column, expected a sample rate in Hz")]
     MissingRate {
         /// The file.
         path: PathBuf,
     },
     /// A time column that does not increase.
-    #[error(
-        "{path}, row {row}, column `{column}`: found {found} s after {before} s, expected time to increase"
-    )]
+    #[error("{path}, row {row}, column `{column}`: found {found} s after {before} s, expected time to increase")]
     TimeNotIncreasing {
         /// The file.
         path: PathBuf,
@@ -261,11 +257,7 @@ pub(super) fn shown(text: &[u8]) -> String {
     // Four bytes hold any character, so this prefix is enough however long the line is.
     let head = &text[..text.len().min(4 * (LIMIT + 1))];
     let text = String::from_utf8_lossy(head);
-    let mut short: String = text
-        .chars()
-        .take(LIMIT)
-        .flat_map(char::escape_debug)
-        .collect();
+    let mut short: String = text.chars().take(LIMIT).flat_map(char::escape_debug).collect();
     if text.chars().nth(LIMIT).is_some() {
         short.push('…');
     }
@@ -274,13 +266,6 @@ pub(super) fn shown(text: &[u8]) -> String {
 
 /// Names as a message lists them.
 pub(super) fn listed<S: AsRef<str>>(names: impl IntoIterator<Item = S>) -> String {
-    let names: Vec<String> = names
-        .into_iter()
-        .map(|n| format!("`{}`", n.as_ref()))
-        .collect();
-    if names.is_empty() {
-        "(none)".into()
-    } else {
-        names.join(", ")
-    }
+    let names: Vec<String> = names.into_iter().map(|n| format!("`{}`", n.as_ref())).collect();
+    if names.is_empty() { "(none)".into() } else { names.join(", ") }
 }

@@ -48,56 +48,23 @@ pub(super) fn condition(folder: &str) -> Option<(f64, f64)> {
 }
 
 /// Reads one file.
-pub(super) fn read(
-    bytes: &[u8],
-    path: &Path,
-    selection: &Selection,
-    skip_bad: bool,
-) -> Result<Raw, ReadError> {
+pub(super) fn read(bytes: &[u8], path: &Path, selection: &Selection, skip_bad: bool) -> Result<Raw, ReadError> {
     selection.check(path, &CHANNELS)?;
     let columns: Vec<ColumnSpec> = TIME
         .iter()
         .map(|name| (*name, Role::Number))
-        .chain(CHANNELS.iter().map(|name| {
-            (
-                *name,
-                if selection.takes(name) {
-                    Role::Value
-                } else {
-                    Role::Number
-                },
-            )
-        }))
-        .map(|(name, role)| ColumnSpec {
-            name: name.into(),
-            role,
-        })
+        .chain(CHANNELS.iter().map(|name| (*name, if selection.takes(name) { Role::Value } else { Role::Number })))
+        .map(|(name, role)| ColumnSpec { name: name.into(), role })
         .collect();
     let separator = table::separator(table::first_line(bytes).0);
-    let layout = Layout {
-        path,
-        separator,
-        columns: &columns,
-        first_row: 1,
-        skip_bad,
-    };
+    let layout = Layout { path, separator, columns: &columns, first_row: 1, skip_bad };
     let table = table::parse(bytes, &layout)?;
 
-    let names = columns
-        .into_iter()
-        .filter(|c| c.role == Role::Value)
-        .map(|c| c.name);
-    let folder = path
-        .parent()
-        .and_then(Path::file_name)
-        .unwrap_or_default()
-        .to_string_lossy();
+    let names = columns.into_iter().filter(|c| c.role == Role::Value).map(|c| c.name);
+    let folder = path.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy();
     let condition = condition(&folder);
     Ok(Raw {
-        columns: names
-            .zip(table.columns)
-            .map(|(name, samples)| Column { name, samples })
-            .collect(),
+        columns: names.zip(table.columns).map(|(name, samples)| Column { name, samples }).collect(),
         sample_rate_hz: Some(SAMPLE_RATE_HZ),
         shaft_hz: condition.map(|c| c.0),
         load_n: condition.map(|c| c.1),
@@ -111,11 +78,7 @@ pub(super) fn read(
 /// Seconds after midnight of the first row; nothing where that row is bad.
 fn start_s(bytes: &[u8], separator: u8) -> Option<f64> {
     let fields = table::split(table::first_line(bytes).0, separator);
-    let time: Vec<f64> = fields
-        .iter()
-        .take(TIME.len())
-        .map_while(|f| number::parse(f))
-        .collect();
+    let time: Vec<f64> = fields.iter().take(TIME.len()).map_while(|f| number::parse(f)).collect();
     let [hour, minute, second, microsecond] = time[..] else {
         return None;
     };
@@ -133,14 +96,7 @@ mod tests {
         assert_eq!(condition("Bearing1_4"), Some((30.0, 4000.0)));
         assert_eq!(condition("Bearing2_7"), Some((27.5, 4200.0)));
         assert_eq!(condition("Bearing3_3"), Some((25.0, 5000.0)));
-        for other in [
-            "Bearing4_1",
-            "Bearing1",
-            "Bearing1_",
-            "Bearing1_x",
-            "bearing1_1",
-            "Test",
-        ] {
+        for other in ["Bearing4_1", "Bearing1", "Bearing1_", "Bearing1_x", "bearing1_1", "Test"] {
             assert_eq!(condition(other), None, "{other}");
         }
     }

@@ -33,20 +33,13 @@ pub(super) enum Format {
 
 impl Format {
     fn of(path: &Path) -> Result<Self, ReadError> {
-        let ending = path
-            .extension()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .to_ascii_lowercase();
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
         match ending.as_str() {
             "csv" => Ok(Self::Csv),
             "mat" => Ok(Self::Mat),
             "npy" => Ok(Self::Npy),
             "parquet" => Ok(Self::Parquet),
-            _ => Err(ReadError::UnknownFormat {
-                path: path.into(),
-                found: ending,
-            }),
+            _ => Err(ReadError::UnknownFormat { path: path.into(), found: ending }),
         }
     }
 }
@@ -61,12 +54,7 @@ pub(super) fn jobs(paths: &[PathBuf], options: &LoadOptions) -> Result<Vec<Job>,
                 Format::Mat => options.variable.clone().or_else(|| entry.variable.clone()),
                 _ => None,
             };
-            jobs.push(Job {
-                entry,
-                format,
-                variable,
-                group,
-            });
+            jobs.push(Job { entry, format, variable, group });
         }
     }
     Ok(jobs)
@@ -75,20 +63,11 @@ pub(super) fn jobs(paths: &[PathBuf], options: &LoadOptions) -> Result<Vec<Job>,
 fn entries(path: &Path) -> Result<Vec<Entry>, ReadError> {
     let metadata = fs::metadata(path).map_err(|source| match source.kind() {
         std::io::ErrorKind::NotFound => ReadError::NotFound { path: path.into() },
-        _ => ReadError::Io {
-            path: path.into(),
-            source,
-        },
+        _ => ReadError::Io { path: path.into(), source },
     })?;
     if !metadata.is_dir() {
-        let is_manifest = path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-        return if is_manifest {
-            Ok(Manifest::read(path)?.entries)
-        } else {
-            Ok(vec![Entry::new(path.into())])
-        };
+        let is_manifest = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+        return if is_manifest { Ok(Manifest::read(path)?.entries) } else { Ok(vec![Entry::new(path.into())]) };
     }
     let manifest = path.join(FILE_NAME);
     if manifest.is_file() {
@@ -110,27 +89,17 @@ fn entries(path: &Path) -> Result<Vec<Entry>, ReadError> {
 
 /// The files of a folder, so ordered that `r2` stands before `r10`.
 fn files(folder: &Path) -> Result<Vec<PathBuf>, ReadError> {
-    let io = |source| ReadError::Io {
-        path: folder.into(),
-        source,
-    };
+    let io = |source| ReadError::Io { path: folder.into(), source };
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).map_err(io)? {
         let path = entry.map_err(io)?.path();
         // Hidden files are editors' and file systems' own, such as `._r01.csv`.
-        let is_hidden = path
-            .file_name()
-            .is_some_and(|n| n.as_encoded_bytes().starts_with(b"."));
+        let is_hidden = path.file_name().is_some_and(|n| n.as_encoded_bytes().starts_with(b"."));
         if !is_hidden && path.is_file() {
             files.push(path);
         }
     }
-    let name = |p: &PathBuf| {
-        p.file_name()
-            .unwrap_or_default()
-            .as_encoded_bytes()
-            .to_vec()
-    };
+    let name = |p: &PathBuf| p.file_name().unwrap_or_default().as_encoded_bytes().to_vec();
     files.sort_by(|a, b| natural(&name(a), &name(b)));
     Ok(files)
 }
@@ -170,9 +139,6 @@ mod tests {
     fn numbers_order_by_value() {
         let mut names = ["r10", "r2", "r02", "a", "r1.csv", "r", "r2b", "r010"];
         names.sort_by(|a, b| natural(a.as_bytes(), b.as_bytes()));
-        assert_eq!(
-            names,
-            ["a", "r", "r1.csv", "r02", "r2", "r2b", "r010", "r10"]
-        );
+        assert_eq!(names, ["a", "r", "r1.csv", "r02", "r2", "r2b", "r010", "r10"]);
     }
 }

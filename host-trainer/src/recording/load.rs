@@ -59,10 +59,7 @@ pub fn load(paths: &[PathBuf], options: &LoadOptions) -> Result<Loaded, ReadErro
             let result = read(job, options);
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             if let Some(progress) = &options.progress {
-                progress(Progress {
-                    done,
-                    total: jobs.len(),
-                });
+                progress(Progress { done, total: jobs.len() });
             }
             result
         })
@@ -100,13 +97,7 @@ fn read(job: &Job, options: &LoadOptions) -> Result<Recording, ReadError> {
                 csv::read(&bytes, path, &selection, stated.is_none(), skip_bad)?
             }
         }
-        Format::Mat => mat::read(
-            &contents(path)?,
-            path,
-            job.variable.as_deref(),
-            &selection,
-            skip_bad,
-        )?,
+        Format::Mat => mat::read(&contents(path)?, path, job.variable.as_deref(), &selection, skip_bad)?,
         Format::Npy => npy::read(&contents(path)?, path, &selection, skip_bad)?,
         Format::Parquet => parquet::read(path, &selection, skip_bad)?,
     };
@@ -116,10 +107,7 @@ fn read(job: &Job, options: &LoadOptions) -> Result<Recording, ReadError> {
 fn contents(path: &Path) -> Result<Vec<u8>, ReadError> {
     fs::read(path).map_err(|source| match source.kind() {
         std::io::ErrorKind::NotFound => ReadError::NotFound { path: path.into() },
-        _ => ReadError::Io {
-            path: path.into(),
-            source,
-        },
+        _ => ReadError::Io { path: path.into(), source },
     })
 }
 
@@ -137,16 +125,10 @@ impl Days {
     /// `start` plus the days that have passed since the first recording of the group.
     fn count(&mut self, start: f64, group: usize) -> f64 {
         if group != self.group {
-            *self = Self {
-                group,
-                ..Self::default()
-            };
+            *self = Self { group, ..Self::default() };
         }
         // A step back by more than half a day is a midnight; a smaller one is a file out of order.
-        if self
-            .last
-            .is_some_and(|last| last - start > 0.5 * Self::DAY_S)
-        {
+        if self.last.is_some_and(|last| last - start > 0.5 * Self::DAY_S) {
             self.days += 1.0;
         }
         self.last = Some(start);
@@ -161,18 +143,8 @@ mod tests {
     #[test]
     fn midnights_count_within_a_path() {
         let mut days = Days::default();
-        let starts = [
-            (86_000.0, 0),
-            (10.0, 0),
-            (5.0, 0),
-            (80_000.0, 0),
-            (20.0, 0),
-            (30.0, 1),
-        ];
+        let starts = [(86_000.0, 0), (10.0, 0), (5.0, 0), (80_000.0, 0), (20.0, 0), (30.0, 1)];
         let counted = starts.map(|(start, group)| days.count(start, group));
-        assert_eq!(
-            counted,
-            [86_000.0, 86_410.0, 86_405.0, 166_400.0, 172_820.0, 30.0]
-        );
+        assert_eq!(counted, [86_000.0, 86_410.0, 86_405.0, 166_400.0, 172_820.0, 30.0]);
     }
 }

@@ -60,16 +60,12 @@ pub struct Entry {
 impl Entry {
     /// An entry that states nothing.
     pub fn new(file: PathBuf) -> Self {
-        Self {
-            file,
-            ..Self::default()
-        }
+        Self { file, ..Self::default() }
     }
 }
 
 const KEYS: &str = "file, sample_rate_hz, unit, variable, shaft_hz, load_n, channels, resample_hz";
-const DEFAULT_KEYS: &str =
-    "sample_rate_hz, unit, variable, shaft_hz, load_n, channels, resample_hz";
+const DEFAULT_KEYS: &str = "sample_rate_hz, unit, variable, shaft_hz, load_n, channels, resample_hz";
 
 impl Manifest {
     /// Reads a manifest; files are looked for in its folder.
@@ -81,10 +77,7 @@ impl Manifest {
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let bytes = fs::read(path).map_err(|source| match source.kind() {
             std::io::ErrorKind::NotFound => ReadError::NotFound { path: path.into() },
-            _ => ReadError::Io {
-                path: path.into(),
-                source,
-            },
+            _ => ReadError::Io { path: path.into(), source },
         })?;
         Self::parse(&String::from_utf8_lossy(&bytes), path)
     }
@@ -92,36 +85,17 @@ impl Manifest {
     fn parse(text: &str, path: &Path) -> Result<Self, ReadError> {
         let table: Table = text.parse().map_err(|error: toml::de::Error| {
             let start = error.span().map_or(0, |span| span.start.min(text.len()));
-            let row = text.as_bytes()[..start]
-                .iter()
-                .filter(|&&b| b == b'\n')
-                .count()
-                + 1;
-            ReadError::ManifestSyntax {
-                path: path.into(),
-                row,
-                found: error.message().into(),
-            }
+            let row = text.as_bytes()[..start].iter().filter(|&&b| b == b'\n').count() + 1;
+            ReadError::ManifestSyntax { path: path.into(), row, found: error.message().into() }
         })?;
-        let place = Place {
-            path,
-            table: String::new(),
-        };
-        if let Some(key) = table
-            .keys()
-            .find(|k| !["defaults", "recording"].contains(&k.as_str()))
-        {
+        let place = Place { path, table: String::new() };
+        if let Some(key) = table.keys().find(|k| !["defaults", "recording"].contains(&k.as_str())) {
             return Err(place.unknown(key, "defaults, recording"));
         }
         let mut defaults = Entry::default();
         if let Some(value) = table.get("defaults") {
-            let value = value
-                .as_table()
-                .ok_or_else(|| place.bad("defaults", value, "a table"))?;
-            let place = Place {
-                path,
-                table: "defaults.".into(),
-            };
+            let value = value.as_table().ok_or_else(|| place.bad("defaults", value, "a table"))?;
+            let place = Place { path, table: "defaults.".into() };
             place.fill(&mut defaults, value, DEFAULT_KEYS)?;
         }
         defaults.own_channels = false;
@@ -130,20 +104,13 @@ impl Manifest {
         let Some(list) = table.get("recording") else {
             return Err(place.missing("recording", EXPECTED));
         };
-        let list = list
-            .as_array()
-            .filter(|list| !list.is_empty())
-            .ok_or_else(|| place.bad("recording", list, EXPECTED))?;
+        let list =
+            list.as_array().filter(|list| !list.is_empty()).ok_or_else(|| place.bad("recording", list, EXPECTED))?;
         let mut entries = Vec::with_capacity(list.len());
         for (index, value) in list.iter().enumerate() {
             let number = format!("recording[{}]", index + 1);
-            let value = value
-                .as_table()
-                .ok_or_else(|| place.bad(&number, value, "a table"))?;
-            let place = Place {
-                path,
-                table: format!("{number}."),
-            };
+            let value = value.as_table().ok_or_else(|| place.bad(&number, value, "a table"))?;
+            let place = Place { path, table: format!("{number}.") };
             let mut entry = defaults.clone();
             place.fill(&mut entry, value, KEYS)?;
             if entry.file.as_os_str().is_empty() {
@@ -168,29 +135,16 @@ impl Place<'_> {
     }
 
     fn unknown(&self, key: &str, expected: &'static str) -> ReadError {
-        ReadError::UnknownKey {
-            path: self.path.into(),
-            key: self.key(key),
-            expected,
-        }
+        ReadError::UnknownKey { path: self.path.into(), key: self.key(key), expected }
     }
 
     fn missing(&self, key: &str, expected: &'static str) -> ReadError {
-        ReadError::MissingKey {
-            path: self.path.into(),
-            key: self.key(key),
-            expected,
-        }
+        ReadError::MissingKey { path: self.path.into(), key: self.key(key), expected }
     }
 
     fn bad(&self, key: &str, value: &Value, expected: &'static str) -> ReadError {
         let found = shown(value.to_string().as_bytes());
-        ReadError::BadValue {
-            path: self.path.into(),
-            key: self.key(key),
-            found,
-            expected,
-        }
+        ReadError::BadValue { path: self.path.into(), key: self.key(key), found, expected }
     }
 
     /// Overwrites what `table` states.
@@ -199,16 +153,9 @@ impl Place<'_> {
             if !keys.split(", ").any(|known| known == key) {
                 return Err(self.unknown(key, keys));
             }
-            let text = || {
-                value
-                    .as_str()
-                    .filter(|text| !text.is_empty())
-                    .map(String::from)
-            };
+            let text = || value.as_str().filter(|text| !text.is_empty()).map(String::from);
             let number = || {
-                let number = value
-                    .as_float()
-                    .or_else(|| value.as_integer().map(|i| i as f64));
+                let number = value.as_float().or_else(|| value.as_integer().map(|i| i as f64));
                 number.filter(|number| number.is_finite())
             };
             let positive = || number().filter(|number| *number > 0.0);
@@ -229,8 +176,7 @@ impl Place<'_> {
                 "resample_hz" => entry.resample_hz = Some(positive().ok_or_else(|| bad(RATE))?),
                 "shaft_hz" => {
                     let speed = number().filter(|speed| *speed >= 0.0);
-                    entry.shaft_hz =
-                        Some(speed.ok_or_else(|| bad("a number of Hz, not negative"))?);
+                    entry.shaft_hz = Some(speed.ok_or_else(|| bad("a number of Hz, not negative"))?);
                 }
                 "load_n" => entry.load_n = Some(number().ok_or_else(|| bad("a number of N"))?),
                 _ => entry.channels = Some(self.channels(key, value)?),
@@ -242,9 +188,7 @@ impl Place<'_> {
 
     fn channels(&self, key: &str, value: &Value) -> Result<BTreeMap<String, String>, ReadError> {
         const EXPECTED: &str = "a table of channel = \"location\"";
-        let table = value
-            .as_table()
-            .ok_or_else(|| self.bad(key, value, EXPECTED))?;
+        let table = value.as_table().ok_or_else(|| self.bad(key, value, EXPECTED))?;
         let mut channels = BTreeMap::new();
         for (channel, location) in table {
             let place = format!("{key}.{channel}");

@@ -53,9 +53,7 @@ pub struct Source {
 impl fmt::Display for Source {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.path.display())?;
-        self.variable
-            .as_ref()
-            .map_or(Ok(()), |variable| write!(f, ":{variable}"))
+        self.variable.as_ref().map_or(Ok(()), |variable| write!(f, ":{variable}"))
     }
 }
 
@@ -114,20 +112,11 @@ impl Recording {
     /// The channel of this name, or else at this location.
     pub fn channel(&self, name: &str) -> Option<&Channel> {
         let by_name = self.channels.iter().find(|c| c.name == name);
-        by_name.or_else(|| {
-            self.channels
-                .iter()
-                .find(|c| c.location.as_deref() == Some(name))
-        })
+        by_name.or_else(|| self.channels.iter().find(|c| c.location.as_deref() == Some(name)))
     }
 
     /// The file name without its ending, such as `r01`.
     pub fn name(&self) -> String {
-        self.source
-            .path
-            .file_stem()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned()
+        self.source.path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
     }
 }

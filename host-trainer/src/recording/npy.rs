@@ -22,21 +22,11 @@ struct Array<'a> {
 }
 
 /// Reads one file.
-pub(super) fn read(
-    bytes: &[u8],
-    path: &Path,
-    selection: &Selection,
-    skip_bad: bool,
-) -> Result<Raw, ReadError> {
+pub(super) fn read(bytes: &[u8], path: &Path, selection: &Selection, skip_bad: bool) -> Result<Raw, ReadError> {
     if bytes.is_empty() {
         return Err(ReadError::Empty { path: path.into() });
     }
-    let bad = |(part, found, expected): Bad| ReadError::BadNpy {
-        path: path.into(),
-        part,
-        found,
-        expected,
-    };
+    let bad = |(part, found, expected): Bad| ReadError::BadNpy { path: path.into(), part, found, expected };
     let array = parse(bytes).map_err(bad)?;
     let values = array.to_f64().map_err(bad)?;
     let (first, second) = match array.shape[..] {
@@ -53,30 +43,14 @@ pub(super) fn read(
     let (samples, channels) = (first.max(second), first.min(second));
     // Steps through `values` from one sample, and from one channel, to the next.
     let contiguous_first = array.fortran_order;
-    let (first_step, second_step) = if contiguous_first {
-        (1, first)
-    } else {
-        (second, 1)
-    };
-    let (step, channel_step) = if first >= second {
-        (first_step, second_step)
-    } else {
-        (second_step, first_step)
-    };
+    let (first_step, second_step) = if contiguous_first { (1, first) } else { (second, 1) };
+    let (step, channel_step) = if first >= second { (first_step, second_step) } else { (second_step, first_step) };
 
-    let names: Vec<String> = (1..=channels)
-        .map(|channel| format!("ch{channel}"))
-        .collect();
+    let names: Vec<String> = (1..=channels).map(|channel| format!("ch{channel}")).collect();
     selection.check(path, &names.iter().map(String::as_str).collect::<Vec<_>>())?;
     let mut raw = Raw::default();
-    for (channel, name) in names
-        .into_iter()
-        .enumerate()
-        .filter(|(_, n)| selection.takes(n))
-    {
-        let samples = (0..samples)
-            .map(|i| values[channel * channel_step + i * step])
-            .collect();
+    for (channel, name) in names.into_iter().enumerate().filter(|(_, n)| selection.takes(n)) {
+        let samples = (0..samples).map(|i| values[channel * channel_step + i * step]).collect();
         raw.columns.push(Column { name, samples });
     }
     raw.drop_non_finite(path, skip_bad)?;
@@ -87,21 +61,9 @@ pub(super) fn read(
 type Bad = (&'static str, String, &'static str);
 
 fn parse(bytes: &[u8]) -> Result<Array<'_>, Bad> {
-    let magic = || {
-        (
-            "magic",
-            shown(&bytes[..bytes.len().min(8)]),
-            "a NumPy array, version 1 to 3",
-        )
-    };
+    let magic = || ("magic", shown(&bytes[..bytes.len().min(8)]), "a NumPy array, version 1 to 3");
     let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or_else(magic)?;
-    let cut = || {
-        (
-            "header",
-            format!("a file of {} bytes", bytes.len()),
-            "a whole header",
-        )
-    };
+    let cut = || ("header", format!("a file of {} bytes", bytes.len()), "a whole header");
     let (version, rest) = rest.split_first_chunk::<2>().ok_or_else(cut)?;
     let (length, rest) = match version[0] {
         1 => {
@@ -117,20 +79,13 @@ fn parse(bytes: &[u8]) -> Result<Array<'_>, Bad> {
     let (header, data) = rest.split_at_checked(length).ok_or_else(cut)?;
     let header = String::from_utf8_lossy(header);
     let value = |key: &'static str| {
-        let at = header
-            .find(&format!("'{key}'"))
-            .map(|at| at + key.len() + 2);
+        let at = header.find(&format!("'{key}'")).map(|at| at + key.len() + 2);
         let text = at.and_then(|at| header[at..].trim_start().strip_prefix(':'));
-        text.map(str::trim_start)
-            .ok_or((key, "nothing".to_owned(), "the key in the header"))
+        text.map(str::trim_start).ok_or((key, "nothing".to_owned(), "the key in the header"))
     };
 
     let descr = value("descr")?;
-    let descr = descr
-        .trim_start_matches('\'')
-        .split('\'')
-        .next()
-        .unwrap_or_default();
+    let descr = descr.trim_start_matches('\'').split('\'').next().unwrap_or_default();
     let (order, number) = descr.split_at_checked(1).unwrap_or_default();
     let number = match number {
         "f4" => (b'f', 4),
@@ -149,19 +104,9 @@ fn parse(bytes: &[u8]) -> Result<Array<'_>, Bad> {
     };
     let shape = value("shape")?;
     let bad_shape = || ("shape", shown(shape.as_bytes()), "a tuple of sizes");
-    let inside = shape
-        .strip_prefix('(')
-        .and_then(|s| s.split_once(')'))
-        .ok_or_else(bad_shape)?
-        .0;
-    let sizes = inside
-        .split(',')
-        .map(str::trim)
-        .filter(|size| !size.is_empty());
-    let shape = sizes
-        .map(str::parse)
-        .collect::<Result<Vec<usize>, _>>()
-        .map_err(|_| bad_shape())?;
+    let inside = shape.strip_prefix('(').and_then(|s| s.split_once(')')).ok_or_else(bad_shape)?.0;
+    let sizes = inside.split(',').map(str::trim).filter(|size| !size.is_empty());
+    let shape = sizes.map(str::parse).collect::<Result<Vec<usize>, _>>().map_err(|_| bad_shape())?;
     Ok(Array {
         number,
         big_endian: order == ">",
@@ -173,10 +118,7 @@ fn parse(bytes: &[u8]) -> Result<Array<'_>, Bad> {
 
 impl Array<'_> {
     fn to_f64(&self) -> Result<Vec<f64>, Bad> {
-        let count = self
-            .shape
-            .iter()
-            .try_fold(1_usize, |n, &size| n.checked_mul(size));
+        let count = self.shape.iter().try_fold(1_usize, |n, &size| n.checked_mul(size));
         let length = count.and_then(|n| n.checked_mul(self.number.1));
         if length != Some(self.data.len()) {
             let found = format!("{} bytes for shape {:?}", self.data.len(), self.shape);

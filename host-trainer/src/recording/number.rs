@@ -6,9 +6,8 @@ pub(super) fn number(bytes: &[u8], at: usize) -> Option<(f64, usize)> {
     // Powers of ten up to 10^22 and integers below 2^53 are exact in f64, so that one division
     // of them rounds correctly (Clinger 1990); 15 digits stay below both limits.
     const MAX_DIGITS: usize = 15;
-    const POWERS: [f64; MAX_DIGITS + 1] = [
-        1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
-    ];
+    const POWERS: [f64; MAX_DIGITS + 1] =
+        [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
     let negative = bytes.get(at) == Some(&b'-');
     let mut end = at + usize::from(negative);
     let mut mantissa = 0_u64;
@@ -58,14 +57,11 @@ mod tests {
     #[test]
     fn numbers_are_those_of_the_standard_library() {
         let mut state = 7_u64;
-        let mut texts: Vec<String> = ["0", "-0", "1.", ".5", "-.5", "2.1254e+05", "1E-3", "5e-324"]
-            .map(String::from)
-            .to_vec();
+        let mut texts: Vec<String> =
+            ["0", "-0", "1.", ".5", "-.5", "2.1254e+05", "1E-3", "5e-324"].map(String::from).to_vec();
         for digits in 1..20 {
             for point in 0..=digits {
-                state = state
-                    .wrapping_mul(6_364_136_223_846_793_005)
-                    .wrapping_add(99);
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(99);
                 let number = format!("{:0>20}", state);
                 let (whole, fraction) = number[..digits].split_at(point);
                 texts.push(format!("-{whole}.{fraction}"));
@@ -73,11 +69,7 @@ mod tests {
         }
         for text in texts {
             let (value, end) = number(format!("{text},").as_bytes(), 0).expect(&text);
-            assert_eq!(
-                value.to_bits(),
-                text.parse::<f64>().unwrap().to_bits(),
-                "{text}"
-            );
+            assert_eq!(value.to_bits(), text.parse::<f64>().unwrap().to_bits(), "{text}");
             assert_eq!(end, text.len(), "{text}");
         }
     }

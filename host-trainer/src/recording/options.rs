@@ -43,20 +43,13 @@ pub struct LoadOptions {
 
 impl LoadOptions {
     pub(super) fn check(&self) -> Result<(), ReadError> {
-        let rates = [
-            ("sample_rate_hz", self.sample_rate_hz),
-            ("resample_hz", self.resample_hz),
-        ];
+        let rates = [("sample_rate_hz", self.sample_rate_hz), ("resample_hz", self.resample_hz)];
         for (option, rate) in rates {
             if let Some(rate) = rate
                 && !(rate.is_finite() && rate > 0.0)
             {
                 let expected = "a positive number of Hz".into();
-                return Err(ReadError::BadOption {
-                    option,
-                    found: rate.to_string(),
-                    expected,
-                });
+                return Err(ReadError::BadOption { option, found: rate.to_string(), expected });
             }
         }
         Ok(())

@@ -28,10 +28,7 @@ use super::{
 pub(super) fn read(path: &Path, selection: &Selection, skip_bad: bool) -> Result<Raw, ReadError> {
     let file = File::open(path).map_err(|source| match source.kind() {
         std::io::ErrorKind::NotFound => ReadError::NotFound { path: path.into() },
-        _ => ReadError::Io {
-            path: path.into(),
-            source,
-        },
+        _ => ReadError::Io { path: path.into(), source },
     })?;
     if file.metadata().is_ok_and(|m| m.len() == 0) {
         return Err(ReadError::Empty { path: path.into() });
@@ -69,11 +66,7 @@ fn columns(file: File, path: &Path, selection: &Selection) -> Result<Raw, ReadEr
         .collect();
     let name = |column: &ColumnDescriptor| column.path().string();
     let names: Vec<String> = numeric.iter().map(|(_, column)| name(column)).collect();
-    let channels: Vec<&str> = names
-        .iter()
-        .map(String::as_str)
-        .filter(|name| !time_axis::is_time(name))
-        .collect();
+    let channels: Vec<&str> = names.iter().map(String::as_str).filter(|name| !time_axis::is_time(name)).collect();
     if channels.is_empty() {
         return Err(ReadError::Empty { path: path.into() });
     }
@@ -94,33 +87,22 @@ fn columns(file: File, path: &Path, selection: &Selection) -> Result<Raw, ReadEr
             let unsigned = column.converted_type() == ConvertedType::UINT_32;
             let levels = column.max_def_level();
             match chunk {
-                ColumnReader::FloatColumnReader(c) => {
-                    read_chunk(c, levels, &mut samples, f64::from)
-                }
+                ColumnReader::FloatColumnReader(c) => read_chunk(c, levels, &mut samples, f64::from),
                 ColumnReader::DoubleColumnReader(c) => read_chunk(c, levels, &mut samples, |v| v),
                 ColumnReader::Int32ColumnReader(c) => {
                     let convert = |v: i32| {
-                        if unsigned {
-                            f64::from(v as u32)
-                        } else {
-                            f64::from(v)
-                        }
+                        if unsigned { f64::from(v as u32) } else { f64::from(v) }
                     };
                     read_chunk(c, levels, &mut samples, convert)
                 }
-                ColumnReader::Int64ColumnReader(c) => {
-                    read_chunk(c, levels, &mut samples, |v| v as f64)
-                }
+                ColumnReader::Int64ColumnReader(c) => read_chunk(c, levels, &mut samples, |v| v as f64),
                 // `is_numeric` lets no other type through.
                 _ => Ok(()),
             }
             .map_err(part)?;
         }
         if is_time {
-            raw.time = Some(TimeColumn {
-                name,
-                time_s: samples,
-            });
+            raw.time = Some(TimeColumn { name, time_s: samples });
         } else {
             raw.columns.push(Column { name, samples });
         }
@@ -130,12 +112,7 @@ fn columns(file: File, path: &Path, selection: &Selection) -> Result<Raw, ReadEr
     let rows = usize::try_from(metadata.file_metadata().num_rows()).unwrap_or_default();
     for found in lengths {
         if found != rows {
-            return Err(ReadError::RowWidth {
-                path: path.into(),
-                row: found + 1,
-                found: 0,
-                expected: rows,
-            });
+            return Err(ReadError::RowWidth { path: path.into(), row: found + 1, found: 0, expected: rows });
         }
     }
     Ok(raw)
@@ -148,20 +125,9 @@ fn is_numeric(column: &ColumnDescriptor) -> bool {
     use parquet::basic::Type;
     let is_number = matches!(
         column.converted_type(),
-        C::NONE
-            | C::INT_8
-            | C::INT_16
-            | C::INT_32
-            | C::INT_64
-            | C::UINT_8
-            | C::UINT_16
-            | C::UINT_32
-            | C::UINT_64
+        C::NONE | C::INT_8 | C::INT_16 | C::INT_32 | C::INT_64 | C::UINT_8 | C::UINT_16 | C::UINT_32 | C::UINT_64
     );
-    let is_stored_as_one = matches!(
-        column.physical_type(),
-        Type::FLOAT | Type::DOUBLE | Type::INT32 | Type::INT64
-    );
+    let is_stored_as_one = matches!(column.physical_type(), Type::FLOAT | Type::DOUBLE | Type::INT32 | Type::INT64);
     let is_timestamp = column
         .logical_type_ref()
         .is_some_and(|logical| !matches!(logical, parquet::basic::LogicalType::Integer { .. }));
@@ -186,9 +152,7 @@ fn read_chunk<T: DataType>(
         let mut values = values.into_iter().map(&convert);
         if defined > 0 {
             let is_defined = levels.iter().map(|&level| level == defined);
-            samples.extend(
-                is_defined.map(|is| is.then(|| values.next()).flatten().unwrap_or(f64::NAN)),
-            );
+            samples.extend(is_defined.map(|is| is.then(|| values.next()).flatten().unwrap_or(f64::NAN)));
         } else {
             samples.extend(values);
         }

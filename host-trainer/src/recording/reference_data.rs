@@ -9,8 +9,7 @@ use std::{env, path::PathBuf};
 /// For tests and benchmarks run by cargo, which states where the crate is.
 pub fn folder(name: &str) -> Option<PathBuf> {
     let stated = env::var_os("BALLRACE_DATA").map(PathBuf::from);
-    let beside =
-        || Some(PathBuf::from(env::var_os("CARGO_MANIFEST_DIR")?).join("../../shared/data"));
+    let beside = || Some(PathBuf::from(env::var_os("CARGO_MANIFEST_DIR")?).join("../../shared/data"));
     let folder = stated.or_else(beside).map(|data| data.join(name));
     let folder = folder.filter(|folder| folder.is_dir());
     if folder.is_none() {

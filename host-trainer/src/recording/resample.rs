@@ -59,11 +59,7 @@ pub fn recording(recording: Recording, rate_hz: f64) -> Recording {
 /// signal is continued by reflection in its end points.
 pub fn samples(samples: &[f64], from_hz: f64, to_hz: f64) -> Vec<f64> {
     let (up, down) = ratio(to_hz / from_hz);
-    if up == down {
-        samples.to_vec()
-    } else {
-        Filter::new(up, down).apply(samples)
-    }
+    if up == down { samples.to_vec() } else { Filter::new(up, down).apply(samples) }
 }
 
 /// The best fraction with parts up to [`MAX_FACTOR`], by continued fractions.
@@ -78,11 +74,7 @@ fn ratio(value: f64) -> (u64, u64) {
             (whole as u64).saturating_mul(best.1).saturating_add(last.1),
         );
         if next.0 > MAX_FACTOR || next.1 > MAX_FACTOR {
-            return if best.0 == 0 || best.1 == 0 {
-                (next.0.max(1), next.1.max(1))
-            } else {
-                best
-            };
+            return if best.0 == 0 || best.1 == 0 { (next.0.max(1), next.1.max(1)) } else { best };
         }
         (last, best) = (best, next);
         let found = best.0 as f64 / best.1 as f64;
@@ -122,12 +114,7 @@ impl Filter {
             let sum: f64 = phases[start..].iter().sum();
             phases[start..].iter_mut().for_each(|tap| *tap /= sum);
         }
-        Self {
-            up,
-            down,
-            taps,
-            phases,
-        }
+        Self { up, down, taps, phases }
     }
 
     fn apply(&self, samples: &[f64]) -> Vec<f64> {
@@ -144,10 +131,7 @@ impl Filter {
                 let (sample, phase) = ((at / up) as usize, (at % up) as usize);
                 let taps = &self.phases[phase * self.taps..][..self.taps];
                 let signal = &extended[sample..][..self.taps];
-                taps.iter()
-                    .zip(signal)
-                    .map(|(tap, sample)| tap * sample)
-                    .sum()
+                taps.iter().zip(signal).map(|(tap, sample)| tap * sample).sum()
             })
             .collect()
     }
@@ -158,11 +142,7 @@ fn extend(samples: &[f64], before: usize, after: usize) -> Vec<f64> {
     let last = samples.len() - 1;
     let (first_value, last_value) = (samples[0], samples[last]);
     let mut extended = Vec::with_capacity(before + samples.len() + after);
-    extended.extend(
-        (1..=before)
-            .rev()
-            .map(|i| 2.0 * first_value - samples[i.min(last)]),
-    );
+    extended.extend((1..=before).rev().map(|i| 2.0 * first_value - samples[i.min(last)]));
     extended.extend_from_slice(samples);
     extended.extend((1..=after).map(|i| 2.0 * last_value - samples[last - i.min(last)]));
     extended

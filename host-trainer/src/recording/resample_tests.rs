@@ -3,9 +3,7 @@ use std::f64::consts::TAU;
 use super::*;
 
 fn sine(frequency_hz: f64, rate_hz: f64, count: usize) -> Vec<f64> {
-    (0..count)
-        .map(|n| (TAU * frequency_hz * n as f64 / rate_hz + 0.4).sin())
-        .collect()
+    (0..count).map(|n| (TAU * frequency_hz * n as f64 / rate_hz + 0.4).sin()).collect()
 }
 
 /// The largest error against `expected` away from the ends, where the reflection is not the sine.
@@ -32,10 +30,7 @@ fn pass_band() {
             let found = samples(&sine(part * nyquist, from, 8000), from, to);
             let expected = sine(part * nyquist, to, found.len());
             let error = error(&found, &expected, 300);
-            assert!(
-                error < 2e-5,
-                "{from} to {to} Hz, {part} of Nyquist: {error}"
-            );
+            assert!(error < 2e-5, "{from} to {to} Hz, {part} of Nyquist: {error}");
         }
     }
 }
@@ -48,10 +43,7 @@ fn stop_band() {
         for part in [1.0, 1.01, 1.1, 1.3] {
             let found = samples(&sine(part * 0.5 * to, from, 16_000), from, to);
             let error = error(&found, &vec![0.0; found.len()], 200);
-            assert!(
-                error < limit,
-                "{from} to {to} Hz, {part} of Nyquist: {error}"
-            );
+            assert!(error < limit, "{from} to {to} Hz, {part} of Nyquist: {error}");
         }
     }
 }
@@ -65,11 +57,7 @@ fn no_images() {
     let middle = &found[1280..1280 + 12_800];
     let part = |quadrature: f64| {
         let phase = |n: usize| TAU * 7000.0 * n as f64 / to + quadrature;
-        let sum: f64 = middle
-            .iter()
-            .enumerate()
-            .map(|(n, x)| x * phase(n).sin())
-            .sum();
+        let sum: f64 = middle.iter().enumerate().map(|(n, x)| x * phase(n).sin()).sum();
         2.0 * sum / middle.len() as f64
     };
     let image = part(0.0).hypot(part(0.25 * TAU));
@@ -106,16 +94,8 @@ fn tacho_pulses_are_moved_and_not_filtered() {
     for pulse in [0, 1000, 2001, 3199] {
         tacho[pulse] = 1.0;
     }
-    let channel = Channel {
-        name: "tacho".into(),
-        location: None,
-        samples: tacho,
-    };
-    let original = Recording {
-        channels: vec![channel],
-        sample_rate_hz: 25_600.0,
-        ..Recording::default()
-    };
+    let channel = Channel { name: "tacho".into(), location: None, samples: tacho };
+    let original = Recording { channels: vec![channel], sample_rate_hz: 25_600.0, ..Recording::default() };
     let moved = recording(original, 12_000.0);
     let samples = &moved.channels[0].samples;
     assert_eq!(samples.len(), 1500);

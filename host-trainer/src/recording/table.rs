@@ -49,22 +49,11 @@ pub(super) struct Table {
 
 /// Reads `bytes`, which begin at the first row. Blank lines may follow the last row.
 pub(super) fn parse(bytes: &[u8], layout: &Layout) -> Result<Table, ReadError> {
-    let wanted = layout
-        .columns
-        .iter()
-        .filter(|c| c.role == Role::Value)
-        .count();
+    let wanted = layout.columns.iter().filter(|c| c.role == Role::Value).count();
     // A first guess at the number of rows, from the length of the first.
-    let row_length = bytes
-        .iter()
-        .position(|&b| b == b'\n')
-        .unwrap_or(bytes.len())
-        .max(1);
+    let row_length = bytes.iter().position(|&b| b == b'\n').unwrap_or(bytes.len()).max(1);
     let rows = bytes.len() / row_length + 1;
-    let mut table = Table {
-        columns: (0..wanted).map(|_| Vec::with_capacity(rows)).collect(),
-        skipped_rows: 0,
-    };
+    let mut table = Table { columns: (0..wanted).map(|_| Vec::with_capacity(rows)).collect(), skipped_rows: 0 };
 
     let mut at = 0;
     let mut row = layout.first_row;
@@ -84,11 +73,7 @@ pub(super) fn parse(bytes: &[u8], layout: &Layout) -> Result<Table, ReadError> {
             }
             match careful_row(line, row, layout) {
                 Ok(values) => {
-                    table
-                        .columns
-                        .iter_mut()
-                        .zip(values)
-                        .for_each(|(c, v)| c.push(v));
+                    table.columns.iter_mut().zip(values).for_each(|(c, v)| c.push(v));
                     kept += 1;
                 }
                 Err(_) if layout.skip_bad => table.skipped_rows += 1,
@@ -99,9 +84,7 @@ pub(super) fn parse(bytes: &[u8], layout: &Layout) -> Result<Table, ReadError> {
         row += 1;
     }
     if kept == 0 {
-        return Err(ReadError::Empty {
-            path: layout.path.into(),
-        });
+        return Err(ReadError::Empty { path: layout.path.into() });
     }
     Ok(table)
 }
@@ -109,12 +92,7 @@ pub(super) fn parse(bytes: &[u8], layout: &Layout) -> Result<Table, ReadError> {
 /// Reads the row at `at` and returns where the next one begins, or nothing where the row is not
 /// one of plain numbers; the columns may then hold a part of it.
 #[inline]
-fn quick_row(
-    bytes: &[u8],
-    mut at: usize,
-    layout: &Layout,
-    columns: &mut [Vec<f64>],
-) -> Option<usize> {
+fn quick_row(bytes: &[u8], mut at: usize, layout: &Layout, columns: &mut [Vec<f64>]) -> Option<usize> {
     let last = layout.columns.len() - 1;
     let mut slot = 0;
     for (index, column) in layout.columns.iter().enumerate() {
@@ -125,11 +103,7 @@ fn quick_row(
             at = end;
         } else {
             let start = at;
-            let mask = if column.role == Role::Number {
-                NUMERIC
-            } else {
-                PLAIN
-            };
+            let mask = if column.role == Role::Number { NUMERIC } else { PLAIN };
             while let Some(&byte) = bytes.get(at)
                 && CLASS[usize::from(byte)] & mask != 0
                 && byte != layout.separator
@@ -182,17 +156,8 @@ fn careful_row(line: &[u8], row: usize, layout: &Layout) -> Result<Vec<f64>, Rea
     let expected = layout.columns.len();
     if fields.len() != expected {
         // A blank line has no column; splitting it gives one empty field.
-        let found = if line.trim_ascii().is_empty() {
-            0
-        } else {
-            fields.len()
-        };
-        return Err(ReadError::RowWidth {
-            path: path.into(),
-            row,
-            found,
-            expected,
-        });
+        let found = if line.trim_ascii().is_empty() { 0 } else { fields.len() };
+        return Err(ReadError::RowWidth { path: path.into(), row, found, expected });
     }
     let mut values = Vec::new();
     for (field, column) in fields.iter().zip(layout.columns) {
@@ -202,21 +167,11 @@ fn careful_row(line: &[u8], row: usize, layout: &Layout) -> Result<Vec<f64>, Rea
         let name = || column.name.clone();
         let Some(value) = number::parse(field) else {
             let found = shown(field);
-            return Err(ReadError::NotANumber {
-                path: path.into(),
-                row,
-                column: name(),
-                found,
-            });
+            return Err(ReadError::NotANumber { path: path.into(), row, column: name(), found });
         };
         if !value.is_finite() {
             let found = shown(field);
-            return Err(ReadError::NotFinite {
-                path: path.into(),
-                row,
-                column: name(),
-                found,
-            });
+            return Err(ReadError::NotFinite { path: path.into(), row, column: name(), found });
         }
         if column.role == Role::Value {
             values.push(value);
@@ -235,28 +190,19 @@ pub(super) fn split(line: &[u8], separator: u8) -> Vec<&[u8]> {
     })
     .map(|field| {
         let field = field.trim_ascii();
-        field
-            .strip_prefix(b"\"")
-            .and_then(|f| f.strip_suffix(b"\""))
-            .unwrap_or(field)
+        field.strip_prefix(b"\"").and_then(|f| f.strip_suffix(b"\"")).unwrap_or(field)
     })
     .collect()
 }
 
 /// The separator of a line: semicolon or tab where there is one, else comma.
 pub(super) fn separator(line: &[u8]) -> u8 {
-    *[b';', b'\t']
-        .iter()
-        .find(|s| line.contains(s))
-        .unwrap_or(&b',')
+    *[b';', b'\t'].iter().find(|s| line.contains(s)).unwrap_or(&b',')
 }
 
 /// The first line, without its end, and where the next one begins.
 pub(super) fn first_line(bytes: &[u8]) -> (&[u8], usize) {
-    let end = bytes
-        .iter()
-        .position(|&b| b == b'\n')
-        .unwrap_or(bytes.len());
+    let end = bytes.iter().position(|&b| b == b'\n').unwrap_or(bytes.len());
     (bytes[..end].trim_ascii_end(), (end + 1).min(bytes.len()))
 }
 
@@ -265,10 +211,7 @@ mod tests {
     use super::*;
 
     fn parse_text(text: &str, skip_bad: bool) -> Result<Table, ReadError> {
-        let column = |name: &str| ColumnSpec {
-            name: name.into(),
-            role: Role::Value,
-        };
+        let column = |name: &str| ColumnSpec { name: name.into(), role: Role::Value };
         parse(
             text.as_bytes(),
             &Layout {
@@ -285,17 +228,8 @@ mod tests {
     fn line_ends_blanks_and_quotes_do_not_matter() {
         let expected = parse_text("1,2\n3,4\n", false).unwrap().columns;
         assert_eq!(expected, [[1.0, 3.0], [2.0, 4.0]]);
-        for text in [
-            "1,2\r\n3,4\r\n",
-            "1,2\n3,4",
-            " 1, 2 \n3 ,\"4\"\n\n \n",
-            "+1,2\n3,4\r\n\r\n",
-        ] {
-            assert_eq!(
-                parse_text(text, false).unwrap().columns,
-                expected,
-                "{text:?}"
-            );
+        for text in ["1,2\r\n3,4\r\n", "1,2\n3,4", " 1, 2 \n3 ,\"4\"\n\n \n", "+1,2\n3,4\r\n\r\n"] {
+            assert_eq!(parse_text(text, false).unwrap().columns, expected, "{text:?}");
         }
     }
 

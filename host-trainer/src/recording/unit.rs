@@ -77,11 +77,7 @@ impl Quantity {
 /// The location that a column has where no manifest says otherwise: the two sensors of the
 /// 5-DoF rig.
 pub(super) fn default_location(name: &str) -> Option<&'static str> {
-    match name
-        .strip_suffix("_m_s2")
-        .or_else(|| name.strip_suffix("_g"))
-        .unwrap_or(name)
-    {
+    match name.strip_suffix("_m_s2").or_else(|| name.strip_suffix("_g")).unwrap_or(name) {
         "ax" => Some("outer-x"),
         "ay" => Some("resonator-y"),
         _ => None,

@@ -4,14 +4,14 @@
 //! appears under its name only once it is whole.
 
 use std::{
-    io::{self, BufWriter, Write},
+    io::{self, Write},
     path::{Path, PathBuf},
 };
 
-use tempfile::NamedTempFile;
 use toml::{Table, Value};
 
 use super::{Recording, manifest, unit::default_location};
+use crate::files;
 
 /// Why a recording could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -50,9 +50,7 @@ pub enum WriteError {
         found: f64,
     },
     /// A channel without a name, of another's name, or with a name that a header cannot hold.
-    #[error(
-        "{path}: found channel name `{name}`, expected one of its own without `,;\"#` or line ends"
-    )]
+    #[error("{path}: found channel name `{name}`, expected one of its own without `,;\"#` or line ends")]
     BadName {
         /// The file.
         path: PathBuf,
@@ -95,10 +93,7 @@ pub fn csv(path: &Path, recording: &Recording) -> Result<(), WriteError> {
 ///
 /// As [`csv`].
 pub fn folder(folder: &Path, recordings: &[Recording]) -> Result<PathBuf, WriteError> {
-    std::fs::create_dir_all(folder).map_err(|source| WriteError::Io {
-        path: folder.into(),
-        source,
-    })?;
+    std::fs::create_dir_all(folder).map_err(|source| WriteError::Io { path: folder.into(), source })?;
     let digits = recordings.len().to_string().len().max(2);
     let mut list = Vec::with_capacity(recordings.len());
     for (index, recording) in recordings.iter().enumerate() {
@@ -142,63 +137,24 @@ fn check(path: &Path, recording: &Recording) -> Result<(), WriteError> {
     for (index, channel) in recording.channels.iter().enumerate() {
         let name = &channel.name;
         let is_taken = recording.channels[..index].iter().any(|c| c.name == *name);
-        let is_plain =
-            name.trim() == name && !name.contains([',', ';', '"', '#', '\t', '\n', '\r']);
+        let is_plain = name.trim() == name && !name.contains([',', ';', '"', '#', '\t', '\n', '\r']);
         // A header of numbers would be taken for samples.
         if name.is_empty() || is_taken || !is_plain || name.parse::<f64>().is_ok() {
-            return Err(WriteError::BadName {
-                path: path.into(),
-                name: name.clone(),
-            });
+            return Err(WriteError::BadName { path: path.into(), name: name.clone() });
         }
         let (found, expected) = (channel.samples.len(), recording.len());
         if found != expected {
             let (path, channel) = (path.into(), name.clone());
-            return Err(WriteError::UnequalLengths {
-                path,
-                channel,
-                found,
-                expected,
-            });
+            return Err(WriteError::UnequalLengths { path, channel, found, expected });
         }
-        if let Some(at) = channel
-            .samples
-            .iter()
-            .position(|sample| !sample.is_finite())
-        {
+        if let Some(at) = channel.samples.iter().position(|sample| !sample.is_finite()) {
             let (row, found) = (at + 2, channel.samples[at]);
-            return Err(WriteError::NotFinite {
-                path: path.into(),
-                row,
-                channel: name.clone(),
-                found,
-            });
+            return Err(WriteError::NotFinite { path: path.into(), row, channel: name.clone(), found });
         }
     }
     Ok(())
 }
 
-/// Writes to a temporary file beside `path`, then renames it.
-fn persist(
-    path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<(), WriteError> {
-    let io = |source| WriteError::Io {
-        path: path.into(),
-        source,
-    };
-    let folder = path
-        .parent()
-        .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
-    let mut builder = tempfile::Builder::new();
-    // A temporary file is private by default; a recording is as readable as any new file.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let file: NamedTempFile = builder.tempfile_in(folder).map_err(io)?;
-    let mut out = BufWriter::new(file);
-    write(&mut out).map_err(io)?;
-    let file = out.into_inner().map_err(|error| io(error.into_error()))?;
-    file.persist(path).map_err(|error| io(error.error))?;
-    Ok(())
+fn persist(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), WriteError> {
+    files::write_with(path, write).map_err(|source| WriteError::Io { path: path.into(), source })
 }

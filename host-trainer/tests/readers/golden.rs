@@ -27,26 +27,15 @@ fn femto_separated_by_comma() {
     };
     let loaded = load(&[femto.join("Bearing3_3")], &LoadOptions::default()).unwrap();
     assert_eq!(loaded.recordings.len(), 434);
-    assert!(
-        loaded
-            .recordings
-            .iter()
-            .all(|r| r.len() == 2560 && r.channels.len() == 2)
-    );
+    assert!(loaded.recordings.iter().all(|r| r.len() == 2560 && r.channels.len() == 2));
     let (first, last) = (&loaded.recordings[0], &loaded.recordings[433]);
     assert_eq!(first.name(), "acc_00001");
     assert_eq!(first.sample_rate_hz, 25_600.0);
     assert_eq!((first.shaft_hz, first.load_n), (Some(25.0), Some(5000.0)));
     // 8:27:33.21254
     assert_eq!(first.start_s, Some(30_453.212_54));
-    assert_ends_g(
-        &first.channel("horizontal").unwrap().samples,
-        (-0.043, 0.328),
-    );
-    assert_ends_g(
-        &first.channel("vertical").unwrap().samples,
-        (-0.084, -0.177),
-    );
+    assert_ends_g(&first.channel("horizontal").unwrap().samples, (-0.043, 0.328));
+    assert_ends_g(&first.channel("vertical").unwrap().samples, (-0.084, -0.177));
     assert_eq!(last.name(), "acc_00434");
     // A recording every 10 s.
     let length = last.start_s.unwrap() - first.start_s.unwrap();
@@ -58,18 +47,11 @@ fn femto_separated_by_semicolon() {
     let Some(femto) = reference_data::folder("femto") else {
         return;
     };
-    let options = LoadOptions {
-        channels: Some(vec!["vertical".into()]),
-        recordings: Some(38..60),
-        ..LoadOptions::default()
-    };
+    let options =
+        LoadOptions { channels: Some(vec!["vertical".into()]), recordings: Some(38..60), ..LoadOptions::default() };
     let loaded = load(&[femto.join("Bearing1_4")], &options).unwrap();
     assert_eq!(loaded.recordings.len(), 2);
-    let only = load(
-        &[femto.join("Bearing1_4/acc_00001.csv")],
-        &LoadOptions::default(),
-    )
-    .unwrap();
+    let only = load(&[femto.join("Bearing1_4/acc_00001.csv")], &LoadOptions::default()).unwrap();
     let first = &only.recordings[0];
     assert_eq!((first.shaft_hz, first.load_n), (Some(30.0), Some(4000.0)));
     assert_ends_g(&first.channel("horizontal").unwrap().samples, (0.065, 0.58));
@@ -90,10 +72,7 @@ fn cwru() {
             variable: variable.map(String::from),
             ..LoadOptions::default()
         };
-        load(&[cwru.join(file)], &options)
-            .unwrap()
-            .recordings
-            .remove(0)
+        load(&[cwru.join(file)], &options).unwrap().recordings.remove(0)
     };
     let outer = read("130_at_6_0.mat", Some("X130_DE_time"));
     assert_eq!(outer.channels.len(), 1);
@@ -120,14 +99,8 @@ fn mfpt() {
         assert_eq!(recording.len(), 146_484, "{file}");
         assert_eq!(recording.sample_rate_hz, 48_828.0);
         assert_eq!(recording.shaft_hz, Some(25.0));
-        assert!(
-            (recording.load_n.unwrap() - pounds * 4.448_221_6).abs() < 1e-3,
-            "{file}"
-        );
-        assert_ends_g(
-            &recording.channel("bearing.gs").unwrap().samples,
-            (first, last),
-        );
+        assert!((recording.load_n.unwrap() - pounds * 4.448_221_6).abs() < 1e-3, "{file}");
+        assert_ends_g(&recording.channel("bearing.gs").unwrap().samples, (first, last));
     }
 }
 
@@ -138,23 +111,13 @@ fn emps() {
     };
     let read = |file: &str, channels: &[&str]| {
         let channels = Some(channels.iter().map(|c| (*c).into()).collect());
-        let options = LoadOptions {
-            channels,
-            ..LoadOptions::default()
-        };
-        load(&[emps.join(file)], &options)
-            .unwrap()
-            .recordings
-            .remove(0)
+        let options = LoadOptions { channels, ..LoadOptions::default() };
+        load(&[emps.join(file)], &options).unwrap().recordings.remove(0)
     };
     let first = read("DATA_EMPS.mat", &["qm"]);
     assert_eq!((first.len(), first.channels.len()), (24_841, 1));
     // The rate comes from `t`; positions are not converted.
-    assert!(
-        (first.sample_rate_hz - 1000.0).abs() < 0.01,
-        "{}",
-        first.sample_rate_hz
-    );
+    assert!((first.sample_rate_hz - 1000.0).abs() < 0.01, "{}", first.sample_rate_hz);
     assert_eq!(first.gaps, [0_usize; 0]);
     let samples = &first.channels[0].samples;
     assert_eq!((samples[0], samples[24_840]), GOLDEN_QM);
@@ -175,16 +138,9 @@ fn the_rig() {
     };
     let loaded = load(&[rig.join("rigA_0.csv")], &LoadOptions::default()).unwrap();
     let recording = &loaded.recordings[0];
-    assert!(
-        (recording.sample_rate_hz - 25_600.0).abs() < 1e-6,
-        "{}",
-        recording.sample_rate_hz
-    );
+    assert!((recording.sample_rate_hz - 25_600.0).abs() < 1e-6, "{}", recording.sample_rate_hz);
     assert_eq!(recording.channel("resonator-y").unwrap().name, "ay_m_s2");
-    assert_eq!(
-        recording.channel("ay_m_s2").unwrap().samples[0],
-        -0.014_960_798_44
-    );
+    assert_eq!(recording.channel("ay_m_s2").unwrap().samples[0], -0.014_960_798_44);
     assert_eq!(recording.channel("fy_n").unwrap().samples[2], 336.683_418_5);
 
     let Some(concealed) = reference_data::folder("concealed") else {
@@ -194,17 +150,8 @@ fn the_rig() {
     assert_eq!(loaded.recordings.len(), 4);
     let recording = &loaded.recordings[0];
     assert_eq!(recording.len(), 25_600);
-    assert_eq!(
-        (recording.shaft_hz, recording.load_n),
-        (Some(29.87), Some(1646.7))
-    );
-    assert_eq!(
-        recording.channel("outer-x").unwrap().samples[0],
-        -0.020_431_6
-    );
+    assert_eq!((recording.shaft_hz, recording.load_n), (Some(29.87), Some(1646.7)));
+    assert_eq!(recording.channel("outer-x").unwrap().samples[0], -0.020_431_6);
     let turns: f64 = recording.channel("tacho").unwrap().samples.iter().sum();
-    assert!(
-        (turns - 29.87).abs() <= 1.0,
-        "{turns} turns in a second at 29.87 Hz"
-    );
+    assert!((turns - 29.87).abs() <= 1.0, "{turns} turns in a second at 29.87 Hz");
 }

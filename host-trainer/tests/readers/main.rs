@@ -23,9 +23,7 @@ struct Folder(tempfile::TempDir);
 impl Folder {
     fn new(files: &[(&str, &str)]) -> Self {
         let folder = Self(tempfile::tempdir().unwrap());
-        files
-            .iter()
-            .for_each(|(name, text)| folder.write(name, text.as_bytes()));
+        files.iter().for_each(|(name, text)| folder.write(name, text.as_bytes()));
         folder
     }
 
@@ -41,13 +39,6 @@ impl Folder {
 
     /// Loads a file of the folder; `""` is the folder itself.
     fn load(&self, name: &str, options: &LoadOptions) -> Result<Loaded, ReadError> {
-        load(
-            &[if name.is_empty() {
-                self.0.path().into()
-            } else {
-                self.path(name)
-            }],
-            options,
-        )
+        load(&[if name.is_empty() { self.0.path().into() } else { self.path(name) }], options)
     }
 }

@@ -51,11 +51,7 @@ pub(super) struct Elements<'a> {
 
 impl<'a> Elements<'a> {
     pub(super) fn new(bytes: &'a [u8], order: Order) -> Self {
-        Self {
-            bytes,
-            at: 0,
-            order,
-        }
+        Self { bytes, at: 0, order }
     }
 
     /// The next element; nothing at the end of the buffer.
@@ -67,11 +63,7 @@ impl<'a> Elements<'a> {
         }
         let expected = "an element that ends within the file";
         let Some((tag, rest)) = rest.split_first_chunk::<8>() else {
-            return Err(Bad {
-                offset,
-                found: format!("{} bytes", rest.len()),
-                expected,
-            });
+            return Err(Bad { offset, found: format!("{} bytes", rest.len()), expected });
         };
         let word = |i: usize| self.order.u32([tag[i], tag[i + 1], tag[i + 2], tag[i + 3]]);
         let (first, second) = (word(0), word(4));
@@ -81,11 +73,7 @@ impl<'a> Elements<'a> {
             let (kind, size) = (first & 0xffff, (first >> 16) as usize);
             let Some(data) = self.bytes[offset + 4..offset + 8].get(..size) else {
                 let found = format!("a small element of {size} bytes");
-                return Err(Bad {
-                    offset,
-                    found,
-                    expected: "at most 4 bytes",
-                });
+                return Err(Bad { offset, found, expected: "at most 4 bytes" });
             };
             self.at = offset + 8;
             return Ok(Some(Element { kind, data, offset }));
@@ -93,34 +81,18 @@ impl<'a> Elements<'a> {
         let size = second as usize;
         let Some(data) = rest.get(..size) else {
             let found = format!("an element of {size} bytes with {} left", rest.len());
-            return Err(Bad {
-                offset,
-                found,
-                expected,
-            });
+            return Err(Bad { offset, found, expected });
         };
         // Compressed elements are not padded, and the padding of the last may be missing.
-        let padding = if first == COMPRESSED {
-            0
-        } else {
-            size.wrapping_neg() % 8
-        };
+        let padding = if first == COMPRESSED { 0 } else { size.wrapping_neg() % 8 };
         self.at = offset + 8 + size + padding;
-        Ok(Some(Element {
-            kind: first,
-            data,
-            offset,
-        }))
+        Ok(Some(Element { kind: first, data, offset }))
     }
 
     /// The next element, which must be there.
     pub(super) fn expect(&mut self, expected: &'static str) -> Result<Element<'a>, Bad> {
         let offset = self.at;
-        self.next()?.ok_or_else(|| Bad {
-            offset,
-            found: "the end".into(),
-            expected,
-        })
+        self.next()?.ok_or_else(|| Bad { offset, found: "the end".into(), expected })
     }
 }
 
@@ -148,40 +120,25 @@ pub(super) fn matrices(file: &[u8]) -> Result<Matrices<'_>, Bad> {
 
 impl Bad {
     fn moved(self, by: usize) -> Self {
-        Self {
-            offset: self.offset + by,
-            ..self
-        }
+        Self { offset: self.offset + by, ..self }
     }
 }
 
 fn order(file: &[u8]) -> Result<Order, Bad> {
     let expected = "a MATLAB v5 file (as `save -v7` writes)";
     if file.starts_with(b"\x89HDF") || file.starts_with(b"MATLAB 7.3") {
-        return Err(Bad {
-            offset: 0,
-            found: "MATLAB v7.3 (HDF5)".into(),
-            expected,
-        });
+        return Err(Bad { offset: 0, found: "MATLAB v7.3 (HDF5)".into(), expected });
     }
     match file.get(HEADER - 2..HEADER) {
         Some(b"IM") => Ok(Order::Little),
         Some(b"MI") => Ok(Order::Big),
         Some(mark) => {
             let found = format!("byte-order mark `{}`", mark.escape_ascii());
-            Err(Bad {
-                offset: HEADER - 2,
-                found,
-                expected,
-            })
+            Err(Bad { offset: HEADER - 2, found, expected })
         }
         None => {
             let found = format!("a file of {} bytes", file.len());
-            Err(Bad {
-                offset: 0,
-                found,
-                expected,
-            })
+            Err(Bad { offset: 0, found, expected })
         }
     }
 }
@@ -190,16 +147,10 @@ fn order(file: &[u8]) -> Result<Order, Bad> {
 fn inflate(element: Element, order: Order) -> Result<Vec<u8>, Bad> {
     let Element { data, offset, .. } = element;
     let expected = "an intact compressed matrix";
-    let bad = |found: String| Bad {
-        offset,
-        found,
-        expected,
-    };
+    let bad = |found: String| Bad { offset, found, expected };
     let mut stream = flate2::read::ZlibDecoder::new(data);
     let mut tag = [0; 8];
-    stream
-        .read_exact(&mut tag)
-        .map_err(|e| bad(e.to_string()))?;
+    stream.read_exact(&mut tag).map_err(|e| bad(e.to_string()))?;
     let word = |i: usize| order.u32([tag[i], tag[i + 1], tag[i + 2], tag[i + 3]]);
     let (kind, size) = (word(0), word(4) as usize);
     if kind != MATRIX {
@@ -209,10 +160,7 @@ fn inflate(element: Element, order: Order) -> Result<Vec<u8>, Bad> {
     // never to what the tag claims. Reading to the end makes the decoder verify its checksum.
     let mut matrix = Vec::new();
     let limit = size as u64 + 8;
-    stream
-        .take(limit)
-        .read_to_end(&mut matrix)
-        .map_err(|e| bad(e.to_string()))?;
+    stream.take(limit).read_to_end(&mut matrix).map_err(|e| bad(e.to_string()))?;
     if matrix.len() < size {
         return Err(bad(format!("{} bytes of {size}", matrix.len())));
     }

@@ -60,17 +60,8 @@ pub(super) fn read(
     skip_bad: bool,
 ) -> Result<Raw, ReadError> {
     let bad = |bad: Bad| {
-        let Bad {
-            offset,
-            found,
-            expected,
-        } = bad;
-        ReadError::BadMat {
-            path: path.into(),
-            offset,
-            found,
-            expected,
-        }
+        let Bad { offset, found, expected } = bad;
+        ReadError::BadMat { path: path.into(), offset, found, expected }
     };
     if bytes.is_empty() {
         return Err(ReadError::Empty { path: path.into() });
@@ -86,10 +77,7 @@ pub(super) fn read(
     }
     let chosen = choose(&leaves, path, variable)?;
 
-    let names: Vec<String> = chosen
-        .iter()
-        .flat_map(|(leaf, n)| column_names(&leaf.name, n))
-        .collect();
+    let names: Vec<String> = chosen.iter().flat_map(|(leaf, n)| column_names(&leaf.name, n)).collect();
     selection.check(path, &names.iter().map(String::as_str).collect::<Vec<_>>())?;
     let mut raw = Raw::default();
     for (leaf, numbers) in &chosen {
@@ -97,10 +85,7 @@ pub(super) fn read(
         let columns = samples.chunks(numbers.rows().max(1));
         for (name, samples) in column_names(&leaf.name, numbers).into_iter().zip(columns) {
             if selection.takes(&name) {
-                raw.columns.push(Column {
-                    name,
-                    samples: samples.to_vec(),
-                });
+                raw.columns.push(Column { name, samples: samples.to_vec() });
             }
         }
     }
@@ -117,10 +102,7 @@ fn flatten<'a>(name: &str, value: &'a Value<'a>, leaves: &mut Vec<Leaf<'a>>) {
             flatten(&format!("{name}.{field}"), value, leaves);
         }
     } else {
-        leaves.push(Leaf {
-            name: name.into(),
-            value,
-        });
+        leaves.push(Leaf { name: name.into(), value });
     }
 }
 
@@ -130,21 +112,13 @@ fn choose<'a>(
     path: &Path,
     variable: Option<&str>,
 ) -> Result<Vec<(&'a Leaf<'a>, &'a Numbers<'a>)>, ReadError> {
-    let numeric = || {
-        leaves
-            .iter()
-            .filter_map(|leaf| Some((leaf, leaf.numbers()?)))
-    };
+    let numeric = || leaves.iter().filter_map(|leaf| Some((leaf, leaf.numbers()?)));
     if let Some(variable) = variable {
         let found = numeric().find(|(leaf, _)| leaf.name == variable);
         let Some((leaf, numbers)) = found else {
             let available = listed(numeric().map(|(leaf, _)| &leaf.name));
             let (path, variable) = (path.into(), variable.into());
-            return Err(ReadError::UnknownVariable {
-                path,
-                variable,
-                available,
-            });
+            return Err(ReadError::UnknownVariable { path, variable, available });
         };
         if numbers.len() == 0 {
             return Err(ReadError::Empty { path: path.into() });
@@ -153,14 +127,8 @@ fn choose<'a>(
     }
     let signals = || numeric().filter(|(leaf, n)| n.rows() > 1 && !is_time(leaf));
     let longest = signals().map(|(_, n)| n.rows()).max();
-    let chosen: Vec<_> = signals()
-        .filter(|(_, n)| Some(n.rows()) == longest)
-        .collect();
-    if chosen.is_empty() {
-        Err(ReadError::Empty { path: path.into() })
-    } else {
-        Ok(chosen)
-    }
+    let chosen: Vec<_> = signals().filter(|(_, n)| Some(n.rows()) == longest).collect();
+    if chosen.is_empty() { Err(ReadError::Empty { path: path.into() }) } else { Ok(chosen) }
 }
 
 fn is_time(leaf: &Leaf) -> bool {
@@ -171,39 +139,23 @@ fn column_names(name: &str, numbers: &Numbers) -> Vec<String> {
     if numbers.is_vector() {
         vec![name.into()]
     } else {
-        (1..=numbers.shape[1])
-            .map(|column| format!("{name}[{column}]"))
-            .collect()
+        (1..=numbers.shape[1]).map(|column| format!("{name}[{column}]")).collect()
     }
 }
 
 /// Adds what stands beside a signal of `rows` samples.
 fn describe(raw: &mut Raw, signal: &str, rows: usize, leaves: &[Leaf]) {
-    let (scope, leaf) = signal
-        .rsplit_once('.')
-        .map_or(("", signal), |(s, l)| (s, l));
+    let (scope, leaf) = signal.rsplit_once('.').map_or(("", signal), |(s, l)| (s, l));
     let sibling = |name: &str| {
-        let name = if scope.is_empty() {
-            name.into()
-        } else {
-            format!("{scope}.{name}")
-        };
+        let name = if scope.is_empty() { name.into() } else { format!("{scope}.{name}") };
         leaves.iter().find(|leaf| leaf.name == name)
     };
-    let positive = |name: &str| {
-        sibling(name)
-            .and_then(Leaf::scalar)
-            .filter(|value| value.is_finite() && *value > 0.0)
-    };
+    let positive = |name: &str| sibling(name).and_then(Leaf::scalar).filter(|value| value.is_finite() && *value > 0.0);
     let scope_of = |leaf: &Leaf| leaf.name.rsplit_once('.').map_or("", |(s, _)| s).to_owned();
-    let time = leaves.iter().find(|l| {
-        is_time(l) && scope_of(l) == scope && l.numbers().is_some_and(|n| n.rows() == rows)
-    });
+    let time =
+        leaves.iter().find(|l| is_time(l) && scope_of(l) == scope && l.numbers().is_some_and(|n| n.rows() == rows));
     if let Some((leaf, numbers)) = time.and_then(|leaf| Some((leaf, leaf.numbers()?))) {
-        raw.time = Some(TimeColumn {
-            name: leaf.name.clone(),
-            time_s: numbers.to_f64(),
-        });
+        raw.time = Some(TimeColumn { name: leaf.name.clone(), time_s: numbers.to_f64() });
     }
     // CWRU: X130_DE_time is in g, and X130RPM is the shaft speed.
     if let Some((record, place)) = leaf.split_once('_')

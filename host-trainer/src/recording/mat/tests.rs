@@ -37,9 +37,7 @@ mod build {
 
     pub fn structure(label: &str, fields: &[(&str, Vec<u8>)]) -> Vec<u8> {
         let mut content = [(4_u32 << 16 | 5).to_le_bytes(), 8_u32.to_le_bytes()].concat();
-        let names = fields
-            .iter()
-            .flat_map(|(name, _)| format!("{name:\0<8}").into_bytes());
+        let names = fields.iter().flat_map(|(name, _)| format!("{name:\0<8}").into_bytes());
         content.extend(element(1, &names.collect::<Vec<_>>()));
         fields.iter().for_each(|(_, value)| content.extend(value));
         matrix(2, [1, 1], label, &content)
@@ -65,57 +63,28 @@ mod build {
 use build::{compressed, doubles, file, matrix, structure};
 
 fn read_bytes(bytes: &[u8], variable: Option<&str>, skip_bad: bool) -> Result<Raw, ReadError> {
-    read(
-        bytes,
-        Path::new("t.mat"),
-        variable,
-        &Selection::default(),
-        skip_bad,
-    )
+    read(bytes, Path::new("t.mat"), variable, &Selection::default(), skip_bad)
 }
 
 /// A file of the MFPT kind: a compressed struct, and a plain scalar.
 fn mfpt_like() -> Vec<u8> {
-    let load = matrix(
-        4,
-        [1, 3],
-        "",
-        &build::element(4, &[b'2', 0, b'7', 0, b'0', 0]),
-    );
+    let load = matrix(4, [1, 3], "", &build::element(4, &[b'2', 0, b'7', 0, b'0', 0]));
     let rate = matrix(9, [1, 1], "", &build::element(2, &[25]));
-    let sr = matrix(
-        11,
-        [1, 1],
-        "",
-        &build::element(4, &48_828_u16.to_le_bytes()),
-    );
+    let sr = matrix(11, [1, 1], "", &build::element(4, &48_828_u16.to_le_bytes()));
     let gs = doubles("", [4, 1], &[0.5, -1.0, 2.0, 4.0]);
-    let bearing = structure(
-        "bearing",
-        &[("rate", rate), ("load", load), ("gs", gs), ("sr", sr)],
-    );
+    let bearing = structure("bearing", &[("rate", rate), ("load", load), ("gs", gs), ("sr", sr)]);
     file(&[compressed(&bearing), doubles("FTF", [1, 1], &[14.8375])])
 }
 
 #[test]
 fn structs_compressed_elements_and_small_ones() {
     let raw = read_bytes(&mfpt_like(), None, false).unwrap();
-    assert_eq!(
-        raw,
-        read_bytes(&mfpt_like(), Some("bearing.gs"), false).unwrap()
-    );
-    let expected = Column {
-        name: "bearing.gs".into(),
-        samples: vec![0.5, -1.0, 2.0, 4.0],
-    };
+    assert_eq!(raw, read_bytes(&mfpt_like(), Some("bearing.gs"), false).unwrap());
+    let expected = Column { name: "bearing.gs".into(), samples: vec![0.5, -1.0, 2.0, 4.0] };
     assert_eq!(raw.columns, [expected]);
     assert_eq!(raw.sample_rate_hz, Some(48_828.0));
     assert_eq!(raw.shaft_hz, Some(25.0));
-    assert!(
-        (raw.load_n.unwrap() - 1201.02).abs() < 0.01,
-        "{:?}",
-        raw.load_n
-    );
+    assert!((raw.load_n.unwrap() - 1201.02).abs() < 0.01, "{:?}", raw.load_n);
     assert_eq!(raw.unit, Some(Unit::StandardGravity));
 }
 
@@ -161,38 +130,25 @@ fn every_number_type_and_byte_order() {
     for w in [3, 4, 0xffff_0002, 0] {
         big.extend(word(w));
     }
-    assert_eq!(
-        read_bytes(&big, None, false).unwrap().columns[0].samples,
-        [-1.0, 2.0]
-    );
+    assert_eq!(read_bytes(&big, None, false).unwrap().columns[0].samples, [-1.0, 2.0]);
 }
 
 #[test]
 fn errors_say_what_is_there() {
-    let message =
-        |bytes: &[u8], variable| read_bytes(bytes, variable, false).unwrap_err().to_string();
+    let message = |bytes: &[u8], variable| read_bytes(bytes, variable, false).unwrap_err().to_string();
     assert_eq!(
         message(&mfpt_like(), Some("bearing.x")),
         "t.mat: found variables `bearing.rate`, `bearing.gs`, `bearing.sr`, `FTF`, expected `bearing.x` among them"
     );
     let nan = file(&[doubles("x", [3, 1], &[1.0, f64::NAN, 3.0])]);
-    assert_eq!(
-        message(&nan, None),
-        "t.mat, row 2, column `x`: found NaN, expected a finite number"
-    );
+    assert_eq!(message(&nan, None), "t.mat, row 2, column `x`: found NaN, expected a finite number");
     let skipped = read_bytes(&nan, None, true).unwrap();
-    assert_eq!(
-        (skipped.columns[0].samples.as_slice(), skipped.skipped_rows),
-        (&[1.0, 3.0][..], 1)
-    );
+    assert_eq!((skipped.columns[0].samples.as_slice(), skipped.skipped_rows), (&[1.0, 3.0][..], 1));
     assert_eq!(
         message(b"\x89HDF\r\n\x1a\n", None),
         "t.mat, byte 0: found MATLAB v7.3 (HDF5), expected a MATLAB v5 file (as `save -v7` writes)"
     );
-    assert_eq!(
-        message(b"", None),
-        "t.mat: found no samples, expected at least one row"
-    );
+    assert_eq!(message(b"", None), "t.mat: found no samples, expected at least one row");
     let cut = &file(&[doubles("x", [3, 1], &[1.0, 2.0, 3.0])])[..200];
     assert_eq!(
         message(cut, None),
@@ -221,18 +177,12 @@ fn damaged_files_do_no_harm() {
             check(&whole[..length]);
             refused += usize::from(read_bytes(&whole[..length], None, false).is_err());
         }
-        assert!(
-            refused > whole.len() / 2,
-            "{refused} of {} cuts refused",
-            whole.len()
-        );
+        assert!(refused > whole.len() / 2, "{refused} of {} cuts refused", whole.len());
         let mut state = 1_u64;
         for _ in 0..20_000 {
             let mut bytes = whole.clone();
             for _ in 0..1 + (state >> 62) {
-                state = state
-                    .wrapping_mul(6_364_136_223_846_793_005)
-                    .wrapping_add(1);
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
                 let at = (state >> 33) as usize % bytes.len();
                 bytes[at] = (state >> 25) as u8;
             }

@@ -74,11 +74,7 @@ impl Numbers<'_> {
 
     /// Rows of a vector, whichever way it lies; of a matrix, its rows.
     pub(super) fn rows(&self) -> usize {
-        if self.is_vector() {
-            self.len()
-        } else {
-            self.shape[0]
-        }
+        if self.is_vector() { self.len() } else { self.shape[0] }
     }
 
     pub(super) fn is_vector(&self) -> bool {
@@ -128,11 +124,7 @@ pub(super) fn array(matrix: &[u8], order: Order, depth: usize) -> Result<(String
     let flags = elements.expect("array flags")?;
     let Some(word) = flags.data.first_chunk::<4>() else {
         let found = format!("{} bytes", flags.data.len());
-        return Err(Bad {
-            offset: flags.offset,
-            found,
-            expected: "array flags",
-        });
+        return Err(Bad { offset: flags.offset, found, expected: "array flags" });
     };
     let word = order.u32(*word);
     let (class, complex) = (word & 0xff, word & COMPLEX != 0);
@@ -146,15 +138,9 @@ pub(super) fn array(matrix: &[u8], order: Order, depth: usize) -> Result<(String
     let name = elements.expect("an array name")?;
     let name = String::from_utf8_lossy(name.data).into_owned();
 
-    let numel = sizes
-        .iter()
-        .try_fold(1_usize, |n, &size| n.checked_mul(size));
+    let numel = sizes.iter().try_fold(1_usize, |n, &size| n.checked_mul(size));
     let expected = "dimensions that fit the data";
-    let bad = || Bad {
-        offset: dimensions.offset,
-        found: format!("dimensions {sizes:?}"),
-        expected,
-    };
+    let bad = || Bad { offset: dimensions.offset, found: format!("dimensions {sizes:?}"), expected };
     let (Some(&rows), Some(numel)) = (sizes.first(), numel) else {
         return Err(bad());
     };
@@ -163,22 +149,13 @@ pub(super) fn array(matrix: &[u8], order: Order, depth: usize) -> Result<(String
             let data = elements.expect("array data")?;
             let Some(storage) = Storage::new(data.kind) else {
                 let found = format!("data of type {}", data.kind);
-                return Err(Bad {
-                    offset: data.offset,
-                    found,
-                    expected: "a numeric type",
-                });
+                return Err(Bad { offset: data.offset, found, expected: "a numeric type" });
             };
             if numel.checked_mul(storage.size()) != Some(data.data.len()) {
                 return Err(bad());
             }
             let shape = [rows, numel.checked_div(rows).unwrap_or(0)];
-            Value::Numbers(Numbers {
-                shape,
-                storage,
-                data: data.data,
-                order,
-            })
+            Value::Numbers(Numbers { shape, storage, data: data.data, order })
         }
         TEXT => text(elements.expect("characters")?.data, numel),
         STRUCT if numel == 1 => Value::Struct(fields(&mut elements, order, depth)?),
@@ -191,31 +168,17 @@ pub(super) fn array(matrix: &[u8], order: Order, depth: usize) -> Result<(String
 /// matters here.
 fn text(data: &[u8], characters: usize) -> Value<'_> {
     let width = data.len().checked_div(characters).unwrap_or(1).max(1);
-    let ascii = data
-        .chunks(width)
-        .flatten()
-        .filter(|b| (32..127).contains(*b));
+    let ascii = data.chunks(width).flatten().filter(|b| (32..127).contains(*b));
     Value::Text(ascii.map(|&b| char::from(b)).collect())
 }
 
-fn fields<'a>(
-    elements: &mut Elements<'a>,
-    order: Order,
-    depth: usize,
-) -> Result<Vec<(String, Value<'a>)>, Bad> {
+fn fields<'a>(elements: &mut Elements<'a>, order: Order, depth: usize) -> Result<Vec<(String, Value<'a>)>, Bad> {
     let length = elements.expect("the length of field names")?;
-    let width = length
-        .data
-        .first_chunk()
-        .map_or(0, |&w| order.u32(w) as usize);
+    let width = length.data.first_chunk().map_or(0, |&w| order.u32(w) as usize);
     let names = elements.expect("field names")?;
     if width == 0 && !names.data.is_empty() {
         let found = "field names of length 0".into();
-        return Err(Bad {
-            offset: length.offset,
-            found,
-            expected: "a length above 0",
-        });
+        return Err(Bad { offset: length.offset, found, expected: "a length above 0" });
     }
     let mut fields = Vec::new();
     for name in names.data.chunks(width.max(1)) {

@@ -1,0 +1,109 @@
+//! The sparse equations of a fit, in the field's notation.
+
+use ballrace_core::library::Term;
+use ballrace_core::model::Input;
+
+use super::once::{Once, Split};
+use super::report::{EquationReport, TermReport};
+use super::score;
+use crate::sindy_nn::engine::Samples;
+use crate::states::{Scales, concatenate};
+use crate::stlsq::{Diagnosis, Equation, Moments, diagnose};
+
+/// Rows that are enough for shares and condition numbers, spread evenly.
+const ROWS: usize = 20_000;
+
+/// A fit described.
+pub struct Described {
+    pub equations: Vec<EquationReport>,
+    pub terms_kept: usize,
+    pub diagnosis: Diagnosis,
+}
+
+/// Describes the dynamics of a fit.
+pub fn describe(once: &Once, split: &Split) -> Described {
+    let (layout, library) = (&once.layout, once.layout.library);
+    let is_latent = !layout.encoder.widths().is_empty();
+    let moments = Moments::of(library, &latent_rows(once, split));
+    let xi = &once.parts.xi;
+    let column = |e: usize| -> Vec<f64> { xi.iter().skip(e).step_by(layout.latent).map(|v| f64::from(*v)).collect() };
+    let held_out = score::of(&once.model.view(), &split.held_out);
+    let mut reports = Vec::new();
+    let mut equations = Vec::new();
+    for e in 0..layout.latent {
+        let coefficients = column(e);
+        let used: Vec<usize> = (0..coefficients.len()).filter(|t| coefficients[*t] != 0.0).collect();
+        let with_prediction = |a: usize| -> f64 {
+            used.iter().map(|b| coefficients[a] * coefficients[*b] * moments.term_product(a, *b)).sum()
+        };
+        let powers: Vec<f64> = used.iter().map(|t| with_prediction(*t)).collect();
+        let total: f64 = powers.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        let mut terms: Vec<TermReport> = used
+            .iter()
+            .zip(&powers)
+            .filter_map(|(t, power)| {
+                let term = library.term(*t)?;
+                Some(TermReport {
+                    name: term.to_string(),
+                    index: *t,
+                    coefficient: coefficients[*t],
+                    physical: (!is_latent).then(|| physical(term, coefficients[*t], &once.parts.scales, e)),
+                    share: power / total,
+                })
+            })
+            .collect();
+        terms.sort_by(|a, b| b.share.total_cmp(&a.share));
+        let threshold = once.equations.get(e).map_or(0.0, |equation| equation.threshold);
+        reports.push(EquationReport {
+            name: if is_latent { format!("dz{e}/dt") } else { left_side(once, e) },
+            r_squared_held_out: (!is_latent).then(|| held_out.derivatives.get(e).copied()).flatten(),
+            threshold,
+            terms,
+        });
+        equations.push(Equation { coefficients, threshold });
+    }
+    Described {
+        terms_kept: xi.iter().filter(|v| **v != 0.0).count(),
+        diagnosis: diagnose(&moments, &equations),
+        equations: reports,
+    }
+}
+
+/// Rows of (z, ẋ): the library's variables beside whatever, for its columns' inner products.
+fn latent_rows(once: &Once, split: &Split) -> Samples<f32> {
+    let all = concatenate(&once.standardised(&split.train));
+    let encoder = once.parts.encoder.view();
+    let latent = once.layout.latent;
+    let mut hidden = vec![0.0; 2 * encoder.hidden_width()];
+    let mut z = vec![0.0; latent];
+    let mut rows = Samples { inputs: latent, ..Samples::default() };
+    let count = all.len().min(ROWS);
+    for i in 0..count {
+        let (x, _) = all.row(i * all.len() / count);
+        encoder.forward(x, &mut z, &mut hidden);
+        rows.x.extend_from_slice(&z);
+        rows.dx.extend_from_slice(&z);
+    }
+    rows
+}
+
+/// a^(k) of the derivative that equation `e` is for.
+fn left_side(once: &Once, e: usize) -> String {
+    match once.parts.input {
+        Input::VirtualStates(spec) => format!("a^({})", spec.orders.state(e) + 1),
+        Input::Direct(_) => format!("dx{e}/dt"),
+    }
+}
+
+/// A coefficient of scaled variables in physical units: that of the centred variables' product.
+fn physical(term: Term, coefficient: f64, scales: &Scales, equation: usize) -> f64 {
+    let (mean, scale) = scales.derivatives[equation];
+    let in_units = coefficient * f64::from(scale);
+    match term {
+        Term::Monomial(m) if m.factors().is_empty() => in_units + f64::from(mean),
+        Term::Monomial(m) => {
+            in_units / m.factors().iter().map(|i| f64::from(scales.states[usize::from(*i)].1)).product::<f64>()
+        }
+        Term::Sin { .. } | Term::Cos { .. } => in_units,
+    }
+}

@@ -1,0 +1,128 @@
+use super::*;
+use ballrace_core::states::Orders;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+fn noise(count: usize, seed: u64) -> Vec<f32> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    (0..count).map(|_| (0..12).map(|_| rng.random_range(-0.5..0.5f32)).sum()).collect()
+}
+
+fn recordings(make: impl Fn(u64) -> Vec<f32>) -> Vec<Series> {
+    (0..10).map(|k| Series { name: format!("r{k}"), samples: make(k) }).collect()
+}
+
+fn config(solver: Solver) -> FitConfig {
+    FitConfig {
+        spec: StateSpec { dimension: 3, orders: Orders::Even, alignment: Alignment::Half },
+        degree: 3,
+        harmonics: 0,
+        latent: None,
+        solver,
+        hold_out_every: 5,
+        null_fits: 5,
+        seed: 1,
+        block: None,
+        full_scale: 0.0,
+    }
+}
+
+fn stlsq() -> Solver {
+    Solver::Stlsq(StlsqConfig::default())
+}
+
+fn quick_network() -> Solver {
+    let train = TrainConfig { max_steps: 150, batch: 256, ..TrainConfig::default() };
+    Solver::SindyNn { hidden: vec![16], train }
+}
+
+#[test]
+fn null_on_white_noise_the_verdict_is_nothing() {
+    for solver in [stlsq(), quick_network()] {
+        let made = recordings(|k| noise(2000, k));
+        let fitted = fit(&made, 25_600.0, &config(solver), &|_| ()).unwrap();
+        assert!(!fitted.report.verdict.beyond_null, "{}", fitted.report.verdict.words);
+        assert!(fitted.report.verdict.words.starts_with("nothing beyond the null"));
+        assert_eq!(fitted.report.scores.null.len(), 5);
+    }
+}
+
+#[test]
+fn null_on_linear_noise_the_verdict_is_nothing_though_r2_is_high() {
+    // A resonance driven by noise: its spectrum is all there is to it.
+    let made = recordings(|k| {
+        let (mut a, mut b) = (0.0f32, 0.0f32);
+        let drive = noise(2000, 50 + k);
+        drive
+            .iter()
+            .map(|e| {
+                let x = 1.6 * a - 0.9 * b + e;
+                b = a;
+                a = x;
+                x
+            })
+            .collect()
+    });
+    let fitted = fit(&made, 25_600.0, &config(stlsq()), &|_| ()).unwrap();
+    assert!(fitted.report.scores.causal.next_sample.unwrap() > 0.8);
+    assert!(!fitted.report.verdict.beyond_null, "{}", fitted.report.verdict.words);
+}
+
+#[test]
+fn a_deterministic_map_is_found_beyond_its_null() {
+    // The Hénon map: white-looking spectrum, next sample a quadratic of the last two.
+    let made = recordings(|k| {
+        let (mut x, mut y) = (0.1 + 0.01 * k as f32, 0.1);
+        (0..2000)
+            .map(|_| {
+                let next = 1.0 - 1.4 * x * x + y;
+                y = 0.3 * x;
+                x = next;
+                x
+            })
+            .collect()
+    });
+    let config = FitConfig {
+        spec: StateSpec { dimension: 2, orders: Orders::Consecutive, alignment: Alignment::Causal },
+        degree: 2,
+        ..config(stlsq())
+    };
+    let fitted = fit(&made, 1000.0, &config, &|_| ()).unwrap();
+    assert!(fitted.report.verdict.beyond_null, "{}", fitted.report.verdict.words);
+    assert!(fitted.report.scores.causal.next_sample.unwrap() > 0.9999);
+    // In a and its backward difference d: x' − x = 1 − x − 1.4 x² + 0.3 (x − d), so z0, z1, z0² and the constant.
+    let first = &fitted.report.equations[0];
+    let mut names: Vec<_> = first.terms.iter().map(|t| t.name.as_str()).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["1", "z0", "z0^2", "z1"]);
+    let coefficient = |name: &str| first.terms.iter().find(|t| t.name == name).unwrap().physical.unwrap();
+    assert!((coefficient("z0^2") + 1.4).abs() < 1e-3, "in physical units: {}", coefficient("z0^2"));
+    assert!((coefficient("z1") + 0.3).abs() < 1e-3);
+    assert!((first.terms.iter().map(|t| t.share).sum::<f64>() - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn same_seed_same_bits() {
+    let made = recordings(|k| noise(600, k));
+    for solver in [stlsq(), quick_network()] {
+        let config = FitConfig { null_fits: 2, ..config(solver) };
+        let run = || fit(&made, 25_600.0, &config, &|_| ()).unwrap();
+        assert_eq!(run(), run());
+    }
+}
+
+#[test]
+fn what_cannot_be_fitted_is_refused_before_anything_long() {
+    let good = recordings(|k| noise(600, k));
+    let refuse = |made: &[Series], config: FitConfig| fit(made, 25_600.0, &config, &|_| ()).unwrap_err();
+    let mut broken = good.clone();
+    broken[3].samples[17] = f32::NAN;
+    let error = refuse(&broken, config(stlsq())).to_string();
+    assert_eq!(error, "r3, sample 17: found NaN, expected a finite number");
+    assert!(matches!(refuse(&[], config(stlsq())), FitError::TooShort { found: 0, .. }));
+    assert!(matches!(refuse(&good, FitConfig { degree: 12, ..config(stlsq()) }), FitError::Library { .. }));
+    let spec = StateSpec { dimension: 17, ..config(stlsq()).spec };
+    assert!(matches!(refuse(&good, FitConfig { spec, ..config(stlsq()) }), FitError::Dimension { found: 17 }));
+    let solver = Solver::SindyNn { hidden: vec![], train: TrainConfig::default() };
+    assert!(matches!(refuse(&good, config(solver)), FitError::Hidden { .. }));
+}

@@ -1,0 +1,89 @@
+//! Whether a model found dynamics, in words.
+
+use serde::{Deserialize, Serialize};
+
+use super::report::Scores;
+
+/// What the scores say.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// Whether the model beats its null on recordings it was not fitted to.
+    pub beyond_null: bool,
+    /// The same in words.
+    pub words: String,
+}
+
+/// One-sided 99.5 % points of Student's t for 1 to 30 degrees of freedom (two scores are compared, so
+/// that a false claim is made in at most 1 of 100).
+const T_995: [f64; 30] = [
+    63.657, 9.925, 5.841, 4.604, 4.032, 3.707, 3.499, 3.355, 3.250, 3.169, 3.106, 3.055, 3.012, 2.977, 2.947, 2.921,
+    2.898, 2.878, 2.861, 2.845, 2.831, 2.819, 2.807, 2.797, 2.787, 2.779, 2.771, 2.763, 2.756, 2.750,
+];
+
+/// A score beside those of its surrogates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Comparison {
+    /// The score.
+    pub score: f64,
+    /// Mean of the surrogates' scores.
+    pub mean: f64,
+    /// Standard deviation of the surrogates' scores.
+    pub spread: f64,
+    /// Least score that would be beyond them.
+    pub limit: f64,
+}
+
+/// Compares a score with those of at least two surrogates: beyond them means above the upper
+/// prediction limit for one more draw from their distribution.
+pub fn compare(score: f64, null: &[f64]) -> Option<Comparison> {
+    let n = null.len();
+    if n < 2 || !score.is_finite() {
+        return None;
+    }
+    let mean = null.iter().sum::<f64>() / n as f64;
+    let spread = (null.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1) as f64).sqrt();
+    let t = T_995.get(n - 2).copied().unwrap_or(2.75);
+    Some(Comparison { score, mean, spread, limit: mean + t * spread * (1.0 + 1.0 / n as f64).sqrt() })
+}
+
+/// The verdict on a model's scores.
+pub fn verdict(scores: &Scores) -> Verdict {
+    let null =
+        |pick: fn(&super::report::NullScores) -> Option<f64>| scores.null.iter().filter_map(pick).collect::<Vec<_>>();
+    let derivative = compare(scores.held_out.mean(), &null(|n| Some(n.held_out)));
+    let causal = scores.causal.next_sample.and_then(|score| compare(score, &null(|n| n.causal)));
+    let beats = |c: &Option<Comparison>| c.is_some_and(|c| c.score > c.limit);
+    let tell = |what: &str, c: &Option<Comparison>| match c {
+        Some(c) => format!("{what} R² {:.4}, null {:.4} ± {:.4}", c.score, c.mean, c.spread),
+        None => format!("{what}: no null to compare with"),
+    };
+    let evidence = format!("{}; {}", tell("held-out", &derivative), tell("next-sample", &causal));
+    let (beyond_null, claim) = match (beats(&derivative), beats(&causal)) {
+        _ if derivative.is_none() && causal.is_none() => (false, "not judged: fewer than two surrogate fits"),
+        (true, true) => (true, "dynamics beyond the null, in the derivatives and in the prediction of the next sample"),
+        (true, false) => (
+            true,
+            "beyond the null in the derivatives only: structure in the recordings that does not help to predict the next sample",
+        ),
+        (false, true) => (true, "beyond the null in the prediction of the next sample only"),
+        (false, false) => (
+            false,
+            "nothing beyond the null: a surrogate with the same spectrum and random phases is fitted as well, so the score is that of the spectrum and of the algebra of differences",
+        ),
+    };
+    Verdict { beyond_null, words: format!("{claim} ({evidence})") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn literature_prediction_limit() {
+        // n = 5: t(0.995; 4) = 4.604, √(1 + 1/5) = 1.0954.
+        let c = compare(1.0, &[0.0, 1.0, 2.0, 3.0, 4.0]).unwrap();
+        assert!((c.mean - 2.0).abs() < 1e-12 && (c.spread - 2.5f64.sqrt()).abs() < 1e-12);
+        assert!((c.limit - (2.0 + 4.604 * 2.5f64.sqrt() * 1.0954)).abs() < 1e-3);
+        assert_eq!(compare(1.0, &[0.5]), None);
+    }
+}
