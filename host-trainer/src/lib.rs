@@ -1,9 +1,12 @@
 //! From a vibration recording to a sparse dynamics model on a microcontroller.
 #![forbid(unsafe_code)]
 
+pub mod commands;
+pub mod export;
 pub mod files;
 pub mod fit;
 pub mod model;
+pub mod plot;
 pub mod recording;
 pub mod sindy_nn;
 pub mod states;

@@ -10,6 +10,7 @@ use pulp::{Simd, WithSimd};
 use super::layout::{LayerLayout, Layout, NetworkLayout};
 use super::panel::{Panel, TILE, Tiles, dots, multiply, total};
 use super::real::Real;
+use super::terms::LatentRows;
 
 /// Weights of the losses beside the reconstruction's 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,7 +90,7 @@ impl<T: Real> Packed<T> {
             }
         }
         let xi = &parameters[layout.xi()];
-        let (terms, equations) = (layout.terms.len(), layout.latent);
+        let (terms, equations) = (layout.terms.count(), layout.latent);
         self.xi_transposed.pack(equations, terms, |r, c| xi[c * equations + r]);
         self.xi.pack(terms, equations, |r, c| xi[r * equations + c]);
     }
@@ -145,7 +146,7 @@ impl<T: Real> Block<T> {
     /// Memory for blocks of up to `capacity` samples, a multiple of 16.
     pub fn new(layout: &Layout, capacity: usize) -> Self {
         let columns = 2 * capacity;
-        let terms = layout.terms.len();
+        let terms = layout.terms.count();
         Self {
             capacity,
             samples: 0,
@@ -205,7 +206,7 @@ impl<T: Real> WithSimd for Pass<'_, T> {
 
         forward(simd, &layout.encoder, &packed.encoder, &b.input, &mut b.encoder);
         let z = &b.encoder.output;
-        layout.terms.forward(simd, z.values(), columns, &mut b.theta, capacity);
+        layout.terms.forward(simd, LatentRows { values: z.values(), stride: columns }, &mut b.theta, capacity);
         multiply_all(simd, &packed.xi_transposed, b.theta.values(), capacity, b.rate.values_mut());
         for i in 0..layout.latent {
             let (value, tangent) = b.latent.row_mut(i).split_at_mut(capacity);
@@ -258,8 +259,8 @@ impl<T: Real> WithSimd for Pass<'_, T> {
         });
         multiply_all(simd, &packed.xi, b.rate.values(), capacity, b.theta_adjoint.values_mut());
         let z_adjoint = b.latent_adjoint.values_mut();
-        let z = b.encoder.output.values();
-        layout.terms.backward(simd, z, columns, &b.theta, &mut b.theta_adjoint, z_adjoint, capacity);
+        let z = LatentRows { values: b.encoder.output.values(), stride: columns };
+        layout.terms.backward(simd, z, &b.theta, &mut b.theta_adjoint, z_adjoint, capacity);
         for i in 0..layout.latent {
             // The tangent half already holds the adjoint of ∇φ ẋ.
             b.encoder.output.row_mut(i)[..capacity].copy_from_slice(&b.latent_adjoint.row(i)[..capacity]);

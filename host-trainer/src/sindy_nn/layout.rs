@@ -95,7 +95,7 @@ impl Layout {
     /// Place of Ξ.
     pub fn xi(&self) -> Range<usize> {
         let start = self.decoder.end();
-        start..start + self.terms.len() * self.latent
+        start..start + self.terms.count() * self.latent
     }
 
     /// Number of parameters.

@@ -25,6 +25,22 @@ enum Row {
     },
 }
 
+/// Latent variables in rows of a panel that holds more: the first columns of each row are theirs.
+#[derive(Clone, Copy, Debug)]
+pub struct LatentRows<'a, T> {
+    /// All values.
+    pub values: &'a [T],
+    /// Values in a row of the panel.
+    pub stride: usize,
+}
+
+impl<'a, T> LatentRows<'a, T> {
+    #[inline(always)]
+    fn row(&self, variable: usize, columns: usize) -> &'a [T] {
+        &self.values[variable * self.stride..][..columns]
+    }
+}
+
 /// Core's library as a sequence of row operations.
 #[derive(Clone, Debug)]
 pub struct Terms {
@@ -57,7 +73,7 @@ impl Terms {
     }
 
     /// Number of rows.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.rows.len()
     }
 
@@ -69,14 +85,14 @@ impl Terms {
         self.sine(variable, harmonic) + self.variables
     }
 
-    /// theta (len × S) from the first S columns of each row of z (`variables` × `stride`).
+    /// theta (terms × S) from z (variables × S).
     #[inline(always)]
-    pub fn forward<S: Simd, T: Real>(&self, simd: S, z: &[T], stride: usize, theta: &mut Panel<T>, columns: usize) {
+    pub fn forward<S: Simd, T: Real>(&self, simd: S, z: LatentRows<'_, T>, theta: &mut Panel<T>, columns: usize) {
         for (index, row) in self.rows.iter().enumerate() {
             let (before, here) = theta.values_mut().split_at_mut(index * columns);
             let out = T::vectors_mut::<S>(&mut here[..columns]);
             let earlier = |r: usize| T::vectors::<S>(&before[r * columns..][..columns]);
-            let z = |variable: usize| T::vectors::<S>(&z[variable * stride..][..columns]);
+            let z = |variable: usize| T::vectors::<S>(z.row(variable, columns));
             match *row {
                 Row::One => out.fill(T::splat(simd, T::of(1.0))),
                 Row::Product { prefix, variable } => {
@@ -116,8 +132,7 @@ impl Terms {
     pub fn backward<S: Simd, T: Real>(
         &self,
         simd: S,
-        z: &[T],
-        stride: usize,
+        z: LatentRows<'_, T>,
         theta: &Panel<T>,
         theta_adjoint: &mut Panel<T>,
         z_adjoint: &mut [T],
@@ -130,7 +145,8 @@ impl Terms {
                 Row::One => {}
                 Row::Product { prefix, variable } => {
                     let below = T::vectors::<S>(theta.row(prefix));
-                    let z = T::vectors::<S>(&z[variable * stride..][..columns]);
+                    let stride = z.stride;
+                    let z = T::vectors::<S>(z.row(variable, columns));
                     let z_adjoint = T::vectors_mut::<S>(&mut z_adjoint[variable * stride..][..columns]);
                     let below_adjoint = T::vectors_mut::<S>(&mut before[prefix * columns..][..columns]);
                     for i in 0..adjoint.len() {
@@ -143,6 +159,7 @@ impl Terms {
                         Row::Sin { .. } => (self.cosine(variable, harmonic), 1.0),
                         _ => (self.sine(variable, harmonic), -1.0),
                     };
+                    let stride = z.stride;
                     let factor = T::splat(simd, T::of(sign * harmonic as f64));
                     let slope = T::vectors::<S>(theta.row(slope));
                     let z_adjoint = T::vectors_mut::<S>(&mut z_adjoint[variable * stride..][..columns]);

@@ -248,7 +248,7 @@ fn powers(layout: &Layout, parameters: &[f32], samples: &Samples<f32>) -> (Vec<f
     let encoder = super::export::network(&layout.encoder, parameters);
     let encoder = encoder.view();
     let xi = &parameters[layout.xi()];
-    let (terms, equations) = (layout.terms.len(), layout.latent);
+    let (terms, equations) = (layout.terms.count(), layout.latent);
     let mut hidden = vec![0.0; 2 * encoder.hidden_width()];
     let (mut z, mut theta) = (vec![0.0; equations], vec![0.0; terms]);
     let (mut theta_power, mut rate_power) = (vec![0.0; terms], vec![0.0; equations]);

@@ -1,0 +1,307 @@
+//! `ballrace fit`.
+
+use std::path::PathBuf;
+
+use ballrace_core::states::{Alignment, Orders, StateSpec};
+use clap::ValueEnum;
+
+use super::input::{Recordings, bar};
+use super::{Failure, json, line};
+use crate::fit::report::Report;
+use crate::fit::{FitConfig, Fitted, Solver, fit};
+use crate::model::file;
+use crate::sindy_nn::gradient::Lambdas;
+use crate::sindy_nn::train::TrainConfig;
+use crate::stlsq::StlsqConfig;
+
+/// Fit a model to recordings of the healthy machine
+///
+/// Prints the sparse equations and four scores side by side: R² in sample, held out, causal, and on
+/// phase-randomised surrogates (the null).
+#[derive(clap::Args, Debug)]
+#[command(after_help = "Example:\n  ballrace fit data/Bearing3_3 --healthy 100 --out model.json\n  \
+    fits SINDy-NN to the first 100 recordings of a run to failure and writes model.json")]
+pub struct Args {
+    #[command(flatten)]
+    input: Recordings,
+    /// Where to write the model
+    #[arg(long, value_name = "model.json")]
+    out: PathBuf,
+    /// How the dynamics are found
+    #[arg(long, value_enum, default_value_t = SolverName::SindyNn)]
+    solver: SolverName,
+    /// Recordings from the start that are healthy: the model is fitted to them and its limits come
+    /// from them [default: all; of a run to failure the first quarter, at most 100]
+    #[arg(long, value_name = "N")]
+    healthy: Option<usize>,
+    /// Model dimension n_MD, 1 to 16
+    #[arg(long, default_value_t = 8, value_name = "N")]
+    nmd: usize,
+    /// Polynomial degree n_D, 0 for none
+    #[arg(long, default_value_t = 2, value_name = "N")]
+    nd: usize,
+    /// Fourier harmonics n_F, 0 for none
+    #[arg(long, default_value_t = 2, value_name = "N")]
+    nf: usize,
+    /// Instants of the finite differences
+    #[arg(long, value_enum, default_value_t = AlignmentName::Half)]
+    alignment: AlignmentName,
+    /// Orders of the finite differences
+    #[arg(long, value_enum, default_value_t = OrdersName::Even)]
+    orders: OrdersName,
+    /// Latent variables [default: n_MD]
+    #[arg(long, value_name = "N")]
+    latent: Option<usize>,
+    /// Widths of the encoder's hidden layers
+    #[arg(long, value_delimiter = ',', default_value = "256")]
+    hidden: Vec<usize>,
+    /// λ1, λ2, λ3 of the losses
+    #[arg(long, value_delimiter = ',', num_args = 3, default_value = "0.5,0.01,0.01")]
+    lambda: Vec<f64>,
+    /// Adam's learning rate
+    #[arg(long, default_value_t = 1e-3)]
+    learning_rate: f32,
+    /// Samples in a batch
+    #[arg(long, default_value_t = 1024)]
+    batch: usize,
+    /// Most epochs
+    #[arg(long, default_value_t = 500)]
+    epochs: usize,
+    /// Most gradient steps
+    #[arg(long, default_value_t = 3000)]
+    max_steps: usize,
+    /// Share of power below which a term goes [default: 0.001 for sindy-nn; chosen on held-out
+    /// recordings, per equation, for stlsq]
+    #[arg(long, value_name = "SHARE")]
+    threshold: Option<f64>,
+    /// Ridge penalty of stlsq on scaled coefficients
+    #[arg(long, default_value_t = 1e-9)]
+    ridge: f64,
+    /// Hold out every N-th recording
+    #[arg(long, default_value_t = 5, value_name = "N")]
+    hold_out: usize,
+    /// Surrogate fits for the null
+    #[arg(long, default_value_t = 5, value_name = "N")]
+    null: usize,
+    /// Full scale of the sensor in m/s²: samples at or beyond it count as saturated
+    #[arg(long, default_value_t = 0.0, value_name = "A")]
+    full_scale: f32,
+    /// Samples in a block of the monitor [default: a tenth of a second]
+    #[arg(long, value_name = "N")]
+    block: Option<u32>,
+    /// Print every term of every equation
+    #[arg(long)]
+    all_terms: bool,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Print the report as one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum SolverName {
+    SindyNn,
+    Stlsq,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum AlignmentName {
+    Half,
+    Forward,
+    Causal,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum OrdersName {
+    Even,
+    Consecutive,
+}
+
+impl Args {
+    fn config(&self) -> FitConfig {
+        let solver = match self.solver {
+            SolverName::Stlsq => {
+                Solver::Stlsq(StlsqConfig { threshold: self.threshold, ridge: self.ridge, ..StlsqConfig::default() })
+            }
+            SolverName::SindyNn => {
+                let [derivative, latent, sparsity] =
+                    std::array::from_fn(|i| self.lambda.get(i).copied().unwrap_or(0.0));
+                let defaults = TrainConfig::default();
+                Solver::SindyNn {
+                    hidden: self.hidden.clone(),
+                    train: TrainConfig {
+                        lambdas: Lambdas { derivative, latent, sparsity },
+                        learning_rate: self.learning_rate,
+                        batch: self.batch,
+                        epochs: self.epochs,
+                        max_steps: self.max_steps,
+                        threshold: self.threshold.unwrap_or(defaults.threshold),
+                        ..defaults
+                    },
+                }
+            }
+        };
+        FitConfig {
+            spec: StateSpec {
+                dimension: self.nmd,
+                orders: match self.orders {
+                    OrdersName::Even => Orders::Even,
+                    OrdersName::Consecutive => Orders::Consecutive,
+                },
+                alignment: match self.alignment {
+                    AlignmentName::Half => Alignment::Half,
+                    AlignmentName::Forward => Alignment::Forward,
+                    AlignmentName::Causal => Alignment::Causal,
+                },
+            },
+            degree: self.nd,
+            harmonics: self.nf,
+            latent: self.latent,
+            solver,
+            hold_out_every: self.hold_out,
+            null_fits: self.null,
+            seed: self.seed,
+            block: self.block,
+            full_scale: self.full_scale,
+        }
+    }
+}
+
+/// Recordings of a run to failure that are taken for healthy when nobody says.
+fn healthy_by_default(recordings: usize) -> usize {
+    (recordings / 4).clamp(1, 100)
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    if args.batch == 0 || args.hold_out < 2 {
+        return Err(Failure::Input("--batch: expected at least 1; --hold-out: expected at least 2".into()));
+    }
+    let mut input = args.input.read(None)?;
+    let total = input.series.len();
+    let healthy = args.healthy.unwrap_or(if input.run_to_failure { healthy_by_default(total) } else { total });
+    if healthy == 0 || healthy > total {
+        return Err(Failure::Input(format!("--healthy: found {healthy}, expected 1 to {total} recordings")));
+    }
+    input.series.truncate(healthy);
+    if input.skipped_rows > 0 {
+        eprintln!("{} bad rows dropped", input.skipped_rows);
+    }
+    let bar = bar("fit");
+    let fitted = fit(&input.series, input.sample_rate_hz, &args.config(), &|stage| {
+        bar.set_message(stage.name);
+        bar.set_position((100.0 * stage.done) as u64);
+    });
+    bar.finish_and_clear();
+    let Fitted { model, mut report } = fitted.map_err(Failure::input)?;
+    report.training.channel = Some(input.channel);
+    file::write(&args.out, &model, &report).map_err(Failure::other)?;
+    if args.json {
+        return json(&report);
+    }
+    line(format_args!("{} of {total} recordings taken as healthy", healthy))?;
+    print(&report, if args.all_terms { usize::MAX } else { 6 })?;
+    line(format_args!("\nwrote {} ({} bytes on the device)", args.out.display(), model.bytes().len()))
+}
+
+/// The report for a person.
+pub(crate) fn print(report: &Report, most_terms: usize) -> Result<(), Failure> {
+    let t = &report.training;
+    line(format_args!(
+        "{} recordings fitted, {} held out{}; channel {}, {} Hz",
+        t.recordings.len(),
+        t.held_out.len(),
+        if t.within_recording { " (the end of the only recording)" } else { "" },
+        t.channel.as_deref().unwrap_or("-"),
+        t.sample_rate_hz
+    ))?;
+    let training = match (t.steps, t.stopped_early) {
+        (Some(steps), Some(true)) => format!(", {steps} steps, stopped early"),
+        (Some(steps), _) => format!(", {steps} steps"),
+        _ => String::new(),
+    };
+    line(format_args!("{}; {}; {} functions{training}", t.solver, t.states, t.functions))?;
+    scores(report)?;
+    line(format_args!("\nverdict: {}", report.verdict.words))?;
+    for equation in &report.equations {
+        line("")?;
+        self::equation(equation, most_terms)?;
+    }
+    let d = &report.diagnosis;
+    line(format_args!(
+        "\n{} coefficients kept{}; condition number {:.3e} (of the terms used {:.3e})",
+        report.terms_kept,
+        match report.terms_noise_would_keep {
+            Some(n) => format!(", noise alone would keep {n:.1} an equation"),
+            None => String::new(),
+        },
+        d.condition_number,
+        d.condition_number_used
+    ))?;
+    for (a, b, r) in d.inseparable.iter().take(10) {
+        let name = |t: &usize| report.training.terms.get(*t).map_or("?", String::as_str);
+        line(format_args!("cannot be told apart: {} and {} (correlation {r:.4})", name(a), name(b)))?;
+    }
+    if d.inseparable.len() > 10 {
+        line(format_args!("… and {} more such pairs (--json has all)", d.inseparable.len() - 10))?;
+    }
+    Ok(())
+}
+
+fn scores(report: &Report) -> Result<(), Failure> {
+    let s = &report.scores;
+    let spread = |pick: fn(&crate::fit::report::NullScores) -> Option<f64>| {
+        let values: Vec<f64> = s.null.iter().filter_map(pick).collect();
+        let n = values.len() as f64;
+        if values.is_empty() {
+            return "-".to_owned();
+        }
+        let mean = values.iter().sum::<f64>() / n;
+        let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        format!("{mean:.4} ± {:.4}", variance.sqrt())
+    };
+    let optional = |v: Option<f64>| v.map_or("-".to_owned(), |v| format!("{v:.4}"));
+    line(format_args!("\n{:24}{:>12}{:>12}{:>20}", "R²", "in sample", "held out", "null"))?;
+    line(format_args!(
+        "{:24}{:>12.4}{:>12.4}{:>20}",
+        "derivatives (mean)",
+        s.in_sample.mean(),
+        s.held_out.mean(),
+        spread(|n| Some(n.held_out))
+    ))?;
+    line(format_args!(
+        "{:24}{:>12}{:>12}{:>20}",
+        "causal, next sample",
+        "",
+        optional(s.causal.next_sample),
+        spread(|n| n.causal)
+    ))
+}
+
+fn equation(equation: &crate::fit::report::EquationReport, most: usize) -> Result<(), Failure> {
+    let shown = &equation.terms[..most.min(equation.terms.len())];
+    let mut sum = String::new();
+    for term in shown {
+        let sign = if term.coefficient < 0.0 { " − " } else { " + " };
+        let name = if term.name == "1" { String::new() } else { format!(" {}", term.name) };
+        sum += &format!("{sign}{:.4}{name}", term.coefficient.abs());
+    }
+    let left = equation.terms.len() - shown.len();
+    let rest = if left > 0 { format!(" + … {left} more") } else { String::new() };
+    let sum = sum.strip_prefix(" + ").map(str::to_owned).unwrap_or(sum.trim_start().replacen("− ", "−", 1));
+    let sum = if sum.is_empty() { "0".to_owned() } else { sum };
+    let score = equation.r_squared_held_out.map_or(String::new(), |r| format!("   (held-out R² {r:.4})"));
+    line(format_args!("{} = {sum}{rest}{score}", equation.name))?;
+    for term in shown {
+        let physical = term.physical.map_or(String::new(), |p| format!("   physical {p:>12.5e}"));
+        line(format_args!(
+            "    {:14}{:>12.5}{physical}   share {:>6.2} %",
+            term.name,
+            term.coefficient,
+            100.0 * term.share
+        ))?;
+    }
+    Ok(())
+}

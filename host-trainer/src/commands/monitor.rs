@@ -1,0 +1,183 @@
+//! `ballrace monitor`.
+
+use std::path::PathBuf;
+
+use ballrace_firmware_sim::event::{Event, Summary};
+use ballrace_firmware_sim::faults::{Injected, Injector, Plan};
+use ballrace_firmware_sim::runner::{Recording, Runner};
+use ballrace_firmware_sim::source::{SampleSource, in_memory};
+use serde_json::Value;
+
+use super::input::{Input, Recordings, bar};
+use super::{Failure, json, line};
+use crate::model::{OwnedModel, file};
+use crate::plot::trend::{self, Block};
+
+/// Run the device's own code over recordings
+///
+/// One JSON line an event on stdout (`starting`, `healthy`, `anomalous`, `blind`, `fault`,
+/// `summary`), and the summary in words on stderr.
+#[derive(clap::Args, Debug)]
+#[command(after_help = "Example:\n  ballrace monitor --model model.bin data/Bearing3_3 --plot trend.svg\n  \
+    tells when the residual leaves the healthy machine's; add --fault nan:0.001,gap:1e-5x200 to see a bad sensor")]
+pub struct Args {
+    #[command(flatten)]
+    input: Recordings,
+    /// Model: what `fit` wrote, or the binary or JSON form of `export`
+    #[arg(long)]
+    model: PathBuf,
+    /// Break the samples on purpose: drop:P, gap:PxN, stuck:PxN, saturate:LEVEL, nan:P, flip:P, comma-separated
+    #[arg(long, value_name = "SPEC")]
+    fault: Option<String>,
+    /// Seed of the faults
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Play at the recording's rate times this factor [default: as fast as it goes]
+    #[arg(long, value_name = "FACTOR")]
+    pace: Option<f64>,
+    /// Print every block of the monitor as well
+    #[arg(long)]
+    blocks: bool,
+    /// Draw the statistics over the recordings
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
+    /// One JSON document with all events instead of lines
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let plan: Plan =
+        args.fault.as_deref().unwrap_or("").parse().map_err(|e| Failure::Input(format!("--fault: {e}")))?;
+    if args.pace.is_some_and(|p| !(p.is_finite() && p > 0.0)) {
+        return Err(Failure::Input("--pace: expected a positive factor".into()));
+    }
+    let (model, report) = file::read_any(&args.model).map_err(Failure::input)?;
+    let input = args.input.read(report.as_ref().and_then(|r| r.training.channel.as_deref()))?;
+    check_rate(&model, &input)?;
+
+    let mut events = Vec::new();
+    let mut failed = None;
+    let bar = bar("monitor");
+    bar.set_length(input.series.len() as u64);
+    let watched = watch(&model, &input, plan, args.seed, args.pace, &mut |event, done| {
+        bar.set_position(done as u64);
+        if matches!(event, Event::Block(_)) && !args.blocks {
+            return;
+        }
+        let value = serde_json::to_value(event).map_err(Failure::other);
+        let printed = value.and_then(|value| {
+            if args.json {
+                events.push(value);
+                Ok(())
+            } else {
+                bar.suspend(|| line(value))
+            }
+        });
+        if let Err(error) = printed {
+            failed.get_or_insert(error);
+        }
+    })?;
+    bar.finish_and_clear();
+    if let Some(error) = failed {
+        return Err(error);
+    }
+    if let Some(path) = &args.plot {
+        let svg = trend::svg(&watched.blocks, &model.view().monitor).map_err(Failure::other)?;
+        crate::files::write_atomically(path, svg.as_bytes())
+            .map_err(|e| Failure::Other(format!("{}: {e}", path.display())))?;
+    }
+    tell(&watched, &input);
+    if args.json { json(&Value::from(events)) } else { Ok(()) }
+}
+
+/// What a run over recordings gave.
+pub(crate) struct Watched {
+    pub summary: Summary,
+    pub blocks: Vec<Block>,
+    pub injected: Injected,
+    pub seconds: f64,
+}
+
+/// Runs the device over recordings; `on_event` gets each event and the recordings done.
+pub(crate) fn watch(
+    model: &OwnedModel,
+    input: &Input,
+    plan: Plan,
+    seed: u64,
+    pace: Option<f64>,
+    on_event: &mut dyn FnMut(&Event<'_>, usize),
+) -> Result<Watched, Failure> {
+    let model = model.view();
+    let mut scratch = vec![0.0; Runner::scratch_len(&model)];
+    let mut runner = Runner::new(&model, &mut scratch).map_err(Failure::input)?;
+    let mut injector = Injector::new(plan, seed);
+    let mut blocks = Vec::new();
+    let start = std::time::Instant::now();
+    for (done, series) in input.series.iter().enumerate() {
+        let recording = Recording { name: &series.name, sample_rate_hz: input.sample_rate_hz };
+        let mut see = |event: Event<'_>| {
+            if let Event::Block(block) = &event {
+                blocks.push(Block { recording: done, status: block.status, statistics: block.statistics });
+            }
+            on_event(&event, done);
+        };
+        let source = injector.over(in_memory(&series.samples));
+        match pace {
+            Some(factor) => runner.run(&recording, source.paced(factor * input.sample_rate_hz), &mut see),
+            None => runner.run(&recording, source, &mut see),
+        };
+    }
+    let done = input.series.len();
+    let summary = runner.finish(|event| on_event(&event, done));
+    Ok(Watched { summary, blocks, injected: injector.injected(), seconds: start.elapsed().as_secs_f64() })
+}
+
+fn check_rate(model: &OwnedModel, input: &Input) -> Result<(), Failure> {
+    let expected = f64::from(model.view().sample_rate_hz);
+    if (input.sample_rate_hz / expected - 1.0).abs() < 1e-3 {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "recordings: found {} Hz, expected the model's {expected} Hz; --resample {expected} makes them so",
+        input.sample_rate_hz
+    )))
+}
+
+/// The summary for a person, on stderr.
+fn tell(watched: &Watched, input: &Input) {
+    let s = &watched.summary;
+    let seconds = s.samples as f64 / input.sample_rate_hz;
+    eprintln!(
+        "{} recordings, {} samples ({seconds:.1} s), {} evaluated, {} blocks in {:.2} s ({:.0} times real time)",
+        s.recordings,
+        s.samples,
+        s.evaluated,
+        s.blocks,
+        watched.seconds,
+        seconds / watched.seconds.max(1e-9)
+    );
+    match &s.first_alarm {
+        Some(alarm) => eprintln!(
+            "first alarm in {} (recording {} of {}), {} alarm{} in all",
+            alarm.recording,
+            alarm.recording_index + 1,
+            s.recordings,
+            s.alarms,
+            if s.alarms == 1 { "" } else { "s" }
+        ),
+        None => eprintln!("no alarm"),
+    }
+    let f = &s.faults;
+    if f.total() > 0 {
+        eprintln!(
+            "broken samples: {} non-finite, {} saturated, {} stuck, {} missing",
+            f.non_finite, f.saturated, f.stuck, f.missing
+        );
+    }
+    if watched.injected != Injected::default() {
+        eprintln!("injected: {:?}", watched.injected);
+    }
+    eprintln!("status at the end: {}", serde_json::to_string(&s.status).unwrap_or_default().trim_matches('"'));
+}

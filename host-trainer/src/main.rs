@@ -1,0 +1,9 @@
+//! The `ballrace` command.
+
+use std::process::ExitCode;
+
+use ballrace::commands;
+
+fn main() -> ExitCode {
+    commands::run()
+}
