@@ -96,6 +96,9 @@ impl<T: Real> Packed<T> {
     }
 }
 
+/// Samples gathered together: a cache line of `f32`.
+const LINE: usize = 16;
+
 /// One block's memory: inputs, activations, adjoints, gradient, losses.
 #[derive(Clone, Debug)]
 pub struct Block<T> {
@@ -172,10 +175,21 @@ impl<T: Real> Block<T> {
         if self.samples < capacity {
             values.fill(T::ZERO);
         }
-        for (s, (x, dx)) in rows.enumerate() {
-            for (i, (x, dx)) in x.iter().zip(dx).enumerate() {
-                values[i * columns + s] = *x;
-                values[i * columns + capacity + s] = *dx;
+        // A cache line of samples at a time: the panel's rows are far apart, so each value written
+        // alone would cost a line.
+        let mut rows = rows.enumerate();
+        let mut line: Vec<(&[T], &[T])> = Vec::with_capacity(LINE);
+        while let Some((first, row)) = rows.next() {
+            line.clear();
+            line.push(row);
+            line.extend(rows.by_ref().take(LINE - 1).map(|(_, row)| row));
+            for (i, row) in values.chunks_exact_mut(columns).enumerate() {
+                let (x_row, dx_row) = row.split_at_mut(capacity);
+                let slots = x_row[first..].iter_mut().zip(&mut dx_row[first..]);
+                for ((x_slot, dx_slot), (x, dx)) in slots.zip(&line) {
+                    *x_slot = x[i];
+                    *dx_slot = dx[i];
+                }
             }
         }
     }

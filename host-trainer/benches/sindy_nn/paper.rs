@@ -1,0 +1,83 @@
+//! The paper's settings (Table 2) on one FEMTO recording, 500 epochs, beside `torch_sindy_nn.py`.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use ballrace::recording::{LoadOptions, load, reference_data};
+use ballrace::sindy_nn::engine::Samples;
+use ballrace::sindy_nn::gradient::Lambdas;
+use ballrace::sindy_nn::layout::Layout;
+use ballrace::sindy_nn::train::{TrainConfig, train};
+use ballrace::states::{Scales, rows};
+use ballrace_core::library::Library;
+use ballrace_core::states::{Alignment, Orders, StateSpec};
+
+use super::floor::Floor;
+use super::{THREADS, median, peer};
+
+const RUNS: usize = 5;
+const RECORDING: &str = "Bearing3_3/acc_00100.csv";
+
+pub fn run(floor: &Floor, with_peer: bool) -> Result<(), Box<dyn std::error::Error>> {
+    let Some(femto) = reference_data::folder("femto") else { return Ok(()) };
+    let file = femto.join(RECORDING);
+    let layout = Layout::new(&[8, 256, 8], &[8, 256, 8], Library::new(8, 2, 2).ok_or("library")?).ok_or("layout")?;
+    // As the peer: no thresholding, no early stop.
+    let config = TrainConfig { threshold: 0.0, patience: 0, ..TrainConfig::default() };
+    println!("\npaper's settings, {RECORDING}, {} epochs, {THREADS} threads, medians of {RUNS} in turn", config.epochs);
+    println!(
+        "{:12}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}",
+        "alignment", "ours s", "floor s", "of floor", "torch s", "ratio", "loss"
+    );
+    for (name, alignment) in [("half", Alignment::Half), ("forward", Alignment::Forward)] {
+        let samples = samples(&file, alignment)?;
+        let (mut ours, mut theirs, mut losses, mut their_losses) = (vec![], vec![], vec![], vec![]);
+        for seed in 0..RUNS as u64 {
+            let config = TrainConfig { seed, ..config.clone() };
+            let start = Instant::now();
+            let trained = train(&layout, &samples, &Samples::default(), &config, &mut |_| ());
+            ours.push(start.elapsed().as_secs_f64());
+            losses.push(trained.last_batch.total(Lambdas::PAPER));
+            if with_peer {
+                let arguments = [
+                    file.display().to_string(),
+                    "--alignment".into(),
+                    name.into(),
+                    "--threads".into(),
+                    THREADS.to_string(),
+                ];
+                let told = peer(&peers().join("torch_sindy_nn.py"), &arguments)?;
+                theirs.push(told["seconds"].as_f64().ok_or("seconds")?);
+                their_losses.push(told["loss"].as_f64().ok_or("loss")?);
+            }
+        }
+        let least = floor.seconds(&layout, (config.epochs * samples.len()) as f64, THREADS);
+        let ours = median(ours);
+        print!("{name:12}{ours:>10.3}{least:>10.3}{:>9.0}%", 100.0 * least / ours);
+        if with_peer {
+            let theirs = median(theirs);
+            print!("{theirs:>10.2}{:>9.1}x", theirs / ours);
+        } else {
+            print!("{:>10}{:>10}", "-", "-");
+        }
+        let peer_loss = if with_peer { format!(" (torch {:.5})", median(their_losses)) } else { String::new() };
+        println!("{:>10.5}{peer_loss}", median(losses));
+    }
+    Ok(())
+}
+
+fn peers() -> PathBuf {
+    std::env::var_os("BALLRACE_PEERS")
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/peers"), PathBuf::from)
+}
+
+/// Vertical channel, as the peer takes it.
+fn samples(file: &std::path::Path, alignment: Alignment) -> Result<Samples<f32>, Box<dyn std::error::Error>> {
+    let options = LoadOptions { channels: Some(vec!["vertical".into()]), ..LoadOptions::default() };
+    let loaded = load(&[file.to_owned()], &options)?;
+    let channel = loaded.recordings[0].channel("vertical").ok_or("no vertical channel")?;
+    let recording: Vec<f32> = channel.samples.iter().map(|v| *v as f32).collect();
+    let mut samples = rows(&recording, StateSpec { dimension: 8, orders: Orders::Even, alignment });
+    Scales::of(std::slice::from_ref(&samples)).apply(&mut samples);
+    Ok(samples)
+}
