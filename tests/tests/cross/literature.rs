@@ -1,0 +1,90 @@
+//! Literature: numbers that others published or measured, at the tolerance they support.
+
+use ballrace::fit::Series;
+use ballrace::states::{Scales, rows};
+use ballrace::stlsq::{Moments, StlsqConfig, fit};
+use ballrace_core::library::Library;
+use ballrace_core::states::{Alignment, Orders, StateSpec};
+use ballrace_tests::{femto, white_noise};
+use rayon::prelude::*;
+
+/// Machines 2026, 14(6), 620, Table 3: n_D, n_MD, n_F and the number of functions.
+const TABLE_3: [(usize, usize, usize, usize); 21] = [
+    (1, 8, 1, 25),
+    (1, 8, 2, 41),
+    (1, 8, 3, 57),
+    (1, 8, 4, 73),
+    (1, 8, 5, 89),
+    (2, 7, 1, 50),
+    (2, 7, 2, 64),
+    (2, 7, 3, 78),
+    (2, 7, 4, 92),
+    (2, 8, 1, 61),
+    (2, 8, 2, 77),
+    (3, 5, 1, 66),
+    (3, 5, 2, 76),
+    (3, 5, 3, 86),
+    (3, 5, 4, 96),
+    (3, 5, 5, 106),
+    (3, 5, 6, 116),
+    (3, 6, 1, 96),
+    (5, 4, 0, 126),
+    (9, 4, 0, 715),
+    (0, 4, 316, 2528),
+];
+
+#[test]
+fn function_counts_of_table_3() {
+    for (n_d, n_md, n_f, functions) in TABLE_3 {
+        let library = Library::new(n_md, n_d, n_f).unwrap();
+        assert_eq!(library.len(), functions, "n_D {n_d}, n_MD {n_md}, n_F {n_f}");
+    }
+}
+
+/// Mean R² over outputs and recordings of plain least squares on standardised states, each recording
+/// fitted by itself, in sample.
+fn r_squared(recordings: &[Series], alignment: Alignment, dimension: usize, degree: usize, harmonics: usize) -> f64 {
+    let spec = StateSpec { dimension, orders: Orders::Even, alignment };
+    let library = Library::new(dimension, degree, harmonics).unwrap();
+    let config = StlsqConfig { threshold: Some(0.0), ridge: 0.0, ..StlsqConfig::default() };
+    let each = |series: &Series| {
+        let mut rows = rows(&series.samples, spec);
+        Scales::of(std::slice::from_ref(&rows)).apply(&mut rows);
+        let moments = Moments::of(library, &rows);
+        let equations = fit(&moments, &[], &config);
+        let scores = equations.iter().enumerate().map(|(o, e)| moments.r_squared(o, &e.coefficients));
+        scores.sum::<f64>() / equations.len() as f64
+    };
+    recordings.par_iter().map(each).sum::<f64>() / recordings.len() as f64
+}
+
+/// What was measured about the paper's R², Bearing 3_3 vertical in its aging phase beside white noise.
+const MEASURED: [(Alignment, usize, usize, usize, f64, f64); 5] = [
+    (Alignment::Forward, 4, 1, 0, 0.997, 0.985),
+    (Alignment::Forward, 8, 2, 2, 0.9997, 0.997),
+    (Alignment::Half, 4, 1, 0, 0.881, 0.868),
+    (Alignment::Half, 8, 1, 0, 0.898, 0.915),
+    (Alignment::Half, 8, 2, 2, 0.904, 0.918),
+];
+
+#[test]
+fn measured_r2_on_white_noise() {
+    let noise: Vec<Series> =
+        (0..12).map(|k| Series { name: format!("noise {k}"), samples: white_noise(2560, k) }).collect();
+    for (alignment, n_md, n_d, n_f, _, expected) in MEASURED {
+        let got = r_squared(&noise, alignment, n_md, n_d, n_f);
+        assert!((got - expected).abs() < 0.004, "{alignment:?} n_MD {n_md}: {got} for {expected}");
+    }
+}
+
+#[test]
+fn measured_r2_on_bearing_3_3() {
+    // The paper's aging phase, 3060 s to 4320 s: 126 recordings, one every ten seconds.
+    let Some(all) = femto("Bearing3_3", "vertical", 306..432) else { return };
+    let chosen: Vec<Series> = all.into_iter().step_by(6).collect();
+    for (alignment, n_md, n_d, n_f, expected, _) in MEASURED {
+        let got = r_squared(&chosen, alignment, n_md, n_d, n_f);
+        println!("{alignment:?} n_MD {n_md} n_D {n_d} n_F {n_f}: {got:.4} for {expected}");
+        assert!((got - expected).abs() < 0.003, "{alignment:?} n_MD {n_md}: {got} for {expected}");
+    }
+}
