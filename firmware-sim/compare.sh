@@ -34,7 +34,7 @@ cd "$here/image"
 cargo build --quiet --release --locked --bins "${features[@]}" || fail "the image does not build"
 device=$(./qemu.sh "$images/report") || fail "the image failed (exit $?, 124 is out of time): ${device:-no output}"
 cd "$here"
-host=$(cargo run --quiet --bin ballrace-firmware-sim "${features[@]}" -- \
+host=$(cargo run --quiet --release --bin ballrace-firmware-sim "${features[@]}" -- \
     --model "$BALLRACE_MODEL" --samples "$BALLRACE_SAMPLES") || fail "the host's run failed"
 
 echo "host    $host"

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use ballrace::recording::{LoadOptions, load, reference_data};
-use ballrace::sindy_nn::engine::Samples;
+use ballrace::sindy_nn::engine::{Engine, Samples};
 use ballrace::sindy_nn::gradient::Lambdas;
 use ballrace::sindy_nn::layout::Layout;
 use ballrace::sindy_nn::train::{TrainConfig, train};
@@ -31,13 +31,15 @@ pub fn run(floor: &Floor, with_peer: bool) -> Result<(), Box<dyn std::error::Err
     );
     for (name, alignment) in [("half", Alignment::Half), ("forward", Alignment::Forward)] {
         let samples = samples(&file, alignment)?;
-        let (mut ours, mut theirs, mut losses, mut their_losses) = (vec![], vec![], vec![], vec![]);
+        let (mut ours, mut losses, mut scores) = (vec![], vec![], vec![]);
+        let (mut theirs, mut their_losses, mut their_scores) = (vec![], vec![], vec![]);
         for seed in 0..RUNS as u64 {
             let config = TrainConfig { seed, ..config.clone() };
             let start = Instant::now();
             let trained = train(&layout, &samples, &Samples::default(), &config, &mut |_| ());
             ours.push(start.elapsed().as_secs_f64());
             losses.push(trained.last_batch.total(Lambdas::PAPER));
+            scores.push(r_squared(&layout, &trained.parameters, &samples));
             if with_peer {
                 let arguments = [
                     file.display().to_string(),
@@ -49,6 +51,7 @@ pub fn run(floor: &Floor, with_peer: bool) -> Result<(), Box<dyn std::error::Err
                 let told = peer(&peers().join("torch_sindy_nn.py"), &arguments)?;
                 theirs.push(told["seconds"].as_f64().ok_or("seconds")?);
                 their_losses.push(told["loss"].as_f64().ok_or("loss")?);
+                their_scores.push(told["r2"].as_f64().ok_or("r2")?);
             }
         }
         let least = floor.seconds(&layout, (config.epochs * samples.len()) as f64, THREADS);
@@ -60,10 +63,19 @@ pub fn run(floor: &Floor, with_peer: bool) -> Result<(), Box<dyn std::error::Err
         } else {
             print!("{:>10}{:>10}", "-", "-");
         }
-        let peer_loss = if with_peer { format!(" (torch {:.5})", median(their_losses)) } else { String::new() };
-        println!("{:>10.5}{peer_loss}", median(losses));
+        println!("{:>10.5}{:>9.4}", median(losses), median(scores));
+        if with_peer {
+            println!("{:>72}{:>10.5}{:>9.4}", "torch", median(their_losses), median(their_scores));
+        }
     }
     Ok(())
+}
+
+/// Mean R² of the derivatives in sample, as the peer scores it: standardised targets have variance 1.
+fn r_squared(layout: &Layout, parameters: &[f32], samples: &Samples<f32>) -> f64 {
+    let all: Vec<u32> = (0..samples.len() as u32).collect();
+    let mut engine = Engine::new(layout.clone(), all.len());
+    1.0 - engine.evaluate(parameters, samples, &all, Lambdas::PAPER).derivative
 }
 
 fn peers() -> PathBuf {

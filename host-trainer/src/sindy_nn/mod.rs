@@ -10,6 +10,7 @@ pub mod export;
 pub mod gradient;
 pub mod layout;
 pub mod panel;
+mod passes;
 pub mod real;
 pub mod terms;
 pub mod train;

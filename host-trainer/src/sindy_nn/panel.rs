@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use pulp::Simd;
+use pulp::{Simd, WithSimd};
 
 use super::real::Real;
 
@@ -87,9 +87,9 @@ impl<T: Real> Tiles<T> {
         }
     }
 
-    /// Tile `t`.
+    /// Tile `t`, one entry a column.
     #[inline(always)]
-    fn tile(&self, t: usize) -> &[[T; TILE]] {
+    pub fn tile(&self, t: usize) -> &[[T; TILE]] {
         self.columns(t, 0..self.columns)
     }
 
@@ -100,25 +100,11 @@ impl<T: Real> Tiles<T> {
     }
 }
 
-/// out (rows of one tile, row-major, `columns` wide) = tile · B, or += where `accumulate`.
+/// out (rows of one tile, `columns` wide) = tile · B, or += where `accumulate`.
 ///
 /// B's rows are `b[k · columns ..]`. `out` may have fewer rows than a tile.
 #[inline(always)]
 pub fn multiply<S: Simd, T: Real>(
-    simd: S,
-    tiles: &Tiles<T>,
-    t: usize,
-    b: &[T],
-    columns: usize,
-    out: &mut [T],
-    accumulate: bool,
-) {
-    multiply_tile(simd, tiles.tile(t), b, columns, out, accumulate);
-}
-
-/// [`multiply`] with the tile itself.
-#[inline(always)]
-pub fn multiply_tile<S: Simd, T: Real>(
     simd: S,
     tile: &[[T; TILE]],
     b: &[T],
@@ -126,17 +112,37 @@ pub fn multiply_tile<S: Simd, T: Real>(
     out: &mut [T],
     accumulate: bool,
 ) {
-    let width = columns / T::lanes::<S>();
-    let b = T::vectors::<S>(b);
-    let out = T::vectors_mut::<S>(out);
-    let mut first = 0;
-    while first + STRIP <= width {
-        strip::<S, T, STRIP>(simd, tile, b, width, first, out, accumulate);
-        first += STRIP;
-    }
-    while first < width {
-        strip::<S, T, 1>(simd, tile, b, width, first, out, accumulate);
-        first += 1;
+    simd.vectorize(Multiply { tile, b, columns, out, accumulate });
+}
+
+/// A function of its own for the compiler, not a copy at each call: the kernel is compiled once an
+/// instruction set.
+struct Multiply<'a, T> {
+    tile: &'a [[T; TILE]],
+    b: &'a [T],
+    columns: usize,
+    out: &'a mut [T],
+    accumulate: bool,
+}
+
+impl<T: Real> WithSimd for Multiply<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { tile, b, columns, out, accumulate } = self;
+        let width = columns / T::lanes::<S>();
+        let b = T::vectors::<S>(b);
+        let out = T::vectors_mut::<S>(out);
+        let mut first = 0;
+        while first + STRIP <= width {
+            strip::<S, T, STRIP>(simd, tile, b, width, first, out, accumulate);
+            first += STRIP;
+        }
+        while first < width {
+            strip::<S, T, 1>(simd, tile, b, width, first, out, accumulate);
+            first += 1;
+        }
     }
 }
 
@@ -170,30 +176,50 @@ fn strip<S: Simd, T: Real, const W: usize>(
     }
 }
 
-/// Hands `put(i, j, a_i · b_j)` every dot product of the rows of `a` and `b`.
+/// out\[i · stride + j\] = a_i · b_j for all rows of `a` and `b`.
 #[inline(always)]
-pub fn dots<S: Simd, T: Real>(simd: S, a: &[T], b: &[T], columns: usize, mut put: impl FnMut(usize, usize, T)) {
-    let width = columns / T::lanes::<S>();
-    let (a, b) = (T::vectors::<S>(a), T::vectors::<S>(b));
-    let (rows_a, rows_b) = (a.len() / width, b.len() / width);
-    let (full_a, full_b) = (rows_a - rows_a % DOT, rows_b - rows_b % DOT);
-    for i in (0..full_a).step_by(DOT) {
-        for j in (0..full_b).step_by(DOT) {
-            let sums = dot_block::<S, T>(simd, &a[i * width..], &b[j * width..], width);
-            for (k, sums) in sums.iter().enumerate() {
-                for (l, sum) in sums.iter().enumerate() {
-                    put(i + k, j + l, T::sum(simd, *sum));
+pub fn dots<S: Simd, T: Real>(simd: S, a: &[T], b: &[T], columns: usize, out: &mut [T], stride: usize) {
+    simd.vectorize(Dots { a, b, columns, out, stride });
+}
+
+/// As [`Multiply`].
+struct Dots<'a, T> {
+    a: &'a [T],
+    b: &'a [T],
+    columns: usize,
+    out: &'a mut [T],
+    stride: usize,
+}
+
+impl<T: Real> WithSimd for Dots<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { a, b, columns, out, stride } = self;
+        let width = columns / T::lanes::<S>();
+        let (a, b) = (T::vectors::<S>(a), T::vectors::<S>(b));
+        let (rows_a, rows_b) = (a.len() / width, b.len() / width);
+        let (full_a, full_b) = (rows_a - rows_a % DOT, rows_b - rows_b % DOT);
+        for i in (0..full_a).step_by(DOT) {
+            for j in (0..full_b).step_by(DOT) {
+                let sums = dot_block::<S, T>(simd, &a[i * width..], &b[j * width..], width);
+                for (k, sums) in sums.iter().enumerate() {
+                    let out = &mut out[(i + k) * stride + j..][..DOT];
+                    for (out, sum) in out.iter_mut().zip(sums) {
+                        *out = T::sum(simd, *sum);
+                    }
                 }
             }
         }
-    }
-    // The edges, row by row.
-    for i in 0..rows_a {
-        for j in if i < full_a { full_b } else { 0 }..rows_b {
-            let (a, b) = (&a[i * width..][..width], &b[j * width..][..width]);
-            let zero = T::splat(simd, T::ZERO);
-            let sum = a.iter().zip(b).fold(zero, |sum, (a, b)| T::mul_add(simd, *a, *b, sum));
-            put(i, j, T::sum(simd, sum));
+        // The edges, row by row.
+        for i in 0..rows_a {
+            for j in if i < full_a { full_b } else { 0 }..rows_b {
+                let (a, b) = (&a[i * width..][..width], &b[j * width..][..width]);
+                let zero = T::splat(simd, T::ZERO);
+                let sum = a.iter().zip(b).fold(zero, |sum, (a, b)| T::mul_add(simd, *a, *b, sum));
+                out[i * stride + j] = T::sum(simd, sum);
+            }
         }
     }
 }

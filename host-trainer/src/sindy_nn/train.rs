@@ -95,6 +95,30 @@ pub fn initial_parameters(layout: &Layout, rng: &mut ChaCha8Rng) -> Vec<f32> {
     parameters
 }
 
+/// Rescales the encoder's output layer so that the latent variables start with mean 0 and standard
+/// deviation 1 on the samples: the library's columns then start well apart (of 1, z, z², sin z, … of
+/// a z that hardly varies around some offset any one could be taken for another).
+fn standardise_latent(layout: &Layout, parameters: &mut [f32], samples: &Samples<f32>) {
+    let Some(last) = layout.encoder.layers().pop() else { return };
+    let (mut mean, mut square) = (vec![0.0; layout.latent], vec![0.0; layout.latent]);
+    let count = for_each_latent(layout, parameters, samples, |z| {
+        for ((m, s), z) in mean.iter_mut().zip(&mut square).zip(z) {
+            *m += f64::from(*z);
+            *s += f64::from(z * z);
+        }
+    });
+    for i in 0..layout.latent {
+        let mean = mean[i] / count;
+        let spread = (square[i] / count - mean * mean).max(0.0).sqrt();
+        if spread > 0.0 {
+            let scale = (1.0 / spread) as f32;
+            parameters[last.weights.clone()][i * last.inputs..][..last.inputs].iter_mut().for_each(|w| *w *= scale);
+            let bias = &mut parameters[last.biases.clone()][i];
+            *bias = (*bias - mean as f32) * scale;
+        }
+    }
+}
+
 /// Times a run's held-out loss is looked at.
 const CHECKS: usize = 40;
 /// Samples that are enough to judge a held-out loss or a term's power.
@@ -109,7 +133,8 @@ pub fn train(
     progress: &mut dyn FnMut(Progress),
 ) -> Trained {
     let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
-    let parameters = initial_parameters(layout, &mut rng);
+    let mut parameters = initial_parameters(layout, &mut rng);
+    standardise_latent(layout, &mut parameters, train);
     let mut run = Run {
         engine: Engine::new(layout.clone(), config.batch.max(1)),
         adam: Adam::new(parameters.len()),
@@ -245,24 +270,32 @@ fn spread(len: usize) -> Vec<u32> {
 
 /// Mean squares of every term and of every equation's rate over the samples.
 fn powers(layout: &Layout, parameters: &[f32], samples: &Samples<f32>) -> (Vec<f64>, Vec<f64>) {
-    let encoder = super::export::network(&layout.encoder, parameters);
-    let encoder = encoder.view();
     let xi = &parameters[layout.xi()];
     let (terms, equations) = (layout.terms.count(), layout.latent);
-    let mut hidden = vec![0.0; 2 * encoder.hidden_width()];
-    let (mut z, mut theta) = (vec![0.0; equations], vec![0.0; terms]);
+    let mut theta = vec![0.0; terms];
     let (mut theta_power, mut rate_power) = (vec![0.0; terms], vec![0.0; equations]);
-    let chosen = spread(samples.len());
-    for s in &chosen {
-        encoder.forward(samples.row(*s as usize).0, &mut z, &mut hidden);
-        layout.library.row(&z, &mut theta);
+    let count = for_each_latent(layout, parameters, samples, |z| {
+        layout.library.row(z, &mut theta);
         theta_power.iter_mut().zip(&theta).for_each(|(p, t)| *p += f64::from(t * t));
         for (e, power) in rate_power.iter_mut().enumerate() {
             let rate: f32 = theta.iter().zip(xi[e..].iter().step_by(equations)).map(|(t, x)| t * x).sum();
             *power += f64::from(rate * rate);
         }
-    }
-    let count = chosen.len().max(1) as f64;
+    });
     [&mut theta_power, &mut rate_power].into_iter().flatten().for_each(|p| *p /= count);
     (theta_power, rate_power)
+}
+
+/// Visits z = φ(x) of samples spread evenly; their number, at least 1.
+fn for_each_latent(layout: &Layout, parameters: &[f32], samples: &Samples<f32>, mut visit: impl FnMut(&[f32])) -> f64 {
+    let encoder = super::export::network(&layout.encoder, parameters);
+    let encoder = encoder.view();
+    let mut hidden = vec![0.0; 2 * encoder.hidden_width()];
+    let mut z = vec![0.0; layout.latent];
+    let chosen = spread(samples.len());
+    for s in &chosen {
+        encoder.forward(samples.row(*s as usize).0, &mut z, &mut hidden);
+        visit(&z);
+    }
+    chosen.len().max(1) as f64
 }
