@@ -6,9 +6,10 @@ use ballrace_core::states::{Alignment, Orders, StateSpec};
 use clap::ValueEnum;
 
 use super::input::{Recordings, bar};
-use super::{Failure, json, line};
+use super::{Failure, json, line, write};
 use crate::fit::{FitConfig, Fitted, Solver, fit, words};
 use crate::model::file;
+use crate::report;
 use crate::sindy_nn::gradient::Lambdas;
 use crate::sindy_nn::train::TrainConfig;
 use crate::stlsq::StlsqConfig;
@@ -88,6 +89,9 @@ pub struct Args {
     /// Samples in a block of the monitor [default: a tenth of a second]
     #[arg(long, value_name = "N")]
     block: Option<u32>,
+    /// Write a report with pictures
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// Print every term of every equation
     #[arg(long)]
     all_terms: bool,
@@ -194,13 +198,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         bar.set_position((100.0 * stage.done) as u64);
     });
     bar.finish_and_clear();
-    let Fitted { model, mut report } = fitted.map_err(Failure::input)?;
-    report.training.channel = Some(input.channel);
-    file::write(&args.out, &model, &report).map_err(Failure::other)?;
+    let mut fitted = fitted.map_err(Failure::input)?;
+    fitted.report.training.channel = Some(input.channel.clone());
+    file::write(&args.out, &fitted.model, &fitted.report).map_err(Failure::other)?;
+    if let Some(path) = &args.report {
+        let page = report::fit::document(&fitted, &input).map_err(Failure::other)?;
+        write(path, page.html().as_bytes())?;
+    }
+    let Fitted { model, report } = &fitted;
     if args.json {
-        return json(&report);
+        return json(report);
     }
     line(format_args!("{} of {total} recordings taken as healthy", healthy))?;
-    line(words::report(&report, if args.all_terms { usize::MAX } else { 6 }))?;
+    line(words::report(report, if args.all_terms { usize::MAX } else { 6 }))?;
     line(format_args!("wrote {} ({} bytes on the device)", args.out.display(), model.bytes().len()))
 }

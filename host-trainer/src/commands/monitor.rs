@@ -11,6 +11,7 @@ use super::{Failure, json, line, write};
 use crate::input::Input;
 use crate::model::file;
 use crate::plot::trend;
+use crate::report;
 use crate::watch::{Options, Watched, watch};
 
 /// Run the device's own code over recordings
@@ -41,6 +42,9 @@ pub struct Args {
     /// Draw the statistics over the recordings
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
+    /// Write a report with pictures
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// One JSON document with all events instead of lines
     #[arg(long)]
     json: bool,
@@ -53,8 +57,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.pace.is_some_and(|p| !(p.is_finite() && p > 0.0)) {
         return Err(Failure::Input("--pace: expected a positive factor".into()));
     }
-    let (model, report) = file::read_any(&args.model).map_err(Failure::input)?;
-    let input = args.input.read(report.as_ref().and_then(|r| r.training.channel.as_deref()))?;
+    let (model, fitted) = file::read_any(&args.model).map_err(Failure::input)?;
+    let input = args.input.read(fitted.as_ref().and_then(|r| r.training.channel.as_deref()))?;
 
     let mut events = Vec::new();
     let mut failed = None;
@@ -87,6 +91,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.plot {
         let svg = trend::svg(&watched.blocks, &model.view().monitor).map_err(Failure::other)?;
         write(path, svg.as_bytes())?;
+    }
+    if let Some(path) = &args.report {
+        let page = report::monitor::document(&model, &input, &watched).map_err(Failure::other)?;
+        write(path, page.html().as_bytes())?;
     }
     tell(&watched, &input);
     if args.json { json(&Value::from(events)) } else { Ok(()) }

@@ -6,6 +6,7 @@
 
 pub mod generator;
 mod outcome;
+mod page;
 
 use std::path::{Path, PathBuf};
 
@@ -35,18 +36,18 @@ pub struct Config {
 impl Config {
     /// The demo of a seed: small enough for well under a minute on two cores.
     pub fn new(seed: u64) -> Self {
-        let train = TrainConfig { max_steps: 600, batch: 512, ..TrainConfig::default() };
+        let train = TrainConfig { max_steps: 1500, batch: 512, ..TrainConfig::default() };
         Self {
-            plan: Plan { recordings: 60, seconds: 0.25, sample_rate_hz: 12_800.0, strength: 8.0, seed },
+            plan: Plan { recordings: 60, seconds: 0.25, sample_rate_hz: 12_800.0, strength: 20.0, seed },
             healthy: 20,
             fit: FitConfig {
-                spec: StateSpec { dimension: 4, orders: Orders::Even, alignment: Alignment::Half },
+                spec: StateSpec { dimension: 8, orders: Orders::Even, alignment: Alignment::Half },
                 degree: 2,
                 harmonics: 1,
                 latent: None,
-                solver: Solver::SindyNn { hidden: vec![32], train },
+                solver: Solver::SindyNn { hidden: vec![64], train },
                 hold_out_every: 5,
-                null_fits: 4,
+                null_fits: 5,
                 seed,
                 block: None,
                 full_scale: 0.0,
@@ -99,6 +100,9 @@ pub enum DemoError {
     /// The device on the recordings.
     #[error(transparent)]
     Watch(#[from] WatchError),
+    /// The report.
+    #[error(transparent)]
+    Draw(#[from] crate::plot::DrawError),
 }
 
 /// What the tools found in a folder of recordings.
@@ -121,6 +125,9 @@ pub fn run(config: &Config, out: &Path, progress: &(dyn Fn(&str, f64) + Sync)) -
     recording::write::folder(&folder, &made.recordings)?;
     let found = job(&folder, config.healthy, &config.fit, out, progress)?;
     let outcome = Outcome::of(config, &made, &found);
+    progress("report", 0.95);
+    let page = page::document(&outcome, &found)?;
+    write(&out.join("report.html"), page.html().as_bytes())?;
     progress("done", 1.0);
     Ok(outcome)
 }
@@ -162,3 +169,6 @@ fn job(
 fn write(path: &Path, bytes: &[u8]) -> Result<(), DemoError> {
     crate::files::write_atomically(path, bytes).map_err(|source| DemoError::Io { path: path.to_owned(), source })
 }
+
+#[cfg(test)]
+mod tests;

@@ -64,23 +64,35 @@ impl Outcome {
         }
     }
 
-    /// When the fault came and when the device said so.
-    pub fn story(&self) -> String {
-        let name = |index: usize| format!("recording {} of {}", index + 1, self.recordings);
-        let put_in = match self.truth.first_affected {
-            Some(first) => format!("{} from {} on, growing", self.truth.effect, name(first)),
-            None => "nothing: the machine stays healthy".to_owned(),
-        };
-        let raised = match (&self.first_alarm, self.truth.first_affected) {
+    /// What was put in, as a sentence.
+    pub fn put_in(&self) -> String {
+        match self.truth.first_affected {
+            Some(first) => {
+                let effect = self.truth.effect.replace('-', " ");
+                format!("Put in: an {effect} that grows from {} on.", self.place(first))
+            }
+            None => "Put in: nothing, the machine stays healthy.".to_owned(),
+        }
+    }
+
+    /// When the device raised the alarm, as a sentence.
+    pub fn raised(&self) -> String {
+        match (&self.first_alarm, self.truth.first_affected) {
             (Some(alarm), Some(first)) if !self.false_alarm => {
                 let index = alarm.recording_index as usize;
-                format!("in {}, {} recordings after that", name(index), index - first)
+                format!("The device raised the alarm in {}, {} recordings later.", self.place(index), index - first)
             }
-            (Some(alarm), _) => format!("in {}: a false alarm", name(alarm.recording_index as usize)),
-            (None, Some(_)) => "never: the fault was missed".to_owned(),
-            (None, None) => "never, and rightly so".to_owned(),
-        };
-        format!("put in: {put_in}\nalarm:  {raised}")
+            (Some(alarm), _) => {
+                let place = self.place(alarm.recording_index as usize);
+                format!("The device raised a false alarm in {place}, when there was nothing to raise it for.")
+            }
+            (None, Some(_)) => "The device raised no alarm: the fault was missed.".to_owned(),
+            (None, None) => "The device raised no alarm, and rightly so.".to_owned(),
+        }
+    }
+
+    fn place(&self, index: usize) -> String {
+        format!("recording {} of {}", index + 1, self.recordings)
     }
 
     /// Everything in words, for a terminal.
@@ -90,12 +102,13 @@ impl Outcome {
         // Writing to a string cannot fail.
         let _ = writeln!(
             out,
-            "{} recordings of {} s at {} Hz; the model knows the first {} as healthy\n{}",
+            "{} recordings of {} s at {} Hz; the model knows the first {} as healthy\n{}\n{}",
             self.recordings,
             self.seconds,
             self.sample_rate_hz,
             self.healthy,
-            self.story()
+            self.put_in(),
+            self.raised()
         );
         out += &words::scores(&self.scores);
         let _ = writeln!(out, "\nverdict: {}", self.verdict.words);
