@@ -26,6 +26,9 @@ impl Spectrum {
     }
 }
 
+/// Share of the band up to Nyquist's frequency that a converter's filter leaves alone.
+pub const USABLE: f64 = 0.8;
+
 /// Symmetric over a period, so that half-overlapping windows add up evenly.
 fn hann(length: usize) -> Vec<f64> {
     (0..length).map(|i| 0.5 - 0.5 * (std::f64::consts::TAU * i as f64 / length as f64).cos()).collect()
@@ -120,11 +123,12 @@ pub fn envelope_spectrum(recordings: &[&[f32]], sample_rate_hz: f64, band_hz: &R
 }
 
 /// The band of a width in which `late` has gained most power over `early`, both of the same steps:
-/// where an envelope tells most of what has changed.
+/// where an envelope tells most of what has changed. Bands beyond [`USABLE`] of Nyquist's frequency do
+/// not count: there a converter's filter leaves next to nothing, of which little is much.
 pub fn band_of_most_gain(early: &Spectrum, late: &Spectrum, width_hz: f64) -> Range<f64> {
     let nyquist = (early.values.len().saturating_sub(1)) as f64 * early.step_hz;
     let width = width_hz.min(nyquist);
-    let starts = ((nyquist - width) / early.step_hz).floor() as usize;
+    let starts = ((USABLE * nyquist - width) / early.step_hz).max(0.0) as usize;
     let gain = |band: &Range<f64>| late.integral(band) / early.integral(band).max(f64::MIN_POSITIVE);
     let bands = (1..=starts.max(1)).map(|k| k as f64 * early.step_hz).map(|from| from..from + width);
     bands.max_by(|a, b| gain(a).total_cmp(&gain(b))).unwrap_or(0.0..nyquist)

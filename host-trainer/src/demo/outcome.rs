@@ -68,8 +68,7 @@ impl Outcome {
     pub fn put_in(&self) -> String {
         match self.truth.first_affected {
             Some(first) => {
-                let effect = self.truth.effect.replace('-', " ");
-                format!("Put in: an {effect} that grows from {} on.", self.place(first))
+                format!("Put in: {}, growing from {} on.", self.truth.effect, self.place(first))
             }
             None => "Put in: nothing, the machine stays healthy.".to_owned(),
         }
@@ -80,7 +79,12 @@ impl Outcome {
         match (&self.first_alarm, self.truth.first_affected) {
             (Some(alarm), Some(first)) if !self.false_alarm => {
                 let index = alarm.recording_index as usize;
-                format!("The device raised the alarm in {}, {} recordings later.", self.place(index), index - first)
+                let later = match index - first {
+                    0 => "the very one in which it begins".to_owned(),
+                    1 => "the next one".to_owned(),
+                    n => format!("{n} recordings later"),
+                };
+                format!("The device raised the alarm in {}, {later}.", self.place(index))
             }
             (Some(alarm), _) => {
                 let place = self.place(alarm.recording_index as usize);

@@ -1,6 +1,7 @@
 //! The demo's report: what was put in, what was found, and why.
 
 use super::{Found, Outcome};
+use crate::fit::report::Report;
 use crate::plot::DrawError;
 use crate::report::signal::Comparison;
 use crate::report::{Cell, Document, Section, Tone, model, monitor};
@@ -21,12 +22,25 @@ pub(super) fn document(outcome: &Outcome, found: &Found) -> Result<Document, Dra
         document = document.section(comparison.spectra()?).section(comparison.prediction(&view)?);
     }
     Ok(document.sections([
-        model::scores(report),
+        scores(outcome, report),
         model::equations(report),
         model::sizes(&outcome.sizes),
         monitor::events(&found.watched),
         model::training(report),
     ]))
+}
+
+fn scores(outcome: &Outcome, report: &Report) -> Section {
+    let section = model::scores(report).paragraph(format!("Verdict on the fit: {}.", outcome.verdict.words));
+    if outcome.verdict.beyond_null {
+        return section;
+    }
+    // True of the generator, which is linear but for the impacts.
+    section.paragraph(
+        "That is as it should be: this machine is linear and shaken by noise, so while it is healthy its spectrum is all there \
+         is to it. Its model still serves as a yardstick: what the device judges is how much the residual differs from the \
+         healthy machine's.",
+    )
 }
 
 fn verdict(outcome: &Outcome) -> (Tone, String) {

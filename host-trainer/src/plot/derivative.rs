@@ -29,8 +29,8 @@ pub fn svg(window: &Window, derivatives: &[usize]) -> Result<String, DrawError> 
             };
             let legend = [("measured", MEASURED), ("predicted", PREDICTED)];
             let mut chart = style::chart(area, &axes, &legend)?;
-            style::line(&mut chart, window.points(measured), style::stroke(MEASURED, 3))?;
-            style::line(&mut chart, window.points(predicted), style::stroke(PREDICTED, 1))?;
+            style::line(&mut chart, window.points(measured), style::stroke(MEASURED, 4))?;
+            style::line(&mut chart, window.points(predicted), style::stroke(PREDICTED, 2))?;
         }
         Ok(())
     })

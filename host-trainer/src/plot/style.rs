@@ -32,8 +32,9 @@ const GRID: RGBColor = RGBColor(222, 226, 232);
 
 const LABEL: u32 = 14;
 const LEGEND_HEIGHT: u32 = 26;
-/// Left of the plot: labels and the axis' name.
-const LEFT: u32 = 74;
+/// Left of the plot: labels and the axis' name, whose letters would reach over the picture's edge.
+const LEFT: u32 = 66;
+const EDGE: u32 = 10;
 
 /// Somewhere to draw.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -78,7 +79,7 @@ pub type Entry<'t> = (&'t str, RGBColor);
 pub fn chart<'a>(area: &Area<'a>, axes: &Axes<'_>, legend: &[Entry<'_>]) -> Result<Chart<'a>, DrawError> {
     let (top, below) = area.split_vertically(LEGEND_HEIGHT);
     let font = ("sans-serif", LABEL).into_font().color(&INK).pos(Pos::new(HPos::Left, VPos::Center));
-    let mut x = LEFT as i32 + 4;
+    let mut x = (EDGE + LEFT) as i32 + 4;
     let y = LEGEND_HEIGHT as i32 / 2 + 4;
     for (name, color) in legend {
         top.draw(&PathElement::new([(x, y), (x + 22, y)], color.stroke_width(3))).map_err(DrawError::of)?;
@@ -88,6 +89,7 @@ pub fn chart<'a>(area: &Area<'a>, axes: &Axes<'_>, legend: &[Entry<'_>]) -> Resu
     }
     let mut chart = ChartBuilder::on(&below)
         .margin_top(6)
+        .margin_left(EDGE)
         .margin_right(18)
         .margin_bottom(4)
         .x_label_area_size(44)
@@ -162,7 +164,7 @@ pub fn tick(value: f64) -> String {
     let text = match value.abs() {
         // What is left of a sum that should be 0.
         a if a < 1e-9 => "0".to_owned(),
-        a if a < 1e-3 || a >= 1e6 => format!("{value:.1e}"),
+        a if !(1e-3..1e6).contains(&a) => format!("{value:.1e}"),
         _ => {
             let fixed = format!("{value:.5}");
             fixed.trim_end_matches('0').trim_end_matches('.').to_owned()

@@ -21,6 +21,8 @@ pub fn scores(report: &Report) -> Section {
     let row = |name: &str, value: String, null: String, meaning: &str| {
         vec![Cell::text(name), Cell::number(value), Cell::number(null), Cell::text(meaning)]
     };
+    let null = words::null(s, |n| Some(n.held_out));
+    let (mean, spread) = null.split_once(" ± ").map_or((null.as_str(), None), |(mean, spread)| (mean, Some(spread)));
     let rows = vec![
         row(
             "in sample",
@@ -42,8 +44,8 @@ pub fn scores(report: &Report) -> Section {
         ),
         row(
             "null",
-            words::null(s, |n| Some(n.held_out)),
-            String::new(),
+            mean.to_owned(),
+            spread.map_or(String::new(), |spread| format!("± {spread}")),
             "The held-out figure of the same fit to surrogates, which have the recordings' spectrum and random phases: a model has found dynamics only where it beats this.",
         ),
     ];
@@ -55,7 +57,6 @@ pub fn scores(report: &Report) -> Section {
             s.null.len()
         ))
         .table("", &["score", "R²", "of surrogates", "what it says"], rows)
-        .paragraph(format!("Verdict on the fit: {}.", report.verdict.words))
 }
 
 /// The sparse equations, their most powerful terms first.

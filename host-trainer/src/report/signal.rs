@@ -87,9 +87,9 @@ impl<'i> Comparison<'i> {
         let section = prediction(model, early, self.sample_rate_hz)?;
         Ok(section.figure(
             residual::svg((&name_a, &a), (&name_b, &b))?,
-            "Residual, measured minus predicted, in healthy standard deviations: root mean square over the derivatives at \
-             each sample, early above late on one scale. Its mean square over a block is the level that the monitor judges; \
-             dashed, the level of the healthy machine.",
+            "Residual, measured minus predicted, over its healthy standard deviation: root mean square over the derivatives at \
+             each sample, early above late on one scale. 20 dB are a factor of ten; dashed, the healthy machine's. Its mean \
+             square over a block is the level that the monitor judges.",
         ))
     }
 }
