@@ -54,7 +54,7 @@ impl<'i> Comparison<'i> {
         let svg = density::svg((&early_name, &a), Some((&late_name, &b)), Some(&band))?;
         let section = section.figure(svg, format!(
             "Power spectral density (Welch, Hann window of {segment} samples, {:.1} Hz apart), averaged over the recordings named. \
-             Shaded: the band of {:.0} Hz in which the late recordings have gained most.",
+             Shaded: of all bands of {:.0} Hz up to 80 % of Nyquist's frequency, the one in which the late recordings have gained most.",
             a.step_hz, band.end - band.start
         ));
         let (Some(a), Some(b)) = (envelope_spectrum(&early, rate, &band), envelope_spectrum(&late, rate, &band)) else {
