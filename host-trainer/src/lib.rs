@@ -2,13 +2,19 @@
 #![forbid(unsafe_code)]
 
 pub mod commands;
+pub mod demo;
 pub mod export;
 pub mod files;
 pub mod fit;
+pub mod input;
 pub mod model;
 pub mod plot;
 pub mod recording;
+pub mod report;
 pub mod sindy_nn;
+pub mod spectrum;
 pub mod states;
 pub mod stlsq;
 pub mod surrogate;
+pub mod watch;
+pub mod window;

@@ -2,9 +2,14 @@
 
 use std::path::PathBuf;
 
-use super::Failure;
+use super::input::bar;
+use super::{Failure, json, line};
+use crate::demo::{self, Config};
 
 /// Make recordings, fit, export, run the device on them, and write a report
+///
+/// The machine is simulated: its outer race is damaged from some recording on, which the model is
+/// not told.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Example:\n  ballrace demo --out demo\n  then open demo/report.html")]
 pub struct Args {
@@ -20,6 +25,17 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(_: &Args) -> Result<(), Failure> {
-    Err(Failure::Other("to come".into()))
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let bar = bar("demo");
+    let outcome = demo::run(&Config::new(args.seed), &args.out, &|stage, share| {
+        bar.set_message(stage.to_owned());
+        bar.set_position((100.0 * share) as u64);
+    });
+    bar.finish_and_clear();
+    let outcome = outcome.map_err(Failure::other)?;
+    if args.json {
+        return json(&outcome);
+    }
+    line(outcome.words())?;
+    line(format_args!("report: {}", args.out.join("report.html").display()))
 }

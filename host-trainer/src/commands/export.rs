@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 
-use super::{Failure, json, line};
+use super::{Failure, json, line, write};
 use crate::export::{self, Format, Limits};
 use crate::model::file;
 
@@ -55,8 +55,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         FormatName::C => Format::C,
     };
     let bytes = export::export(&model, format).map_err(Failure::other)?;
-    crate::files::write_atomically(&args.out, &bytes)
-        .map_err(|e| Failure::Other(format!("{}: {e}", args.out.display())))?;
+    write(&args.out, &bytes)?;
     if args.json {
         return json(&sizes);
     }

@@ -6,10 +6,10 @@ use ballrace_core::states::{Alignment, Orders, StateSpec};
 use clap::ValueEnum;
 
 use super::input::{Recordings, bar};
-use super::{Failure, json, line};
-use crate::fit::report::Report;
-use crate::fit::{FitConfig, Fitted, Solver, fit};
+use super::{Failure, json, line, write};
+use crate::fit::{FitConfig, Fitted, Solver, fit, words};
 use crate::model::file;
+use crate::report;
 use crate::sindy_nn::gradient::Lambdas;
 use crate::sindy_nn::train::TrainConfig;
 use crate::stlsq::StlsqConfig;
@@ -89,6 +89,9 @@ pub struct Args {
     /// Samples in a block of the monitor [default: a tenth of a second]
     #[arg(long, value_name = "N")]
     block: Option<u32>,
+    /// Write a report with pictures
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// Print every term of every equation
     #[arg(long)]
     all_terms: bool,
@@ -195,113 +198,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         bar.set_position((100.0 * stage.done) as u64);
     });
     bar.finish_and_clear();
-    let Fitted { model, mut report } = fitted.map_err(Failure::input)?;
-    report.training.channel = Some(input.channel);
-    file::write(&args.out, &model, &report).map_err(Failure::other)?;
+    let mut fitted = fitted.map_err(Failure::input)?;
+    fitted.report.training.channel = Some(input.channel.clone());
+    file::write(&args.out, &fitted.model, &fitted.report).map_err(Failure::other)?;
+    if let Some(path) = &args.report {
+        let page = report::fit::document(&fitted, &input).map_err(Failure::other)?;
+        write(path, page.html().as_bytes())?;
+    }
+    let Fitted { model, report } = &fitted;
     if args.json {
-        return json(&report);
+        return json(report);
     }
     line(format_args!("{} of {total} recordings taken as healthy", healthy))?;
-    print(&report, if args.all_terms { usize::MAX } else { 6 })?;
-    line(format_args!("\nwrote {} ({} bytes on the device)", args.out.display(), model.bytes().len()))
-}
-
-/// The report for a person.
-pub(crate) fn print(report: &Report, most_terms: usize) -> Result<(), Failure> {
-    let t = &report.training;
-    line(format_args!(
-        "{} recordings fitted, {} held out{}; channel {}, {} Hz",
-        t.recordings.len(),
-        t.held_out.len(),
-        if t.within_recording { " (the end of the only recording)" } else { "" },
-        t.channel.as_deref().unwrap_or("-"),
-        t.sample_rate_hz
-    ))?;
-    let training = match (t.steps, t.stopped_early) {
-        (Some(steps), Some(true)) => format!(", {steps} steps, stopped early"),
-        (Some(steps), _) => format!(", {steps} steps"),
-        _ => String::new(),
-    };
-    line(format_args!("{}; {}; {} functions{training}", t.solver, t.states, t.functions))?;
-    scores(report)?;
-    line(format_args!("\nverdict: {}", report.verdict.words))?;
-    for equation in &report.equations {
-        line("")?;
-        self::equation(equation, most_terms)?;
-    }
-    let d = &report.diagnosis;
-    line(format_args!(
-        "\n{} coefficients kept{}; condition number {:.3e} (of the terms used {:.3e})",
-        report.terms_kept,
-        match report.terms_noise_would_keep {
-            Some(n) => format!(", noise alone would keep {n:.1} an equation"),
-            None => String::new(),
-        },
-        d.condition_number,
-        d.condition_number_used
-    ))?;
-    for (a, b, r) in d.inseparable.iter().take(10) {
-        let name = |t: &usize| report.training.terms.get(*t).map_or("?", String::as_str);
-        line(format_args!("cannot be told apart: {} and {} (correlation {r:.4})", name(a), name(b)))?;
-    }
-    if d.inseparable.len() > 10 {
-        line(format_args!("… and {} more such pairs (--json has all)", d.inseparable.len() - 10))?;
-    }
-    Ok(())
-}
-
-fn scores(report: &Report) -> Result<(), Failure> {
-    let s = &report.scores;
-    let spread = |pick: fn(&crate::fit::report::NullScores) -> Option<f64>| {
-        let values: Vec<f64> = s.null.iter().filter_map(pick).collect();
-        let n = values.len() as f64;
-        if values.is_empty() {
-            return "-".to_owned();
-        }
-        let mean = values.iter().sum::<f64>() / n;
-        let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-        format!("{mean:.4} ± {:.4}", variance.sqrt())
-    };
-    let optional = |v: Option<f64>| v.map_or("-".to_owned(), |v| format!("{v:.4}"));
-    line(format_args!("\n{:24}{:>12}{:>12}{:>20}", "R²", "in sample", "held out", "null"))?;
-    line(format_args!(
-        "{:24}{:>12.4}{:>12.4}{:>20}",
-        "derivatives (mean)",
-        s.in_sample.mean(),
-        s.held_out.mean(),
-        spread(|n| Some(n.held_out))
-    ))?;
-    line(format_args!(
-        "{:24}{:>12}{:>12}{:>20}",
-        "causal, next sample",
-        "",
-        optional(s.causal.next_sample),
-        spread(|n| n.causal)
-    ))
-}
-
-fn equation(equation: &crate::fit::report::EquationReport, most: usize) -> Result<(), Failure> {
-    let shown = &equation.terms[..most.min(equation.terms.len())];
-    let mut sum = String::new();
-    for term in shown {
-        let sign = if term.coefficient < 0.0 { " − " } else { " + " };
-        let name = if term.name == "1" { String::new() } else { format!(" {}", term.name) };
-        sum += &format!("{sign}{:.4}{name}", term.coefficient.abs());
-    }
-    let left = equation.terms.len() - shown.len();
-    let rest = if left > 0 { format!(" + … {left} more") } else { String::new() };
-    let sum = sum.strip_prefix(" + ").map(str::to_owned).unwrap_or(sum.trim_start().replacen("− ", "−", 1));
-    let sum = if sum.is_empty() { "0".to_owned() } else { sum };
-    let score = equation.r_squared_held_out.map_or(String::new(), |r| format!("   (held-out R² {r:.4})"));
-    line(format_args!("{} = {sum}{rest}{score}", equation.name))?;
-    for term in shown {
-        let physical = term.physical.map_or(String::new(), |p| format!("   physical {p:>12.5e}"));
-        line(format_args!(
-            "    {:14}{:>12.5}{physical}   share {:>6.2} %",
-            term.name,
-            term.coefficient,
-            100.0 * term.share
-        ))?;
-    }
-    Ok(())
+    line(words::report(report, if args.all_terms { usize::MAX } else { 6 }))?;
+    line(format_args!("wrote {} ({} bytes on the device)", args.out.display(), model.bytes().len()))
 }

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Failure;
-use crate::fit::Series;
-use crate::recording::{LoadOptions, Recording, Unit, load};
+use crate::input::Input;
+use crate::recording::{LoadOptions, Unit, load};
 
 /// Where recordings come from and how they are to be read.
 #[derive(clap::Args, Debug, Clone)]
@@ -35,20 +35,6 @@ pub struct Recordings {
     pub resample: Option<f64>,
 }
 
-/// One channel of every recording.
-pub struct Input {
-    /// The recordings.
-    pub series: Vec<Series>,
-    /// Name of the channel.
-    pub channel: String,
-    /// Their common sample rate, Hz.
-    pub sample_rate_hz: f64,
-    /// Whether they are one machine's life in order of time.
-    pub run_to_failure: bool,
-    /// Bad rows that were dropped.
-    pub skipped_rows: usize,
-}
-
 impl Recordings {
     /// Reads one channel; `default_channel` where the user named none.
     pub fn read(&self, default_channel: Option<&str>) -> Result<Input, Failure> {
@@ -73,38 +59,8 @@ impl Recordings {
         for error in &loaded.skipped {
             eprintln!("skipped: {error}");
         }
-        one_channel(&loaded.recordings, channel)
+        Input::of(&loaded.recordings, channel).map_err(Failure::input)
     }
-}
-
-fn one_channel(recordings: &[Recording], channel: Option<&str>) -> Result<Input, Failure> {
-    let first = recordings.first().ok_or_else(|| Failure::Input("no recording could be read".into()))?;
-    let name = match channel {
-        Some(name) => name.to_owned(),
-        None => first.channels.first().map(|c| c.name.clone()).unwrap_or_default(),
-    };
-    let mut series = Vec::with_capacity(recordings.len());
-    for recording in recordings {
-        let channel = recording.channel(&name).ok_or_else(|| {
-            let there: Vec<_> = recording.channels.iter().map(|c| c.name.as_str()).collect();
-            Failure::Input(format!("{}: found channels {}, expected `{name}`", recording.source, there.join(", ")))
-        })?;
-        if (recording.sample_rate_hz / first.sample_rate_hz - 1.0).abs() > 1e-6 {
-            return Err(Failure::Input(format!(
-                "{}: found {} Hz, expected {} Hz as {} has; --resample makes them equal",
-                recording.source, recording.sample_rate_hz, first.sample_rate_hz, first.source
-            )));
-        }
-        let samples = channel.samples.iter().map(|v| *v as f32).collect();
-        series.push(Series { name: recording.name(), samples });
-    }
-    Ok(Input {
-        series,
-        channel: name,
-        sample_rate_hz: first.sample_rate_hz,
-        run_to_failure: recordings.len() >= 20 && recordings.iter().all(|r| r.start_s.is_some()),
-        skipped_rows: recordings.iter().map(|r| r.skipped_rows).sum(),
-    })
 }
 
 fn parse_unit(text: &str) -> Result<Unit, Failure> {

@@ -84,3 +84,8 @@ pub(crate) fn line(text: impl std::fmt::Display) -> Result<(), Failure> {
 pub(crate) fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
     line(serde_json::to_string_pretty(value).map_err(Failure::other)?)
 }
+
+/// A whole file, or none.
+pub(crate) fn write(path: &std::path::Path, bytes: &[u8]) -> Result<(), Failure> {
+    crate::files::write_atomically(path, bytes).map_err(|e| Failure::Other(format!("{}: {e}", path.display())))
+}

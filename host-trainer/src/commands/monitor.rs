@@ -2,16 +2,17 @@
 
 use std::path::PathBuf;
 
-use ballrace_firmware_sim::event::{Event, Summary};
-use ballrace_firmware_sim::faults::{Injected, Injector, Plan};
-use ballrace_firmware_sim::runner::{Recording, Runner};
-use ballrace_firmware_sim::source::{SampleSource, in_memory};
+use ballrace_firmware_sim::event::Event;
+use ballrace_firmware_sim::faults::{Injected, Plan};
 use serde_json::Value;
 
-use super::input::{Input, Recordings, bar};
-use super::{Failure, json, line};
-use crate::model::{OwnedModel, file};
-use crate::plot::trend::{self, Block};
+use super::input::{Recordings, bar};
+use super::{Failure, json, line, write};
+use crate::input::Input;
+use crate::model::file;
+use crate::plot::trend;
+use crate::report;
+use crate::watch::{Options, Watched, watch};
 
 /// Run the device's own code over recordings
 ///
@@ -41,6 +42,9 @@ pub struct Args {
     /// Draw the statistics over the recordings
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
+    /// Write a report with pictures
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// One JSON document with all events instead of lines
     #[arg(long)]
     json: bool,
@@ -53,15 +57,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.pace.is_some_and(|p| !(p.is_finite() && p > 0.0)) {
         return Err(Failure::Input("--pace: expected a positive factor".into()));
     }
-    let (model, report) = file::read_any(&args.model).map_err(Failure::input)?;
-    let input = args.input.read(report.as_ref().and_then(|r| r.training.channel.as_deref()))?;
-    check_rate(&model, &input)?;
+    let (model, fitted) = file::read_any(&args.model).map_err(Failure::input)?;
+    let input = args.input.read(fitted.as_ref().and_then(|r| r.training.channel.as_deref()))?;
 
     let mut events = Vec::new();
     let mut failed = None;
     let bar = bar("monitor");
     bar.set_length(input.series.len() as u64);
-    let watched = watch(&model, &input, plan, args.seed, args.pace, &mut |event, done| {
+    let options = Options { plan, seed: args.seed, pace: args.pace };
+    let watched = watch(&model, &input, &options, &mut |event, done| {
         bar.set_position(done as u64);
         if matches!(event, Event::Block(_)) && !args.blocks {
             return;
@@ -78,71 +82,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if let Err(error) = printed {
             failed.get_or_insert(error);
         }
-    })?;
+    })
+    .map_err(Failure::input)?;
     bar.finish_and_clear();
     if let Some(error) = failed {
         return Err(error);
     }
     if let Some(path) = &args.plot {
         let svg = trend::svg(&watched.blocks, &model.view().monitor).map_err(Failure::other)?;
-        crate::files::write_atomically(path, svg.as_bytes())
-            .map_err(|e| Failure::Other(format!("{}: {e}", path.display())))?;
+        write(path, svg.as_bytes())?;
+    }
+    if let Some(path) = &args.report {
+        let page = report::monitor::document(&model, &input, &watched).map_err(Failure::other)?;
+        write(path, page.html().as_bytes())?;
     }
     tell(&watched, &input);
     if args.json { json(&Value::from(events)) } else { Ok(()) }
-}
-
-/// What a run over recordings gave.
-pub(crate) struct Watched {
-    pub summary: Summary,
-    pub blocks: Vec<Block>,
-    pub injected: Injected,
-    pub seconds: f64,
-}
-
-/// Runs the device over recordings; `on_event` gets each event and the recordings done.
-pub(crate) fn watch(
-    model: &OwnedModel,
-    input: &Input,
-    plan: Plan,
-    seed: u64,
-    pace: Option<f64>,
-    on_event: &mut dyn FnMut(&Event<'_>, usize),
-) -> Result<Watched, Failure> {
-    let model = model.view();
-    let mut scratch = vec![0.0; Runner::scratch_len(&model)];
-    let mut runner = Runner::new(&model, &mut scratch).map_err(Failure::input)?;
-    let mut injector = Injector::new(plan, seed);
-    let mut blocks = Vec::new();
-    let start = std::time::Instant::now();
-    for (done, series) in input.series.iter().enumerate() {
-        let recording = Recording { name: &series.name, sample_rate_hz: input.sample_rate_hz };
-        let mut see = |event: Event<'_>| {
-            if let Event::Block(block) = &event {
-                blocks.push(Block { recording: done, status: block.status, statistics: block.statistics });
-            }
-            on_event(&event, done);
-        };
-        let source = injector.over(in_memory(&series.samples));
-        match pace {
-            Some(factor) => runner.run(&recording, source.paced(factor * input.sample_rate_hz), &mut see),
-            None => runner.run(&recording, source, &mut see),
-        };
-    }
-    let done = input.series.len();
-    let summary = runner.finish(|event| on_event(&event, done));
-    Ok(Watched { summary, blocks, injected: injector.injected(), seconds: start.elapsed().as_secs_f64() })
-}
-
-fn check_rate(model: &OwnedModel, input: &Input) -> Result<(), Failure> {
-    let expected = f64::from(model.view().sample_rate_hz);
-    if (input.sample_rate_hz / expected - 1.0).abs() < 1e-3 {
-        return Ok(());
-    }
-    Err(Failure::Input(format!(
-        "recordings: found {} Hz, expected the model's {expected} Hz; --resample {expected} makes them so",
-        input.sample_rate_hz
-    )))
 }
 
 /// The summary for a person, on stderr.

@@ -9,7 +9,8 @@ mod describe;
 mod once;
 pub mod report;
 pub mod score;
-mod verdict;
+pub mod verdict;
+pub mod words;
 
 use ballrace_core::library::Library;
 use ballrace_core::model::ModelError;

@@ -1,5 +1,10 @@
-//! Pictures, as SVG.
+//! Pictures, as SVG: a file a figure, [`style`] for what they share.
 
+pub mod density;
+pub mod derivative;
+pub mod envelope;
+pub mod residual;
+pub mod style;
 pub mod trend;
 
 /// A picture could not be drawn.
@@ -10,5 +15,9 @@ pub struct DrawError(String);
 impl DrawError {
     fn of(error: impl std::fmt::Display) -> Self {
         Self(error.to_string())
+    }
+
+    fn empty() -> Self {
+        Self("there is nothing to show".into())
     }
 }

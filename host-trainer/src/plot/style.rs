@@ -1,0 +1,203 @@
+//! What all pictures share: size, fonts, colours, axes, and a legend above the plot, where it hides nothing.
+
+use std::ops::Range;
+
+use plotters::backend::SVGBackend;
+use plotters::chart::{ChartBuilder, ChartContext};
+use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::DrawError;
+
+/// Width of every picture.
+pub const WIDTH: u32 = 1000;
+/// Height of a picture of one panel.
+pub const HEIGHT: u32 = 380;
+
+/// Blue and orange are told apart by all eyes, and in print by their lightness.
+pub const EARLY: RGBColor = RGBColor(31, 111, 180);
+/// See [`EARLY`].
+pub const LATE: RGBColor = RGBColor(214, 106, 16);
+/// What was measured, beside what was predicted.
+pub const MEASURED: RGBColor = RGBColor(120, 130, 145);
+/// What a model predicted.
+pub const PREDICTED: RGBColor = RGBColor(150, 40, 120);
+/// Alarms and marks.
+pub const ALARM: RGBColor = RGBColor(200, 30, 45);
+/// Text and axes.
+pub const INK: RGBColor = RGBColor(45, 52, 64);
+const GRID: RGBColor = RGBColor(222, 226, 232);
+
+const LABEL: u32 = 14;
+const LEGEND_HEIGHT: u32 = 26;
+/// Left of the plot: labels and the axis' name, whose letters would reach over the picture's edge.
+const LEFT: u32 = 66;
+const EDGE: u32 = 10;
+
+/// Somewhere to draw.
+pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+/// A plot with its axes.
+pub type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+/// Ranges and names of a plot's axes.
+#[derive(Clone, Debug)]
+pub struct Axes<'t> {
+    /// Horizontal range.
+    pub x: Range<f64>,
+    /// Vertical range.
+    pub y: Range<f64>,
+    /// What goes to the right, with its unit.
+    pub x_name: &'t str,
+    /// What goes up, with its unit.
+    pub y_name: &'t str,
+}
+
+/// A picture of a height: white, then whatever `draw` draws.
+///
+/// # Errors
+/// What the drawing library says.
+pub fn picture(height: u32, draw: impl FnOnce(&Area<'_>) -> Result<(), DrawError>) -> Result<String, DrawError> {
+    let mut text = String::new();
+    {
+        let root = SVGBackend::with_string(&mut text, (WIDTH, height)).into_drawing_area();
+        root.fill(&WHITE).map_err(DrawError::of)?;
+        draw(&root)?;
+        root.present().map_err(DrawError::of)?;
+    }
+    Ok(text)
+}
+
+/// An entry of the legend.
+pub type Entry<'t> = (&'t str, RGBColor);
+
+/// The legend, and below it a plot with axes and grid.
+///
+/// # Errors
+/// What the drawing library says.
+pub fn chart<'a>(area: &Area<'a>, axes: &Axes<'_>, legend: &[Entry<'_>]) -> Result<Chart<'a>, DrawError> {
+    let (top, below) = area.split_vertically(LEGEND_HEIGHT);
+    let font = ("sans-serif", LABEL).into_font().color(&INK).pos(Pos::new(HPos::Left, VPos::Center));
+    let mut x = (EDGE + LEFT) as i32 + 4;
+    let y = LEGEND_HEIGHT as i32 / 2 + 4;
+    for (name, color) in legend {
+        top.draw(&PathElement::new([(x, y), (x + 22, y)], color.stroke_width(3))).map_err(DrawError::of)?;
+        top.draw(&Text::new(*name, (x + 28, y), font.clone())).map_err(DrawError::of)?;
+        // No font is at hand to measure with: a letter is about half as wide as high.
+        x += 28 + (name.chars().count() as f64 * 0.54 * f64::from(LABEL)) as i32 + 24;
+    }
+    let mut chart = ChartBuilder::on(&below)
+        .margin_top(6)
+        .margin_left(EDGE)
+        .margin_right(18)
+        .margin_bottom(4)
+        .x_label_area_size(44)
+        .y_label_area_size(LEFT)
+        .build_cartesian_2d(axes.x.clone(), axes.y.clone())
+        .map_err(DrawError::of)?;
+    chart
+        .configure_mesh()
+        .max_light_lines(0)
+        .bold_line_style(GRID)
+        .axis_style(INK.mix(0.5))
+        .x_labels(11)
+        .y_labels(if below.dim_in_pixel().1 < 200 { 5 } else { 7 })
+        .x_label_formatter(&|v| tick(*v))
+        .y_label_formatter(&|v| tick(*v))
+        .x_desc(axes.x_name)
+        .y_desc(axes.y_name)
+        .label_style(("sans-serif", LABEL, &INK))
+        .axis_desc_style(("sans-serif", LABEL + 1, &INK))
+        .draw()
+        .map_err(DrawError::of)?;
+    Ok(chart)
+}
+
+/// A line through points; those that are not finite leave it out.
+///
+/// # Errors
+/// What the drawing library says.
+pub fn line(
+    chart: &mut Chart<'_>,
+    points: impl IntoIterator<Item = (f64, f64)>,
+    style: ShapeStyle,
+) -> Result<(), DrawError> {
+    let points = points.into_iter().filter(|(x, y)| x.is_finite() && y.is_finite());
+    chart.draw_series(LineSeries::new(points, style)).map(|_| ()).map_err(DrawError::of)
+}
+
+/// A dashed line across.
+///
+/// # Errors
+/// What the drawing library says.
+pub fn dashed(chart: &mut Chart<'_>, from: (f64, f64), to: (f64, f64), color: RGBColor) -> Result<(), DrawError> {
+    let series = DashedLineSeries::new([from, to], 6, 5, color.mix(0.75).stroke_width(1));
+    chart.draw_series(series).map(|_| ()).map_err(DrawError::of)
+}
+
+/// A line's colour and width in pixels.
+pub fn stroke(color: RGBColor, width: u32) -> ShapeStyle {
+    color.stroke_width(width)
+}
+
+/// A light area.
+///
+/// # Errors
+/// What the drawing library says.
+pub fn shade(chart: &mut Chart<'_>, x: Range<f64>, y: Range<f64>, color: RGBColor) -> Result<(), DrawError> {
+    let area = Rectangle::new([(x.start, y.start), (x.end, y.end)], color.mix(0.1).filled());
+    chart.draw_series([area]).map(|_| ()).map_err(DrawError::of)
+}
+
+/// A word at a place in the plot.
+///
+/// # Errors
+/// What the drawing library says.
+pub fn word(chart: &mut Chart<'_>, text: &str, at: (f64, f64), side: HPos, color: RGBColor) -> Result<(), DrawError> {
+    let font = ("sans-serif", LABEL - 1).into_font().color(&color).pos(Pos::new(side, VPos::Top));
+    chart.draw_series([Text::new(text.to_owned(), at, font)]).map(|_| ()).map_err(DrawError::of)
+}
+
+/// A number of an axis: as many digits as it needs, and a minus that is as wide as a digit.
+pub fn tick(value: f64) -> String {
+    let text = match value.abs() {
+        // What is left of a sum that should be 0.
+        a if a < 1e-9 => "0".to_owned(),
+        a if !(1e-3..1e6).contains(&a) => format!("{value:.1e}"),
+        _ => {
+            let fixed = format!("{value:.5}");
+            fixed.trim_end_matches('0').trim_end_matches('.').to_owned()
+        }
+    };
+    text.replace('-', "−")
+}
+
+/// Least and greatest of finite values, with a share of room beyond; `None` where there are none.
+pub fn range(values: impl IntoIterator<Item = f64>, room: f64) -> Option<Range<f64>> {
+    let finite = values.into_iter().filter(|v| v.is_finite());
+    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    if low > high {
+        return None;
+    }
+    let room = if high > low { room * (high - low) } else { high.abs().max(1.0) };
+    Some(low - room..high + room)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_as_short_as_they_can_be() {
+        let got = [0.30000000000000004, -10.0, 0.0, -1e-17, 2.5, 0.00002, 1e6].map(tick);
+        assert_eq!(got, ["0.3", "−10", "0", "0", "2.5", "2.0e−5", "1.0e6"]);
+    }
+
+    #[test]
+    fn ranges_hold_their_values() {
+        assert_eq!(range([1.0, f64::NAN, 3.0], 0.5), Some(0.0..4.0));
+        assert_eq!(range([2.0], 0.1), Some(0.0..4.0));
+        assert_eq!(range([f64::NAN], 0.1), None);
+    }
+}

@@ -1,0 +1,40 @@
+//! The report of `ballrace fit`.
+
+use super::{Document, model, signal};
+use crate::export;
+use crate::fit::Fitted;
+use crate::input::Input;
+use crate::plot::DrawError;
+use crate::window::Window;
+
+/// A fit and the recordings that it was made of.
+///
+/// # Errors
+/// What the drawing library says.
+pub fn document(fitted: &Fitted, input: &Input) -> Result<Document, DrawError> {
+    let (view, report) = (fitted.model.view(), &fitted.report);
+    let about = format!("{} recordings, channel {}, {} Hz", input.series.len(), input.channel, input.sample_rate_hz);
+    let mut document = Document::new("A model of the healthy machine", about, model::tone(report), verdict(fitted))
+        .section(model::scores(report));
+    // A recording that took no part in the fit shows what the model is worth; a single one shows itself.
+    let held_out = input.series.iter().find(|s| report.training.held_out.contains(&s.name));
+    if let Some(series) = held_out.or(input.series.first()) {
+        document = document.section(signal::prediction(&view, series, input.sample_rate_hz)?);
+    }
+    let names = Window::of(&view, &[], input.sample_rate_hz, 0..0).names;
+    Ok(document.sections([
+        model::derivatives(report, &names),
+        model::equations(report),
+        signal::density_of(&input.series, input.sample_rate_hz)?,
+        model::sizes(&export::sizes(&view)),
+        model::training(report),
+    ]))
+}
+
+/// The fit's verdict as a sentence.
+fn verdict(fitted: &Fitted) -> String {
+    let words = &fitted.report.verdict.words;
+    let mut letters = words.chars();
+    let first: String = letters.next().map(|c| c.to_uppercase().collect()).unwrap_or_default();
+    format!("{first}{}.", letters.as_str())
+}

@@ -1,0 +1,138 @@
+//! Sections on a fit.
+
+use super::{Cell, Section, Tone};
+use crate::export::Sizes;
+use crate::fit::report::Report;
+use crate::fit::words;
+
+/// Equations and terms that are shown; the model file has the rest.
+const MOST_EQUATIONS: usize = 16;
+const MOST_TERMS: usize = 6;
+
+/// The tone of a fit's verdict: a model that found nothing beyond its null is no failure, its
+/// residual may still tell a fault, so it is left open.
+pub fn tone(report: &Report) -> Tone {
+    if report.verdict.beyond_null { Tone::Good } else { Tone::Open }
+}
+
+/// The four scores, each with what it means.
+pub fn scores(report: &Report) -> Section {
+    let s = &report.scores;
+    let row = |name: &str, value: String, null: String, meaning: &str| {
+        vec![Cell::text(name), Cell::number(value), Cell::number(null), Cell::text(meaning)]
+    };
+    let null = words::null(s, |n| Some(n.held_out));
+    let (mean, spread) = null.split_once(" ± ").map_or((null.as_str(), None), |(mean, spread)| (mean, Some(spread)));
+    let rows = vec![
+        row(
+            "in sample",
+            format!("{:.4}", s.in_sample.mean()),
+            words::null(s, |n| Some(n.in_sample)),
+            "How well the model describes the recordings it was fitted to: the usual figure, and the most flattering.",
+        ),
+        row(
+            "held out",
+            format!("{:.4}", s.held_out.mean()),
+            words::null(s, |n| Some(n.held_out)),
+            "The same on recordings that took no part in the fit: what is lost against “in sample” was learnt by heart.",
+        ),
+        row(
+            "causal",
+            words::optional(s.causal.next_sample),
+            words::null(s, |n| n.causal),
+            "How well the next sample is foretold from past ones only, on held-out recordings: the one figure that no algebra of differences can lift.",
+        ),
+        row(
+            "null",
+            mean.to_owned(),
+            spread.map_or(String::new(), |spread| format!("± {spread}")),
+            "The held-out figure of the same fit to surrogates, which have the recordings' spectrum and random phases: a model has found dynamics only where it beats this.",
+        ),
+    ];
+    Section::new("Four scores")
+        .paragraph(format!(
+            "R² of the predicted derivatives (mean over {}), and of the next sample where causal; 1 is perfect, 0 is no better than the mean. \
+             Null: mean ± standard deviation over {} surrogate fits.",
+            s.in_sample.derivatives.len(),
+            s.null.len()
+        ))
+        .table("", &["score", "R²", "of surrogates", "what it says"], rows)
+}
+
+/// The sparse equations, their most powerful terms first.
+pub fn equations(report: &Report) -> Section {
+    let t = &report.training;
+    let shown = report.equations.iter().take(MOST_EQUATIONS);
+    let lines = shown.map(|equation| words::sum(equation, MOST_TERMS)).collect();
+    let variables = match report.equations.first().is_some_and(|e| e.r_squared_held_out.is_none()) {
+        true => "z are the latent variables of the encoder, their rates are turned into derivatives by the decoder",
+        false => "z are the scaled virtual states",
+    };
+    Section::new("Sparse equations")
+        .paragraph(format!(
+            "{} coefficients kept of {}; {variables}. {}; {}. The terms with most of the power first, at most {MOST_TERMS} an equation.",
+            report.terms_kept,
+            t.functions * report.equations.len(),
+            t.solver,
+            t.states
+        ))
+        .equations(lines)
+}
+
+/// What the model takes on the device.
+pub fn sizes(sizes: &Sizes) -> Section {
+    let row = |name: &str, value: usize, unit: &str| vec![Cell::text(name), Cell::number(value), Cell::text(unit)];
+    let rows = vec![
+        row("model in flash", sizes.flash_bytes, "bytes"),
+        row("scratch in RAM", sizes.ram_bytes, "bytes"),
+        row("multiply-adds", sizes.multiply_adds, "a sample"),
+        row("sigmoids", sizes.sigmoids, "a sample"),
+        row("sines and cosines", sizes.sines, "a sample"),
+        row("library terms", sizes.terms, "a sample"),
+        row("coefficients", sizes.coefficients, "not zero"),
+    ];
+    Section::new("On the device").table("", &[], rows)
+}
+
+/// What was fitted to what.
+pub fn training(report: &Report) -> Section {
+    let (t, m) = (&report.training, &report.monitor);
+    let row = |name: &str, value: String| vec![Cell::text(name), Cell::text(value)];
+    let within = if t.within_recording { " (the end of the only one)" } else { "" };
+    let mut rows = vec![
+        row("recordings", format!("{} fitted, {} held out{within}", t.recordings.len(), t.held_out.len())),
+        row("channel", t.channel.clone().unwrap_or_else(|| "-".into())),
+        row("sample rate", format!("{} Hz", t.sample_rate_hz)),
+        row("range", format!("{:.2} to {:.2} m/s²", t.range_m_per_s2.0, t.range_m_per_s2.1)),
+        row("solver", t.solver.clone()),
+        row("states", t.states.clone()),
+        row("seed", t.seed.to_string()),
+    ];
+    if let Some(steps) = t.steps {
+        let early = if t.stopped_early == Some(true) { ", stopped early" } else { "" };
+        rows.push(row("gradient steps", format!("{steps}{early}")));
+    }
+    rows.push(row(
+        "healthy level",
+        format!(
+            "{:.3} ± {:.3} over {} blocks of {} samples (mean squared residual in healthy spreads)",
+            m.healthy_mean, m.healthy_spread, m.healthy_blocks, m.block
+        ),
+    ));
+    rows.push(row("condition number", format!("{:.2e} of the library", report.diagnosis.condition_number)));
+    Section::new("The fit").table("", &[], rows)
+}
+
+/// R² of each derivative.
+pub fn derivatives(report: &Report, names: &[String]) -> Section {
+    let s = &report.scores;
+    let rows = names.iter().zip(s.in_sample.derivatives.iter().zip(&s.held_out.derivatives));
+    let rows = rows.map(|(name, (a, b))| {
+        vec![Cell::text(name.clone()), Cell::number(format!("{a:.4}")), Cell::number(format!("{b:.4}"))]
+    });
+    Section::new("Each derivative").table(
+        "R² of each predicted difference of the acceleration",
+        &["derivative", "in sample", "held out"],
+        rows.collect(),
+    )
+}

@@ -1,0 +1,114 @@
+//! The report of `ballrace monitor`.
+
+use serde_json::Value;
+
+use super::signal::Comparison;
+use super::{Cell, Document, Section, Tone, model};
+use crate::export;
+use crate::input::Input;
+use crate::model::OwnedModel;
+use crate::plot::{DrawError, trend};
+use crate::watch::Watched;
+use ballrace_core::monitor::{MonitorConfig, Status};
+
+/// Events that are listed; a broken sensor can give thousands.
+const MOST_EVENTS: usize = 40;
+
+/// A run of the device over recordings.
+///
+/// # Errors
+/// What the drawing library says.
+pub fn document(device: &OwnedModel, input: &Input, watched: &Watched) -> Result<Document, DrawError> {
+    let view = device.view();
+    let (tone, verdict) = verdict(watched);
+    let about = format!("{} recordings, channel {}, {} Hz", input.series.len(), input.channel, input.sample_rate_hz);
+    let mut document = Document::new("What the device saw", about, tone, verdict)
+        .section(trend(watched, &view.monitor, None)?)
+        .section(events(watched));
+    if let Some(comparison) = Comparison::of(input, None) {
+        document = document.section(comparison.spectra()?).section(comparison.prediction(&view)?);
+    }
+    Ok(document.section(totals(watched, input)).section(model::sizes(&export::sizes(&view))))
+}
+
+/// What the device made of the machine.
+pub fn verdict(watched: &Watched) -> (Tone, String) {
+    let s = &watched.summary;
+    let blind = match (s.status, s.faults.total()) {
+        (Status::Blind, _) => " At the end it was blind: too many samples were broken.",
+        (_, 0) => "",
+        _ => " Some samples were broken: see the totals.",
+    };
+    match &s.first_alarm {
+        Some(alarm) => {
+            let often = if s.alarms == 1 { String::new() } else { format!(", {} alarms in all", s.alarms) };
+            let place = alarm.recording_index + 1;
+            let text = format!("Alarm in {}, recording {place} of {}{often}.{blind}", alarm.recording, s.recordings);
+            (Tone::Bad, text)
+        }
+        None if s.status == Status::Blind => (Tone::Open, format!("No alarm.{blind}")),
+        None => (Tone::Good, format!("No alarm in {} recordings.{blind}", s.recordings)),
+    }
+}
+
+/// The statistics over the recordings; a mark at the start of one, in words, where there is something
+/// to mark.
+///
+/// # Errors
+/// What the drawing library says.
+pub fn trend(watched: &Watched, limits: &MonitorConfig, mark: Option<(usize, &str)>) -> Result<Section, DrawError> {
+    let svg = trend::svg_with_mark(&watched.blocks, limits, mark)?;
+    Ok(Section::new("The residual over time").figure(
+        svg,
+        format!(
+            "Distance of the residual's level from the healthy machine's, in healthy spreads, block by block ({} samples each; \
+             clamped to ±10), and the two statistics made of it. Dashed, their limits: ±{} for the EWMA, {} for the CUSUM. \
+             {} votes among {} blocks raise the alarm.",
+            limits.block, limits.ewma_limit, limits.cusum_limit, limits.votes, limits.of_blocks
+        ),
+    ))
+}
+
+/// What the device told of.
+pub fn events(watched: &Watched) -> Section {
+    let text = |event: &Value, key: &str| event.get(key).and_then(Value::as_str).unwrap_or("").to_owned();
+    let number = |event: &Value, key: &str, digits: usize| {
+        Cell::number(event.get(key).and_then(Value::as_f64).map_or(String::new(), |v| format!("{v:.digits$}")))
+    };
+    let told: Vec<&Value> = watched.events.iter().filter(|e| text(e, "event") != "summary").collect();
+    let rows = told.iter().take(MOST_EVENTS).map(|event| {
+        let kind = text(event, "kind");
+        let name = if kind.is_empty() { text(event, "event") } else { format!("fault: {kind}") };
+        vec![
+            Cell::text(name),
+            Cell::text(text(event, "recording")),
+            number(event, "time_s", 4),
+            number(event, "deviation", 2),
+            number(event, "ewma", 2),
+            number(event, "cusum", 2),
+        ]
+    });
+    let head = ["event", "recording", "time, s", "deviation", "EWMA", "CUSUM"];
+    let section = Section::new("Events").table("", &head, rows.collect());
+    match told.len().saturating_sub(MOST_EVENTS) {
+        0 => section,
+        more => section.paragraph(format!("… and {more} more.")),
+    }
+}
+
+fn totals(watched: &Watched, input: &Input) -> Section {
+    let s = &watched.summary;
+    let row = |name: &str, value: String| vec![Cell::text(name), Cell::number(value)];
+    let mut rows = vec![
+        row("recordings", s.recordings.to_string()),
+        row("samples", s.samples.to_string()),
+        row("length", format!("{:.1} s", s.samples as f64 / input.sample_rate_hz)),
+        row("evaluated", s.evaluated.to_string()),
+        row("blocks", s.blocks.to_string()),
+        row("alarms", s.alarms.to_string()),
+    ];
+    let f = &s.faults;
+    let broken = [("non-finite", f.non_finite), ("saturated", f.saturated), ("stuck", f.stuck), ("missing", f.missing)];
+    rows.extend(broken.map(|(name, count)| row(&format!("broken samples, {name}"), count.to_string())));
+    Section::new("Totals").table("", &[], rows)
+}

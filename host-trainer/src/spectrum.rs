@@ -1,0 +1,214 @@
+//! Spectra for people to look at: power density (Welch 1967) and the spectrum of the envelope.
+
+use std::ops::Range;
+
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
+
+/// A quantity over evenly spaced frequencies from 0 on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spectrum {
+    /// Hz from one value to the next.
+    pub step_hz: f64,
+    /// The values.
+    pub values: Vec<f64>,
+}
+
+impl Spectrum {
+    /// Frequency and value, in order.
+    pub fn points(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.values.iter().enumerate().map(|(k, v)| (k as f64 * self.step_hz, *v))
+    }
+
+    /// Sum over a band times the step: for a density, the power in it.
+    pub fn integral(&self, band_hz: &Range<f64>) -> f64 {
+        self.points().filter(|(f, _)| band_hz.contains(f)).map(|(_, v)| v).sum::<f64>() * self.step_hz
+    }
+}
+
+/// Share of the band up to Nyquist's frequency that a converter's filter leaves alone.
+pub const USABLE: f64 = 0.8;
+
+/// Symmetric over a period, so that half-overlapping windows add up evenly.
+fn hann(length: usize) -> Vec<f64> {
+    (0..length).map(|i| 0.5 - 0.5 * (std::f64::consts::TAU * i as f64 / length as f64).cos()).collect()
+}
+
+fn windowed(samples: &[f32], window: &[f64]) -> Vec<f64> {
+    let mean = samples.iter().map(|v| f64::from(*v)).sum::<f64>() / samples.len().max(1) as f64;
+    samples.iter().zip(window).map(|(v, w)| (f64::from(*v) - mean) * w).collect()
+}
+
+/// One-sided power spectral density in (unit of the samples)²/Hz: segments overlap by half, each
+/// without its mean and under a Hann window, averaged over all segments of all recordings.
+///
+/// `None` where `segment` is under 8 samples, or no recording has as many.
+pub fn welch(recordings: &[&[f32]], sample_rate_hz: f64, segment: usize) -> Option<Spectrum> {
+    if segment < 8 {
+        return None;
+    }
+    let window = hann(segment);
+    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(segment);
+    let mut bins = transform.make_output_vec();
+    let mut values = vec![0.0; bins.len()];
+    let mut segments = 0;
+    for recording in recordings {
+        for start in (0..=recording.len().checked_sub(segment).map_or(0, |s| s)).step_by(segment / 2) {
+            let Some(part) = recording.get(start..start + segment) else { continue };
+            transform.process(&mut windowed(part, &window), &mut bins).ok()?;
+            values.iter_mut().zip(&bins).for_each(|(v, b)| *v += b.norm_sqr());
+            segments += 1;
+        }
+    }
+    if segments == 0 {
+        return None;
+    }
+    let scale = 1.0 / (sample_rate_hz * window.iter().map(|w| w * w).sum::<f64>() * f64::from(segments));
+    let last = values.len() - 1;
+    for (k, value) in values.iter_mut().enumerate() {
+        // All but the mean and Nyquist's frequency stand for two.
+        let sides = if k == 0 || (k == last && segment.is_multiple_of(2)) { 1.0 } else { 2.0 };
+        *value *= sides * scale;
+    }
+    Some(Spectrum { step_hz: sample_rate_hz / segment as f64, values })
+}
+
+/// Envelope of the recording in a band: the magnitude of its analytic signal.
+///
+/// The band has sharp edges, and the transform takes the recording for periodic: the first and last
+/// few periods of the band's width are not to be trusted, and a window over them is wise.
+pub fn envelope(samples: &[f32], sample_rate_hz: f64, band_hz: &Range<f64>) -> Option<Vec<f64>> {
+    let n = samples.len();
+    if n < 8 {
+        return None;
+    }
+    let mut planner = RealFftPlanner::<f64>::new();
+    let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    let mut real: Vec<f64> = samples.iter().map(|v| f64::from(*v)).collect();
+    let mut bins = forward.make_output_vec();
+    forward.process(&mut real, &mut bins).ok()?;
+    let last = bins.len() - 1;
+    for (k, bin) in bins.iter_mut().enumerate() {
+        // The mean and Nyquist's frequency have no quadrature.
+        let inside = band_hz.contains(&(k as f64 * sample_rate_hz / n as f64)) && k != 0 && k != last;
+        *bin = if inside { *bin / n as f64 } else { Complex::default() };
+    }
+    let mut quadrature_bins: Vec<_> = bins.iter().map(|b| b * Complex::new(0.0, -1.0)).collect();
+    let mut quadrature = vec![0.0; n];
+    inverse.process(&mut bins, &mut real).ok()?;
+    inverse.process(&mut quadrature_bins, &mut quadrature).ok()?;
+    Some(real.iter().zip(&quadrature).map(|(a, b)| a.hypot(*b)).collect())
+}
+
+/// Amplitude spectrum of the envelope in a band, in the unit of the samples (peak, not RMS): a tone
+/// that modulates with amplitude a shows as a. Hann window, mean removed, powers averaged over
+/// recordings, all cut to the shortest.
+pub fn envelope_spectrum(recordings: &[&[f32]], sample_rate_hz: f64, band_hz: &Range<f64>) -> Option<Spectrum> {
+    let length = recordings.iter().map(|r| r.len()).min()?;
+    let window = hann(length);
+    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let mut bins = transform.make_output_vec();
+    let mut values = vec![0.0; bins.len()];
+    for recording in recordings {
+        let envelope = envelope(recording.get(..length)?, sample_rate_hz, band_hz)?;
+        let weight = window.iter().sum::<f64>();
+        // The mean under the window, so that none of it leaks to the lowest frequencies.
+        let mean = envelope.iter().zip(&window).map(|(e, w)| e * w).sum::<f64>() / weight;
+        let mut shaped: Vec<f64> = envelope.iter().zip(&window).map(|(e, w)| (e - mean) * w * 2.0 / weight).collect();
+        transform.process(&mut shaped, &mut bins).ok()?;
+        values.iter_mut().zip(&bins).for_each(|(v, b)| *v += b.norm_sqr() / recordings.len() as f64);
+    }
+    values.iter_mut().for_each(|v| *v = v.sqrt());
+    Some(Spectrum { step_hz: sample_rate_hz / length as f64, values })
+}
+
+/// The band of a width in which `late` has gained most power over `early`, both of the same steps:
+/// where an envelope tells most of what has changed. Bands beyond [`USABLE`] of Nyquist's frequency do
+/// not count: there a converter's filter leaves next to nothing, of which little is much.
+pub fn band_of_most_gain(early: &Spectrum, late: &Spectrum, width_hz: f64) -> Range<f64> {
+    let nyquist = (early.values.len().saturating_sub(1)) as f64 * early.step_hz;
+    let width = width_hz.min(nyquist);
+    let starts = ((USABLE * nyquist - width) / early.step_hz).max(0.0) as usize;
+    let gain = |band: &Range<f64>| late.integral(band) / early.integral(band).max(f64::MIN_POSITIVE);
+    let bands = (1..=starts.max(1)).map(|k| k as f64 * early.step_hz).map(|from| from..from + width);
+    bands.max_by(|a, b| gain(a).total_cmp(&gain(b))).unwrap_or(0.0..nyquist)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use std::f64::consts::TAU;
+
+    const RATE: f64 = 12_800.0;
+
+    fn noise(count: usize) -> Vec<f32> {
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        (0..count).map(|_| rng.random_range(-1.0..1.0f32)).collect()
+    }
+
+    fn signal(count: usize, f: impl Fn(f64) -> f64) -> Vec<f32> {
+        (0..count).map(|i| f(i as f64 / RATE) as f32).collect()
+    }
+
+    #[test]
+    fn invariant_parseval_of_one_segment() {
+        for count in [1024, 1023] {
+            let samples = noise(count);
+            let spectrum = welch(&[&samples], RATE, count).unwrap();
+            let window = hann(count);
+            let power: f64 = windowed(&samples, &window).iter().map(|v| v * v).sum();
+            let expected = power / window.iter().map(|w| w * w).sum::<f64>();
+            let got = spectrum.integral(&(0.0..RATE));
+            assert!((got / expected - 1.0).abs() < 1e-12, "{got} {expected}");
+        }
+    }
+
+    #[test]
+    fn literature_white_noise_is_flat_at_its_variance_over_the_band() {
+        // Uniform in ±1: variance 1/3, one-sided over RATE/2.
+        let spectrum = welch(&[&noise(400_000)], RATE, 256).unwrap();
+        let expected = 1.0 / 3.0 / (RATE / 2.0);
+        for (f, v) in spectrum.points().skip(2).take(124) {
+            assert!((v / expected - 1.0).abs() < 0.12, "{f} {v} {expected}");
+        }
+        assert!((spectrum.integral(&(0.0..RATE)) - 1.0 / 3.0).abs() < 0.005);
+    }
+
+    #[test]
+    fn a_tone_has_half_its_squared_amplitude_and_no_mean_is_left() {
+        let samples = signal(12_800, |t| 50.0 + 3.0 * (TAU * 1000.0 * t).sin());
+        let spectrum = welch(&[&samples], RATE, 1024).unwrap();
+        let around = spectrum.integral(&(900.0..1100.0));
+        assert!((around - 4.5).abs() < 1e-3, "{around}");
+        assert!(spectrum.integral(&(0.0..900.0)) < 1e-3);
+        assert_eq!(welch(&[&samples[..100]], RATE, 1024), None);
+        assert_eq!(welch(&[], RATE, 1024), None);
+    }
+
+    #[test]
+    fn the_envelope_of_a_modulated_carrier_is_its_modulation() {
+        let modulation = |t: f64| 2.0 + 0.5 * (TAU * 90.0 * t).cos();
+        let samples = signal(12_800, |t| modulation(t) * (TAU * 3000.0 * t).sin() + 9.0 * (TAU * 400.0 * t).sin());
+        let band = 2000.0..4000.0;
+        let got = envelope(&samples, RATE, &band).unwrap();
+        for (i, v) in got.iter().enumerate() {
+            assert!((v - modulation(i as f64 / RATE)).abs() < 1e-4, "{i} {v}");
+        }
+        let spectrum = envelope_spectrum(&[&samples, &samples], RATE, &band).unwrap();
+        assert!((spectrum.values[90] - 0.5).abs() < 1e-4, "{}", spectrum.values[90]);
+        let elsewhere = spectrum.points().filter(|(f, _)| (f - 90.0).abs() > 2.5).map(|(_, v)| v).fold(0.0, f64::max);
+        assert!(elsewhere < 1e-3, "{elsewhere}");
+    }
+
+    #[test]
+    fn the_band_of_most_gain_holds_what_was_added() {
+        let early = noise(12_800);
+        let tone = signal(12_800, |t| 0.5 * (TAU * 4000.0 * t).sin());
+        let late: Vec<f32> = early.iter().zip(&tone).map(|(a, b)| a + b).collect();
+        let of = |samples: &[f32]| welch(&[samples], RATE, 256).unwrap();
+        let band = band_of_most_gain(&of(&early), &of(&late), 800.0);
+        assert!(band.contains(&4000.0) && (band.end - band.start - 800.0).abs() < 1e-9, "{band:?}");
+    }
+}

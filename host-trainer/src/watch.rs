@@ -1,0 +1,111 @@
+//! The device's own code over recordings.
+
+use ballrace_firmware_sim::event::{Event, Summary};
+use ballrace_firmware_sim::faults::{Injected, Injector, Plan};
+use ballrace_firmware_sim::runner::{Recording, Runner, RunnerError};
+use ballrace_firmware_sim::source::{SampleSource, in_memory};
+
+use crate::input::Input;
+use crate::model::OwnedModel;
+use crate::plot::trend::Block;
+
+/// How to run the device.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// What to break of the samples.
+    pub plan: Plan,
+    /// Seed of that.
+    pub seed: u64,
+    /// Play at the recordings' rate times this; `None` as fast as it goes.
+    pub pace: Option<f64>,
+}
+
+/// What a run over recordings gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Watched {
+    /// The totals.
+    pub summary: Summary,
+    /// Every block of the monitor.
+    pub blocks: Vec<Block>,
+    /// Every other event as a JSON object, in order.
+    pub events: Vec<serde_json::Value>,
+    /// What was broken on purpose.
+    pub injected: Injected,
+    /// How long it took.
+    pub seconds: f64,
+}
+
+/// Why a model cannot watch recordings.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum WatchError {
+    /// Another sample rate.
+    #[error("recordings: found {found} Hz, expected the model's {expected} Hz; --resample {expected} makes them so")]
+    Rate {
+        /// Of the recordings.
+        found: f64,
+        /// Of the model.
+        expected: f64,
+    },
+    /// Not a model for a device.
+    #[error("{0}")]
+    Runner(RunnerError),
+    /// An event that is no JSON.
+    #[error("an event cannot be written: {0}")]
+    Event(#[from] serde_json::Error),
+}
+
+/// Runs the device over recordings; `on_event` gets each event and the recordings done.
+///
+/// # Errors
+/// What does not fit together.
+pub fn watch(
+    model: &OwnedModel,
+    input: &Input,
+    options: &Options,
+    on_event: &mut dyn FnMut(&Event<'_>, usize),
+) -> Result<Watched, WatchError> {
+    let model = model.view();
+    let (found, expected) = (input.sample_rate_hz, f64::from(model.sample_rate_hz));
+    if (found / expected - 1.0).abs() >= 1e-3 {
+        return Err(WatchError::Rate { found, expected });
+    }
+    let mut scratch = vec![0.0; Runner::scratch_len(&model)];
+    let mut runner = Runner::new(&model, &mut scratch).map_err(WatchError::Runner)?;
+    let mut injector = Injector::new(options.plan.clone(), options.seed);
+    let (mut blocks, mut events) = (Vec::new(), Vec::new());
+    let mut failed = None;
+    let start = std::time::Instant::now();
+    let mut see = |event: &Event<'_>, done: usize| {
+        match event {
+            Event::Block(block) => {
+                blocks.push(Block { recording: done, status: block.status, statistics: block.statistics });
+            }
+            other => match serde_json::to_value(other) {
+                Ok(value) => events.push(value),
+                Err(error) => failed = Some(error),
+            },
+        }
+        on_event(event, done);
+    };
+    for (done, series) in input.series.iter().enumerate() {
+        let recording = Recording { name: &series.name, sample_rate_hz: input.sample_rate_hz };
+        let source = injector.over(in_memory(&series.samples));
+        match options.pace {
+            Some(factor) => runner.run(&recording, source.paced(factor * input.sample_rate_hz), |e| see(&e, done)),
+            None => runner.run(&recording, source, |e| see(&e, done)),
+        };
+    }
+    let done = input.series.len();
+    let summary = runner.finish(|event| see(&event, done));
+    match failed {
+        Some(error) => Err(error.into()),
+        None => Ok(Watched {
+            summary,
+            blocks,
+            events,
+            injected: injector.injected(),
+            seconds: start.elapsed().as_secs_f64(),
+        }),
+    }
+}
