@@ -3,7 +3,7 @@
 use ballrace_firmware_sim::event::{Event, Summary};
 use ballrace_firmware_sim::faults::{Injected, Injector, Plan};
 use ballrace_firmware_sim::runner::{Recording, Runner, RunnerError};
-use ballrace_firmware_sim::source::{SampleSource, in_memory};
+use ballrace_firmware_sim::source::{Arrival, SampleSource, in_memory};
 
 use crate::input::Input;
 use crate::model::OwnedModel;
@@ -18,6 +18,8 @@ pub struct Options {
     pub seed: u64,
     /// Play at the recordings' rate times this; `None` as fast as it goes.
     pub pace: Option<f64>,
+    /// Keep every sample that reached the device, faults included.
+    pub keep_samples: bool,
 }
 
 /// What a run over recordings gave.
@@ -31,6 +33,8 @@ pub struct Watched {
     pub events: Vec<serde_json::Value>,
     /// What was broken on purpose.
     pub injected: Injected,
+    /// The samples that reached the device, where they were to be kept.
+    pub samples: Vec<f32>,
     /// How long it took.
     pub seconds: f64,
 }
@@ -73,7 +77,7 @@ pub fn watch(
     let mut scratch = vec![0.0; Runner::scratch_len(&model)];
     let mut runner = Runner::new(&model, &mut scratch).map_err(WatchError::Runner)?;
     let mut injector = Injector::new(options.plan.clone(), options.seed);
-    let (mut blocks, mut events) = (Vec::new(), Vec::new());
+    let (mut blocks, mut events, mut samples) = (Vec::new(), Vec::new(), Vec::new());
     let mut failed = None;
     let start = std::time::Instant::now();
     let mut see = |event: &Event<'_>, done: usize| {
@@ -90,7 +94,10 @@ pub fn watch(
     };
     for (done, series) in input.series.iter().enumerate() {
         let recording = Recording { name: &series.name, sample_rate_hz: input.sample_rate_hz };
-        let source = injector.over(in_memory(&series.samples));
+        let source = injector.over(in_memory(&series.samples)).inspect(|arrival| match arrival {
+            Arrival::Sample(sample) if options.keep_samples => samples.push(*sample),
+            _ => {}
+        });
         match options.pace {
             Some(factor) => runner.run(&recording, source.paced(factor * input.sample_rate_hz), |e| see(&e, done)),
             None => runner.run(&recording, source, |e| see(&e, done)),
@@ -105,6 +112,7 @@ pub fn watch(
             blocks,
             events,
             injected: injector.injected(),
+            samples,
             seconds: start.elapsed().as_secs_f64(),
         }),
     }

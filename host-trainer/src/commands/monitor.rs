@@ -45,6 +45,9 @@ pub struct Args {
     /// Write a report with pictures
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    /// Write the samples that reached the device as little-endian f32: what the bare-metal image takes
+    #[arg(long, value_name = "FILE.f32")]
+    samples_out: Option<PathBuf>,
     /// One JSON document with all events instead of lines
     #[arg(long)]
     json: bool,
@@ -64,7 +67,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut failed = None;
     let bar = bar("monitor");
     bar.set_length(input.series.len() as u64);
-    let options = Options { plan, seed: args.seed, pace: args.pace };
+    let options = Options { plan, seed: args.seed, pace: args.pace, keep_samples: args.samples_out.is_some() };
     let watched = watch(&model, &input, &options, &mut |event, done| {
         bar.set_position(done as u64);
         if matches!(event, Event::Block(_)) && !args.blocks {
@@ -95,6 +98,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.report {
         let page = report::monitor::document(&model, &input, &watched).map_err(Failure::other)?;
         write(path, page.html().as_bytes())?;
+    }
+    if let Some(path) = &args.samples_out {
+        let bytes: Vec<u8> = watched.samples.iter().flat_map(|s| s.to_le_bytes()).collect();
+        write(path, &bytes)?;
     }
     tell(&watched, &input);
     if args.json { json(&Value::from(events)) } else { Ok(()) }
