@@ -13,7 +13,9 @@ use crate::model::file;
 /// Refuses a model that breaks one of the device's limits, and names the limit.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Example:\n  ballrace export model.json --format c --out ballrace_model.h\n  \
-    writes the model as a C array with its sizes; --format bin is used in place from flash")]
+    writes the model as a C array with its sizes; --format bin is used in place from flash\n\n\
+    Limits of the device's code: n_MD and latent variables up to 16, polynomial degree up to 11,\n  \
+    up to 6 layers of up to 1024 units; flash and RAM as stated by --max-flash and --max-ram")]
 pub struct Args {
     /// A model that `ballrace fit` wrote
     model: PathBuf,

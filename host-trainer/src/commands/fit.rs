@@ -75,7 +75,7 @@ pub struct Args {
     #[arg(long, value_name = "SHARE")]
     threshold: Option<f64>,
     /// Ridge penalty of stlsq on scaled coefficients
-    #[arg(long, default_value_t = 1e-9)]
+    #[arg(long, default_value_t = StlsqConfig::default().ridge)]
     ridge: f64,
     /// Hold out every N-th recording
     #[arg(long, default_value_t = 5, value_name = "N")]

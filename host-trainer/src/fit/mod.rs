@@ -192,22 +192,24 @@ pub fn fit(
         let (fitted, in_sample, causal) = both(&surrogate, &format!("null {} of {}", k + 1, config.null_fits))?;
         let held_out = score::of(&fitted.model.view(), &surrogate.held_out);
         null.push(NullScores { in_sample: in_sample.mean(), held_out: held_out.mean(), causal: causal.next_sample });
-        last_surrogate = Some(surrogate);
+        last_surrogate = Some((surrogate, fitted));
     }
 
     let scores = Scores { in_sample, held_out, causal, null };
     let (model, monitor) = calibrate::monitor(&main, recordings, sample_rate_hz, config)?;
     let described = describe::describe(&main, &split);
-    let noise = match (&config.solver, last_surrogate) {
-        (Solver::Stlsq(stlsq), Some(surrogate)) => Some(noise_terms(
+    let noise = last_surrogate.map(|(surrogate, fitted)| match &config.solver {
+        Solver::Stlsq(stlsq) => noise_terms(
             main.layout.library,
             &main.standardised(&split.train),
             &main.standardised(&surrogate.train),
             &main.equations,
             stlsq,
-        )),
-        _ => None,
-    };
+        ),
+        Solver::SindyNn { .. } => {
+            fitted.parts.xi.iter().filter(|v| **v != 0.0).count() as f64 / fitted.layout.latent as f64
+        }
+    });
     let report = Report {
         created_by: format!("ballrace {}", env!("CARGO_PKG_VERSION")),
         training: Training::of(&split, sample_rate_hz, config, &main),

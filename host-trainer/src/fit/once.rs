@@ -16,6 +16,9 @@ use crate::sindy_nn::train::{TrainConfig, Trained, train};
 use crate::states::{self, Scales};
 use crate::stlsq::{Equation, Moments, StlsqConfig};
 
+/// Pieces that the held-out end of a single recording is cut into.
+const HELD_OUT_PIECES: usize = 4;
+
 /// Recordings to fit to and recordings to judge by.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Split {
@@ -31,12 +34,15 @@ impl Split {
     /// Holds out every n-th recording, the last of each n; of a single one its last fifth.
     pub fn of(recordings: &[Series], every: usize) -> Self {
         if let [only] = recordings {
-            let cut = only.samples.len() * 4 / 5;
-            let part = |name: &str, samples: &[f32]| {
-                vec![Series { name: format!("{}, {name}", only.name), samples: samples.to_vec() }]
+            let (first, last) = only.samples.split_at(only.samples.len() * 4 / 5);
+            let part = |name: String, samples: &[f32]| Series { name, samples: samples.to_vec() };
+            // In pieces, so that the held-out error has a standard error.
+            let pieces = last.chunks(last.len().div_ceil(HELD_OUT_PIECES).max(1)).enumerate();
+            return Self {
+                train: vec![part(format!("{}, first 4/5", only.name), first)],
+                held_out: pieces.map(|(n, p)| part(format!("{}, last 1/5, piece {}", only.name, n + 1), p)).collect(),
+                within: true,
             };
-            let (first, last) = only.samples.split_at(cut);
-            return Self { train: part("first 4/5", first), held_out: part("last 1/5", last), within: true };
         }
         let every = every.clamp(2, recordings.len().max(2));
         let (mut train, mut held_out) = (Vec::new(), Vec::new());

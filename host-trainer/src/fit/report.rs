@@ -23,7 +23,8 @@ pub struct Report {
     pub equations: Vec<EquationReport>,
     /// Nonzero coefficients.
     pub terms_kept: usize,
-    /// Coefficients an equation would keep on targets unrelated to the states; least squares only.
+    /// Coefficients an equation would keep where there is nothing to find: for least squares on targets
+    /// unrelated to the states, for SINDy-NN on the surrogates; `None` without surrogates.
     pub terms_noise_would_keep: Option<f64>,
     /// Conditioning of the library.
     pub diagnosis: Diagnosis,
@@ -112,8 +113,8 @@ pub struct TermReport {
     /// Coefficient in physical units, where the variables have any: derivative in m/s² per sample,
     /// variables as centred differences in m/s² (the argument of sin and cos stays scaled).
     pub physical: Option<f64>,
-    /// ξ⟨θ ŷ⟩/⟨ŷ²⟩: its share of the explained power. The shares of an equation add up to 1; one
-    /// that counteracts correlated terms is negative (Pratt 1987).
+    /// Its share of the explained power by orthogonal least squares: what it explains that the terms
+    /// before it, each the best of those left, do not. The shares of an equation add up to 1.
     pub share: f64,
 }
 

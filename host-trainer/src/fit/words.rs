@@ -35,8 +35,12 @@ pub fn report(report: &Report, most_terms: usize) -> String {
         }
     }
     let d = &report.diagnosis;
-    let noise =
-        report.terms_noise_would_keep.map_or(String::new(), |n| format!(", noise alone would keep {n:.1} an equation"));
+    let noise = report.terms_noise_would_keep.map_or(String::new(), |n| {
+        format!(
+            ", {:.1} an equation, where noise alone would keep {n:.1}",
+            report.terms_kept as f64 / report.equations.len().max(1) as f64
+        )
+    });
     let _ = writeln!(
         out,
         "\n{} coefficients kept{noise}; condition number {:.3e} (of the terms used {:.3e})",

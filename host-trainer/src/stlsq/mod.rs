@@ -27,7 +27,7 @@ pub struct StlsqConfig {
 
 impl Default for StlsqConfig {
     fn default() -> Self {
-        Self { threshold: None, ridge: 1e-9, rounds: 20 }
+        Self { threshold: None, ridge: 1e-6, rounds: 20 }
     }
 }
 
