@@ -8,6 +8,7 @@ pub mod files;
 pub mod fit;
 pub mod input;
 pub mod model;
+pub mod model_file;
 pub mod plot;
 pub mod recording;
 pub mod report;

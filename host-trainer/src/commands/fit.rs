@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use super::input::{Recordings, bar};
 use super::{Failure, json, line, write};
 use crate::fit::{FitConfig, Fitted, Solver, fit, words};
-use crate::model::file;
+use crate::model_file;
 use crate::report;
 use crate::sindy_nn::gradient::Lambdas;
 use crate::sindy_nn::train::TrainConfig;
@@ -200,7 +200,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     bar.finish_and_clear();
     let mut fitted = fitted.map_err(Failure::input)?;
     fitted.report.training.channel = Some(input.channel.clone());
-    file::write(&args.out, &fitted.model, &fitted.report).map_err(Failure::other)?;
+    model_file::write(&args.out, &fitted.model, &fitted.report).map_err(Failure::other)?;
     if let Some(path) = &args.report {
         let page = report::fit::document(&fitted, &input).map_err(Failure::other)?;
         write(path, page.html().as_bytes())?;

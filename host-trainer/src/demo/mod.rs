@@ -15,7 +15,7 @@ use ballrace_core::states::{Alignment, Orders, StateSpec};
 use crate::export::{self, BreaksLimit, Format, Limits, Sizes};
 use crate::fit::{self, FitConfig, FitError, Fitted, Solver, fit};
 use crate::input::{Input, InputError};
-use crate::model::file;
+use crate::model_file;
 use crate::recording::{self, LoadOptions, ReadError, write::WriteError};
 use crate::sindy_nn::train::TrainConfig;
 use crate::watch::{self, WatchError, Watched, watch};
@@ -90,7 +90,7 @@ pub enum DemoError {
     Fit(#[from] FitError),
     /// The model file.
     #[error(transparent)]
-    File(#[from] file::FileError),
+    File(#[from] model_file::FileError),
     /// The device.
     #[error(transparent)]
     Limit(#[from] BreaksLimit),
@@ -150,7 +150,7 @@ fn job(
         progress(&stage.name, 0.05 + 0.85 * stage.done);
     })?;
     fitted.report.training.channel = Some(input.channel.clone());
-    file::write(&out.join("model.json"), &fitted.model, &fitted.report)?;
+    model_file::write(&out.join("model.json"), &fitted.model, &fitted.report)?;
 
     progress("export", 0.9);
     let sizes = export::sizes(&fitted.model.view());

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::generator::{Machine, Made, Truth};
 use super::{Config, Found};
 use crate::export::Sizes;
-use crate::fit::report::Scores;
+use crate::fit::score::Scores;
 use crate::fit::verdict::Verdict;
 use crate::fit::words;
 

@@ -8,7 +8,7 @@ use ballrace_firmware_sim::source::in_memory;
 
 use super::once::Once;
 use super::report::MonitorReport;
-use super::{FitConfig, FitError, Series};
+use super::{FitConfig, FitError, Series, score};
 use crate::model::OwnedModel;
 
 /// Shortest run of equal samples that may ever be called stuck.
@@ -36,6 +36,7 @@ pub fn monitor(
 
     let mut parts = once.parts.clone();
     parts.screen = screen;
+    parts.residual_spread = score::residual_spread(&once.model.view(), recordings);
     parts.monitor = MonitorConfig::new(block, 1.0, 1.0);
     let provisional = parts.assemble().map_err(FitError::Diverged)?;
     let levels = levels(&provisional, recordings, sample_rate_hz);

@@ -99,7 +99,10 @@ fn error_reduction_ratios(moments: &Moments, used: &[usize], coefficients: &[f64
     let floor: Vec<f64> = (0..n).map(|i| 1e-12 * gram[i][i]).collect();
     let mut shares = vec![0.0; n];
     let mut open: Vec<usize> = (0..n).collect();
-    while total > 0.0 {
+    if total <= 0.0 {
+        return shares;
+    }
+    loop {
         let gain = |i: usize| if gram[i][i] > floor[i] { left[i] * left[i] / gram[i][i] } else { 0.0 };
         let Some(best) = open.iter().copied().max_by(|a, b| gain(*a).total_cmp(&gain(*b))) else { break };
         let gained = gain(best);

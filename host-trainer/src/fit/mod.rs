@@ -22,8 +22,8 @@ use crate::sindy_nn::train::TrainConfig;
 use crate::stlsq::{StlsqConfig, noise_terms};
 use crate::surrogate;
 use once::{Once, Split, fit_once};
-use report::{NullScores, Report, Scores, Training};
-use score::Score;
+use report::{Report, Training};
+use score::{NullScores, Score, Scores};
 
 /// One recording of the channel that is modelled.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,7 +7,7 @@ use ballrace_core::screen::ScreenConfig;
 use ballrace_core::states::StateSpec;
 use rayon::prelude::*;
 
-use super::{FitConfig, FitError, Series, Solver, score};
+use super::{FitConfig, FitError, Series, Solver};
 use crate::model::{OwnedModel, Parts};
 use crate::sindy_nn::engine::Samples;
 use crate::sindy_nn::export;
@@ -105,21 +105,19 @@ pub fn fit_once(
         }
     };
     progress(1.0);
-    let mut parts = Parts {
+    let parts = Parts {
         sample_rate_hz,
         input: Input::VirtualStates(spec),
         encoder: export::network(&found.layout.encoder, &found.parameters),
         decoder: export::network(&found.layout.decoder, &found.parameters),
         xi: found.parameters[found.layout.xi()].to_vec(),
         library,
+        // Spread, screen and monitor are replaced by the calibration of the model that is kept.
         residual_spread: vec![1.0; scales.states.len()],
         scales,
         screen: ScreenConfig { full_scale: config.full_scale, stuck_after: 0 },
-        // Replaced by the calibration.
         monitor: MonitorConfig::new(1, 1.0, 1.0),
     };
-    let model = parts.assemble().map_err(FitError::Diverged)?;
-    parts.residual_spread = score::residual_spread(&model.view(), &[&split.train[..], &split.held_out[..]].concat());
     let model = parts.assemble().map_err(FitError::Diverged)?;
     Ok(Once { model, parts, layout: found.layout, equations: found.equations, trained: found.trained })
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::once::{Once, Split};
-use super::score::Score;
+use super::score::Scores;
 use super::verdict::Verdict;
 use super::{FitConfig, Solver};
 use crate::stlsq::Diagnosis;
@@ -62,30 +62,6 @@ pub struct Training {
     pub stopped_early: Option<bool>,
     /// Seed.
     pub seed: u64,
-}
-
-/// The four scores.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Scores {
-    /// On the recordings fitted to: the paper's.
-    pub in_sample: Score,
-    /// On recordings held out.
-    pub held_out: Score,
-    /// Of the same model fitted in the causal alignment, on recordings held out.
-    pub causal: Score,
-    /// Of the same fits on phase-randomised surrogates.
-    pub null: Vec<NullScores>,
-}
-
-/// Scores of one surrogate fit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct NullScores {
-    /// Mean R² in sample.
-    pub in_sample: f64,
-    /// Mean R² on held-out surrogates.
-    pub held_out: f64,
-    /// R² of the next sample on held-out surrogates.
-    pub causal: Option<f64>,
 }
 
 /// One equation of the sparse dynamics.

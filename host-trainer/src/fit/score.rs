@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::Series;
 
 /// Recordings that are enough to score by, spread evenly over all.
-const SCORED: usize = 64;
+const SCORED: usize = 24;
 
 /// How well a model predicts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -26,6 +26,30 @@ impl Score {
     pub fn mean(&self) -> f64 {
         self.derivatives.iter().sum::<f64>() / self.derivatives.len().max(1) as f64
     }
+}
+
+/// The four scores.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scores {
+    /// On the recordings fitted to: the paper's.
+    pub in_sample: Score,
+    /// On recordings held out.
+    pub held_out: Score,
+    /// Of the same model fitted in the causal alignment, on recordings held out.
+    pub causal: Score,
+    /// Of the same fits on phase-randomised surrogates.
+    pub null: Vec<NullScores>,
+}
+
+/// Scores of one surrogate fit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NullScores {
+    /// Mean R² in sample.
+    pub in_sample: f64,
+    /// Mean R² on held-out surrogates.
+    pub held_out: f64,
+    /// R² of the next sample on held-out surrogates.
+    pub causal: Option<f64>,
 }
 
 /// Sums over rows of a target y and its error e.

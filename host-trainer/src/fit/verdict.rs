@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::report::Scores;
+use super::score::Scores;
 
 /// What the scores say.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,7 +49,7 @@ pub fn compare(score: f64, null: &[f64]) -> Option<Comparison> {
 /// The verdict on a model's scores.
 pub fn verdict(scores: &Scores) -> Verdict {
     let null =
-        |pick: fn(&super::report::NullScores) -> Option<f64>| scores.null.iter().filter_map(pick).collect::<Vec<_>>();
+        |pick: fn(&super::score::NullScores) -> Option<f64>| scores.null.iter().filter_map(pick).collect::<Vec<_>>();
     let derivative = compare(scores.held_out.mean(), &null(|n| Some(n.held_out)));
     let causal = scores.causal.next_sample.and_then(|score| compare(score, &null(|n| n.causal)));
     let beats = |c: &Option<Comparison>| c.is_some_and(|c| c.score > c.limit);

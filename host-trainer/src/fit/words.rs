@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use super::report::{EquationReport, NullScores, Report, Scores};
+use super::report::{EquationReport, Report};
+use super::score::{NullScores, Scores};
 
 /// The report; of each equation at most so many terms.
 pub fn report(report: &Report, most_terms: usize) -> String {

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, path::Path};
 use super::{
     Channel, LoadOptions, ReadError, Recording, Source,
     error::listed,
-    find::Job,
+    job::Job,
     resample, time_axis,
     unit::{Quantity, Unit, default_location},
 };

@@ -8,41 +8,9 @@ use std::{
 
 use super::{
     LoadOptions, ReadError, femto,
+    job::{Format, Job},
     manifest::{Entry, FILE_NAME, Manifest},
 };
-
-/// One recording to read.
-#[derive(Clone, Debug)]
-pub(super) struct Job {
-    pub entry: Entry,
-    pub format: Format,
-    pub variable: Option<String>,
-    /// Which of the paths it comes from; the day of its start is counted within these.
-    pub group: usize,
-}
-
-/// How a file is read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Format {
-    /// FEMTO or with a header: the contents tell.
-    Csv,
-    Mat,
-    Npy,
-    Parquet,
-}
-
-impl Format {
-    fn of(path: &Path) -> Result<Self, ReadError> {
-        let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-        match ending.as_str() {
-            "csv" => Ok(Self::Csv),
-            "mat" => Ok(Self::Mat),
-            "npy" => Ok(Self::Npy),
-            "parquet" => Ok(Self::Parquet),
-            _ => Err(ReadError::UnknownFormat { path: path.into(), found: ending }),
-        }
-    }
-}
 
 /// The recordings of all paths, in the order of the paths and of the files in them.
 pub(super) fn jobs(paths: &[PathBuf], options: &LoadOptions) -> Result<Vec<Job>, ReadError> {

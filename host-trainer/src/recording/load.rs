@@ -11,8 +11,8 @@ use rayon::prelude::*;
 use super::{
     LoadOptions, Progress, ReadError, Recording,
     assemble::{self, Selection},
-    csv, femto,
-    find::{self, Format, Job},
+    csv, femto, find,
+    job::{Format, Job},
     mat, npy, parquet, table,
 };
 

@@ -22,6 +22,7 @@ mod csv;
 mod error;
 mod femto;
 mod find;
+mod job;
 mod load;
 pub mod manifest;
 mod mat;

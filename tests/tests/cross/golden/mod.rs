@@ -57,7 +57,7 @@ fn model(recordings: &[ballrace::fit::Series]) -> OwnedModel {
         degree: 2,
         harmonics: 1,
         latent: None,
-        solver: Solver::Stlsq(StlsqConfig { threshold: Some(1e-4), ..StlsqConfig::default() }),
+        solver: Solver::Stlsq(StlsqConfig { threshold: Some(1e-4), ridge: 1e-9, ..StlsqConfig::default() }),
         hold_out_every: 5,
         null_fits: 0,
         seed: 0,

@@ -1,7 +1,5 @@
 //! The model on the host: assembled from a fit's parts, held in the binary form that the device uses.
 
-pub mod file;
-
 use ballrace_core::dynamics::{Dynamics, TERM_WORDS, encode_term};
 use ballrace_core::library::Library;
 use ballrace_core::model::{Input, Model, ModelError, Scaling};

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 
-use super::OwnedModel;
 use crate::fit::report::Report;
+use crate::model::OwnedModel;
 
 /// Schema of the file.
 pub const SCHEMA: &str = "ballrace-model/1";

@@ -1,0 +1,39 @@
+//! A recording that is to be read: which file, how, and what is stated about it.
+
+use std::path::Path;
+
+use super::{ReadError, manifest::Entry};
+
+/// One recording to read.
+#[derive(Clone, Debug)]
+pub(super) struct Job {
+    pub entry: Entry,
+    pub format: Format,
+    pub variable: Option<String>,
+    /// Which of the paths it comes from; the day of its start is counted within these.
+    pub group: usize,
+}
+
+/// How a file is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Format {
+    /// FEMTO or with a header: the contents tell.
+    Csv,
+    Mat,
+    Npy,
+    Parquet,
+}
+
+impl Format {
+    /// By the file's ending.
+    pub fn of(path: &Path) -> Result<Self, ReadError> {
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        match ending.as_str() {
+            "csv" => Ok(Self::Csv),
+            "mat" => Ok(Self::Mat),
+            "npy" => Ok(Self::Npy),
+            "parquet" => Ok(Self::Parquet),
+            _ => Err(ReadError::UnknownFormat { path: path.into(), found: ending }),
+        }
+    }
+}
