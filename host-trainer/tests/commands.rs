@@ -1,0 +1,160 @@
+//! The commands as a user meets them: files, exit statuses, what is on stdout and what on stderr.
+
+use std::fmt::Write;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn ballrace(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_ballrace")).current_dir(folder).args(arguments).output().expect("the binary runs")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).expect("UTF-8")
+}
+
+/// Done, with its stdout.
+fn done(folder: &Path, arguments: &[&str]) -> String {
+    let output = ballrace(folder, arguments);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// Refused with status 2, with its stderr.
+fn refused(folder: &Path, arguments: &[&str]) -> String {
+    let output = ballrace(folder, arguments);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", text(&output.stdout));
+    assert!(output.stdout.is_empty(), "nothing on stdout");
+    text(&output.stderr)
+}
+
+/// Recordings of a resonance driven by noise; the last ones rattle.
+fn recordings(folder: &Path) {
+    let mut state = 1u64;
+    let mut noise = || {
+        let mut sum = 0.0;
+        for _ in 0..12 {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            sum += (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+        }
+        sum
+    };
+    std::fs::create_dir_all(folder).expect("a folder");
+    let mut manifest = String::from("[defaults]\nsample_rate_hz = 10000.0\nunit = \"m/s^2\"\n");
+    for n in 1..=16 {
+        let (mut a, mut b) = (0.0, 0.0);
+        let mut csv = String::from("ax\n");
+        for i in 0..2000 {
+            let rattle = if n > 10 && i % 100 == 0 { 30.0 } else { 0.0 };
+            (b, a) = (a, 1.5 * a - 0.9 * b + noise() + rattle);
+            let _ = writeln!(csv, "{a}");
+        }
+        std::fs::write(folder.join(format!("r{n:02}.csv")), csv).expect("a file");
+        let _ = write!(manifest, "[[recording]]\nfile = \"r{n:02}.csv\"\n");
+    }
+    std::fs::write(folder.join("recordings.toml"), manifest).expect("a file");
+}
+
+const FIT: [&str; 14] = [
+    "fit",
+    "data",
+    "--out",
+    "model.json",
+    "--solver",
+    "stlsq",
+    "--healthy",
+    "10",
+    "--nmd",
+    "3",
+    "--nd",
+    "1",
+    "--nf",
+    "0",
+];
+
+#[test]
+fn from_recordings_to_the_same_events_from_every_form_of_the_model() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    recordings(&folder.join("data"));
+    let told = done(folder, &FIT);
+    for expected in
+        ["10 of 16 recordings", "in sample", "held out", "null", "verdict: ", "a^(1) = ", "condition number"]
+    {
+        assert!(told.contains(expected), "{expected:?} in {told}");
+    }
+    let mut events = vec![done(folder, &["monitor", "--model", "model.json", "data"])];
+    for (format, file) in [("bin", "model.bin"), ("json", "device.json")] {
+        done(folder, &["export", "model.json", "--format", format, "--out", file]);
+        events.push(done(folder, &["monitor", "--model", file, "data"]));
+    }
+    assert!(events.iter().all(|e| *e == events[0]));
+    let lines: Vec<serde_json::Value> =
+        events[0].lines().map(|line| serde_json::from_str(line).expect("a JSON line an event")).collect();
+    let alarm = lines.iter().find(|e| e["event"] == "anomalous").expect("the rattle is noticed");
+    assert!((10..14).contains(&alarm["recording_index"].as_u64().expect("an index")), "{alarm}");
+    assert_eq!(lines.last().expect("a summary")["event"], "summary");
+    let document = done(folder, &["monitor", "--model", "model.bin", "data", "--json"]);
+    assert_eq!(serde_json::from_str::<Vec<serde_json::Value>>(&document).expect("one document"), lines);
+}
+
+#[test]
+fn exported_c_and_rust_hold_the_bytes_of_the_binary_form() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    recordings(&folder.join("data"));
+    let report = done(folder, &[&FIT[..], &["--null", "0", "--json"]].concat());
+    assert!(serde_json::from_str::<serde_json::Value>(&report).expect("one document")["scores"].is_object());
+    done(folder, &["export", "model.json", "--format", "bin", "--out", "m.bin"]);
+    let bytes = std::fs::read(folder.join("m.bin")).expect("written");
+    for (format, file) in [("c", "m.h"), ("rust", "m.rs")] {
+        done(folder, &["export", "model.json", "--format", format, "--out", file]);
+        let source = std::fs::read_to_string(folder.join(file)).expect("written");
+        let literals = source.split("0x").skip(1).filter_map(|s| s.get(..3)?.strip_suffix(','));
+        let written: Vec<u8> = literals.filter_map(|hex| u8::from_str_radix(hex, 16).ok()).collect();
+        assert_eq!(written, bytes, "{format}");
+    }
+    let refused = refused(folder, &["export", "model.json", "--format", "c", "--out", "x.h", "--max-ram", "8"]);
+    assert!(refused.contains("RAM limit") && refused.contains("at most 8"), "{refused}");
+    assert!(!folder.join("x.h").exists());
+}
+
+#[test]
+fn bad_input_says_where_what_and_what_was_expected() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    recordings(&folder.join("data"));
+    done(folder, &[&FIT[..], &["--null", "0"]].concat());
+    let fit = |data: &str, more: &[&str]| refused(folder, &[&["fit", data, "--out", "x.json"], more].concat());
+
+    std::fs::write(folder.join("bad.csv"), "ax\n1.0\nwrong\n2.0\n").expect("written");
+    let error = fit("bad.csv", &["--sample-rate", "1000"]);
+    assert!(error.contains("bad.csv") && error.contains("row 3") && error.contains("wrong"), "{error}");
+    assert!(fit("nowhere", &[]).contains("nowhere"));
+    assert!(fit("data", &["--nmd", "17"]).contains("expected 1 to 16"));
+    assert!(fit("data", &["--healthy", "99"]).contains("expected 1 to 16 recordings"));
+    assert!(fit("data", &["--channel", "ay"]).contains("ay"));
+    assert!(fit("data", &["--unit", "furlong"]).contains("expected g or m/s^2"));
+    assert!(!folder.join("x.json").exists(), "nothing is left of a failed fit");
+
+    let model = std::fs::read_to_string(folder.join("model.json")).expect("written");
+    std::fs::write(folder.join("changed.json"), model.replacen("\"variables\":3", "\"variables\":4", 1))
+        .expect("written");
+    let error = refused(folder, &["monitor", "--model", "changed.json", "data"]);
+    assert!(error.contains("checksum"), "{error}");
+    std::fs::write(folder.join("noise.bin"), [7; 300]).expect("written");
+    assert!(refused(folder, &["monitor", "--model", "noise.bin", "data"]).contains("expected"));
+    let error = refused(folder, &["monitor", "--model", "model.json", "data", "--fault", "nan:2"]);
+    assert!(error.contains("--fault"), "{error}");
+    let error = refused(folder, &["monitor", "--model", "model.json", "data", "--resample", "5000"]);
+    assert!(error.contains("5000") && error.contains("10000"), "{error}");
+    assert!(refused(folder, &["fit"]).contains("RECORDING"));
+}
+
+#[test]
+fn every_command_has_a_worked_example() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for command in ["demo", "fit", "export", "monitor"] {
+        let help = done(folder.path(), &[command, "--help"]);
+        assert!(help.contains(&format!("Example:\n  ballrace {command} ")), "{command}: {help}");
+    }
+}
