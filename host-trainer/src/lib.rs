@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 pub mod recording;
+pub mod rig;
 pub mod sindy_nn;
 pub mod states;
 pub mod stlsq;

@@ -1,0 +1,409 @@
+//! The integration of several runs side by side. Nothing is allocated in the loop.
+//!
+//! The contact force needs no angle of a single ball. With the relative displacement turned into the cage's frame,
+//! u = x cos θ + y sin θ and w = −x sin θ + y cos θ, ball j stands at the constant angle α_j = 2πj/n_b there, so that
+//! δ_j = u cos α_j + w sin α_j − c. θ and ψ follow rotation recurrences, set right from the exact angles every
+//! [`BLOCK`] samples. θ is kept within one pitch of balls, so that the loaded balls have the same index in all runs
+//! and the unloaded ones are skipped.
+
+use super::{
+    lanes::Lanes,
+    prepare::Prepared,
+    setup::{MAX_RUNS, Setup, gather},
+};
+use crate::rig::plan::{DOFS, Moment};
+
+/// Samples between two exact evaluations of the angles.
+const BLOCK: usize = 64;
+/// States: x_s, x_p and their velocities; y_s, y_p, y_b and theirs.
+pub(super) const STATES: usize = 10;
+const X: usize = 0;
+const Y: usize = 4;
+
+/// Cosine and sine of the cage's and the shaft's angle.
+#[derive(Clone, Copy)]
+struct Angles<V> {
+    cage: [V; 2],
+    shaft: [V; 2],
+}
+
+impl<V: Copy> Angles<V> {
+    #[inline(always)]
+    fn turned<L: Lanes<V = V>>(self, l: L, by: &Self) -> Self {
+        let turn = |a: [V; 2], b: [V; 2]| {
+            let c = l.sub(l.mul(a[0], b[0]), l.mul(a[1], b[1]));
+            [c, l.mul_add(a[0], b[1], l.mul(a[1], b[0]))]
+        };
+        Self { cage: turn(self.cage, by.cage), shaft: turn(self.shaft, by.shaft) }
+    }
+}
+
+#[inline(always)]
+fn dot<L: Lanes, const N: usize>(l: L, row: &[L::V; N], z: &[L::V]) -> L::V {
+    let mut sum = l.mul(row[0], z[0]);
+    for k in 1..N {
+        sum = l.mul_add(row[k], z[k], sum);
+    }
+    sum
+}
+
+#[inline(always)]
+fn plus_dot<L: Lanes, const N: usize>(l: L, row: &[L::V; N], z: &[L::V], mut sum: L::V) -> L::V {
+    for k in 0..N {
+        sum = l.mul_add(row[k], z[k], sum);
+    }
+    sum
+}
+
+/// One group of runs with equal counts. `HOOKS`: effects act on forces or contact geometry.
+pub(super) struct Kernel<'a, L: Lanes, const HOOKS: bool> {
+    l: L,
+    runs: &'a [Prepared],
+    setup: Setup<L::V>,
+    /// Ball pitch angles cos α_j, sin α_j.
+    slots: Vec<[f64; 2]>,
+    /// Loss of deflection in each slot, at the three instants of a step.
+    losses: [Vec<f64>; 3],
+    /// Loss of deflection of each ball of one run.
+    ball_losses: Vec<f64>,
+    /// Of each run: angles at the start of the sample, and what they gain in it; pitches the cage has turned.
+    angles0: [[f64; 2]; MAX_RUNS],
+    gains: [[f64; 2]; MAX_RUNS],
+    pitches: [usize; MAX_RUNS],
+}
+
+impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
+    /// At least one run, at most [`Lanes::RUNS`].
+    #[inline(always)]
+    pub(super) fn new(l: L, runs: &'a [Prepared]) -> Self {
+        let balls = runs[0].balls;
+        let slots = (0..balls).map(|j| {
+            let (s, c) = (std::f64::consts::TAU * j as f64 / balls as f64).sin_cos();
+            [c, s]
+        });
+        let losses = || vec![0.0; if HOOKS { balls * L::RUNS } else { 0 }];
+        Self {
+            l,
+            runs,
+            setup: Setup::new(l, runs),
+            slots: slots.collect(),
+            losses: [losses(), losses(), losses()],
+            ball_losses: vec![0.0; balls],
+            angles0: [[0.0; 2]; MAX_RUNS],
+            gains: [[0.0; 2]; MAX_RUNS],
+            pitches: [0; MAX_RUNS],
+        }
+    }
+
+    /// Runs from rest to the end; writes accelerations, m/s², from the preroll on.
+    #[inline(always)]
+    pub(super) fn run(&mut self, out: &mut [[Vec<f64>; 2]]) {
+        let l = self.l;
+        let first = &self.runs[0];
+        let (settle, total) = (first.settle, first.settle + first.samples);
+        let block = if first.drifting { 1 } else { BLOCK };
+        let mut z = [l.splat(0.0); STATES];
+        let mut angles = Angles { cage: [l.splat(0.0); 2], shaft: [l.splat(0.0); 2] };
+        let mut half_step = angles;
+        for sample in 0..total {
+            if sample % block == 0 {
+                (angles, half_step) = self.exact_angles(sample);
+            } else if HOOKS {
+                self.advance_angles(sample);
+            }
+            self.setup.process = gather(l, self.runs, |run| run.process.get(sample).copied().unwrap_or(0.0));
+            // At other samples it is the end of the step before.
+            if HOOKS && sample % block == 0 {
+                self.lose(0, sample, 0.0);
+            }
+            for substep in 0..first.substeps {
+                let n0 = self.forces(0, angles, &z, sample, substep as f64);
+                if substep == 0 && sample + first.preroll >= settle {
+                    self.record(&z, &n0, out);
+                }
+                (z, angles) = self.step(&z, n0, angles, &half_step, sample, substep);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn step(
+        &mut self,
+        z: &[L::V; STATES],
+        n0: [L::V; DOFS],
+        angles: Angles<L::V>,
+        half_step: &Angles<L::V>,
+        sample: usize,
+        substep: usize,
+    ) -> ([L::V; STATES], Angles<L::V>) {
+        let l = self.l;
+        let middle = angles.turned(l, half_step);
+        let end = middle.turned(l, half_step);
+        let substep = substep as f64;
+        if HOOKS {
+            self.lose(1, sample, substep + 0.5);
+            self.lose(2, sample, substep + 1.0);
+        }
+
+        // e^{Ah/2} z and e^{Ah} z. Without hooks the stages need only the relative displacements.
+        let mut half = [l.splat(0.0); STATES];
+        let mut full = half;
+        let set = &self.setup;
+        for i in 0..4 {
+            full[X + i] = dot(l, &set.x.full[i], &z[X..]);
+            if HOOKS {
+                half[X + i] = dot(l, &set.x.half[i], &z[X..]);
+            }
+        }
+        for i in 0..6 {
+            full[Y + i] = dot(l, &set.y.full[i], &z[Y..]);
+            if HOOKS {
+                half[Y + i] = dot(l, &set.y.half[i], &z[Y..]);
+            }
+        }
+        if !HOOKS {
+            // Kept as x_s − x_p with x_p = 0, and so in y.
+            half[X] = dot(l, &set.relative_x.half, &z[X..]);
+            half[Y] = dot(l, &set.relative_y.half, &z[Y..]);
+        }
+
+        let a = self.stage_a(&half, &n0);
+        let na = self.forces(1, middle, &a, sample, substep + 0.5);
+        let b = self.stage_a(&half, &na);
+        let nb = self.forces(1, middle, &b, sample, substep + 0.5);
+        let c = self.stage_c(&full, &n0, &nb);
+        let nc = self.forces(2, end, &c, sample, substep + 1.0);
+        let nab: [L::V; DOFS] = std::array::from_fn(|k| l.add(na[k], nb[k]));
+        let set = &self.setup;
+        for i in 0..4 {
+            let sum = plus_dot(l, &set.x.b1[i], &n0[..2], full[X + i]);
+            let sum = plus_dot(l, &set.x.b2[i], &nab[..2], sum);
+            full[X + i] = plus_dot(l, &set.x.b3[i], &nc[..2], sum);
+        }
+        for i in 0..6 {
+            let sum = plus_dot(l, &set.y.b1[i], &n0[2..], full[Y + i]);
+            let sum = plus_dot(l, &set.y.b2[i], &nab[2..], sum);
+            full[Y + i] = plus_dot(l, &set.y.b3[i], &nc[2..], sum);
+        }
+        if HOOKS {
+            self.losses.swap(0, 2);
+        }
+        (full, end)
+    }
+
+    /// e^{Ah/2} z + A₂₁ n.
+    #[inline(always)]
+    fn stage_a(&self, half: &[L::V; STATES], n: &[L::V; DOFS]) -> [L::V; STATES] {
+        let (l, set) = (self.l, &self.setup);
+        let mut z = *half;
+        if HOOKS {
+            for i in 0..4 {
+                z[X + i] = plus_dot(l, &set.x.a[i], &n[..2], z[X + i]);
+            }
+            for i in 0..6 {
+                z[Y + i] = plus_dot(l, &set.y.a[i], &n[2..], z[Y + i]);
+            }
+        } else {
+            z[X] = plus_dot(l, &set.relative_x.a, &n[..2], z[X]);
+            z[Y] = plus_dot(l, &set.relative_y.a, &n[2..], z[Y]);
+        }
+        z
+    }
+
+    /// e^{Ah} z + c₁ n(z) + 2 A₂₁ n(b).
+    #[inline(always)]
+    fn stage_c(&self, full: &[L::V; STATES], n0: &[L::V; DOFS], nb: &[L::V; DOFS]) -> [L::V; STATES] {
+        let (l, set) = (self.l, &self.setup);
+        let twice: [L::V; DOFS] = std::array::from_fn(|k| l.add(nb[k], nb[k]));
+        let mut z = *full;
+        if HOOKS {
+            for i in 0..4 {
+                let sum = plus_dot(l, &set.x.c1[i], &n0[..2], z[X + i]);
+                z[X + i] = plus_dot(l, &set.x.a[i], &twice[..2], sum);
+            }
+            for i in 0..6 {
+                let sum = plus_dot(l, &set.y.c1[i], &n0[2..], z[Y + i]);
+                z[Y + i] = plus_dot(l, &set.y.a[i], &twice[2..], sum);
+            }
+        } else {
+            let zero = l.splat(0.0);
+            let sum = plus_dot(l, &set.relative_x.c1, &n0[..2], l.sub(z[X], z[X + 1]));
+            z[X] = plus_dot(l, &set.relative_x.a, &twice[..2], sum);
+            let sum = plus_dot(l, &set.relative_y.c1, &n0[2..], l.sub(z[Y], z[Y + 1]));
+            z[Y] = plus_dot(l, &set.relative_y.a, &twice[2..], sum);
+            (z[X + 1], z[Y + 1]) = (zero, zero);
+        }
+        z
+    }
+
+    /// Forces on the degrees of freedom in the order of `plan`: contact, unbalance, constants, hooks.
+    #[inline(always)]
+    fn forces(
+        &mut self,
+        instant: usize,
+        angles: Angles<L::V>,
+        z: &[L::V; STATES],
+        sample: usize,
+        substep: f64,
+    ) -> [L::V; DOFS] {
+        let (l, set) = (self.l, &self.setup);
+        let (x, y) = (l.sub(z[X], z[X + 1]), l.sub(z[Y], z[Y + 1]));
+        let [c, s] = angles.cage;
+        let u = l.mul_add(x, c, l.mul(y, s));
+        let w = l.sub(l.mul(y, c), l.mul(x, s));
+        let zero = l.splat(0.0);
+        let (mut fu, mut fw) = (zero, zero);
+        for (j, &[cos, sin]) in self.slots.iter().enumerate() {
+            let (cos, sin) = (l.splat(cos), l.splat(sin));
+            let mut deflection = l.sub(l.mul_add(u, cos, l.mul(w, sin)), set.clearance);
+            if HOOKS {
+                deflection = l.sub(deflection, l.load(&self.losses[instant][j * L::RUNS..]));
+            }
+            if l.any_positive(deflection) {
+                let deflection = l.positive(deflection);
+                let force = if set.hertzian {
+                    l.mul(deflection, l.sqrt(deflection))
+                } else {
+                    set.power(l, deflection)
+                };
+                fu = l.mul_add(force, cos, fu);
+                fw = l.mul_add(force, sin, fw);
+            }
+        }
+        let (fu, fw) = (l.mul(fu, set.stiffness), l.mul(fw, set.stiffness));
+        let fx = l.sub(l.mul(fu, c), l.mul(fw, s));
+        let fy = l.mul_add(fu, s, l.mul(fw, c));
+        let [cos, sin] = angles.shaft;
+        let forces = [
+            l.sub(l.mul(set.unbalance, cos), fx),
+            fx,
+            l.add(l.sub(l.mul(set.unbalance, sin), fy), set.inner_y),
+            l.add(fy, set.process),
+            set.resonator_y,
+        ];
+        if HOOKS { self.hooks(forces, z, sample, substep) } else { forces }
+    }
+
+    /// Adds the effects' forces, run by run.
+    #[inline(never)]
+    fn hooks(
+        &self,
+        mut forces: [L::V; DOFS],
+        z: &[L::V; STATES],
+        sample: usize,
+        substep: f64,
+    ) -> [L::V; DOFS] {
+        if self.runs.iter().all(|run| run.forces.is_empty()) {
+            return forces;
+        }
+        let mut states = [[0.0; MAX_RUNS]; STATES];
+        let mut sums = [[0.0; MAX_RUNS]; DOFS];
+        for (v, lanes) in z.iter().zip(&mut states) {
+            self.l.store(*v, lanes);
+        }
+        for (v, lanes) in forces.iter().zip(&mut sums) {
+            self.l.store(*v, lanes);
+        }
+        for (r, run) in self.runs.iter().enumerate() {
+            let at = self.moment(r, sample, substep);
+            let q = [0, 1, 4, 5, 6].map(|k| states[k][r]);
+            let v = [2, 3, 7, 8, 9].map(|k| states[k][r]);
+            let mut sum = std::array::from_fn(|k| sums[k][r]);
+            for force in &run.forces {
+                force(&at, &q, &v, &mut sum);
+            }
+            for (lanes, value) in sums.iter_mut().zip(sum) {
+                lanes[r] = value;
+            }
+        }
+        for (v, lanes) in forces.iter_mut().zip(&sums) {
+            *v = self.l.load(lanes);
+        }
+        forces
+    }
+
+    /// Fills in the loss of deflection at one instant of a step.
+    #[inline(never)]
+    fn lose(&mut self, instant: usize, sample: usize, substep: f64) {
+        for r in 0..self.runs.len() {
+            if self.runs[r].profiles.is_empty() {
+                continue;
+            }
+            let at = self.moment(r, sample, substep);
+            self.ball_losses.fill(0.0);
+            for profile in &self.runs[r].profiles {
+                profile(&at, &mut self.ball_losses);
+            }
+            let balls = self.ball_losses.len();
+            for (ball, loss) in self.ball_losses.iter().enumerate() {
+                let slot = (ball + self.pitches[r]) % balls;
+                self.losses[instant][slot * L::RUNS + r] = *loss;
+            }
+        }
+    }
+
+    fn moment(&self, r: usize, sample: usize, substep: f64) -> Moment {
+        let run = &self.runs[r];
+        let fraction = substep / run.substeps as f64;
+        let time_s = (sample as f64 - run.settle as f64 + fraction) / run.sample_rate_hz;
+        let [shaft, cage] = self.angles0[r];
+        Moment {
+            time_s,
+            shaft_rad: shaft + fraction * self.gains[r][0],
+            shaft_rad_per_s: run.turning.speed(time_s),
+            cage_rad: cage + fraction * self.gains[r][1],
+        }
+    }
+
+    /// Angles at the start of a sample, and the gain of a half step in it.
+    fn exact_angles(&mut self, sample: usize) -> (Angles<L::V>, Angles<L::V>) {
+        self.advance_angles(sample);
+        let l = self.l;
+        let run_of = |r: usize| r.min(self.runs.len() - 1);
+        let halves = 0.5 / self.runs[0].substeps as f64;
+        let pitch = std::f64::consts::TAU / self.runs[0].balls as f64;
+        let mut lanes = [[0.0; MAX_RUNS]; 9];
+        for r in 0..L::RUNS {
+            let run = &self.runs[run_of(r)];
+            let time_s = (sample as f64 - run.settle as f64) / run.sample_rate_hz;
+            let shaft = run.turning.shaft(time_s);
+            let cage = run.turning.cage(time_s);
+            let turned = (cage / pitch).floor();
+            self.pitches[r] = turned.rem_euclid(run.balls as f64) as usize;
+            let gain = self.gains[run_of(r)];
+            for (k, angle) in [cage - turned * pitch, shaft, gain[1] * halves, gain[0] * halves].iter().enumerate() {
+                let (s, c) = angle.sin_cos();
+                (lanes[2 * k][r], lanes[2 * k + 1][r]) = (c, s);
+            }
+            lanes[8][r] = run.unbalance * run.turning.speed(time_s).powi(2);
+        }
+        let v = |k: usize| l.load(&lanes[k]);
+        self.setup.unbalance = v(8);
+        let now = Angles { cage: [v(0), v(1)], shaft: [v(2), v(3)] };
+        (now, Angles { cage: [v(4), v(5)], shaft: [v(6), v(7)] })
+    }
+
+    fn advance_angles(&mut self, sample: usize) {
+        for (r, run) in self.runs.iter().enumerate() {
+            let time_s = (sample as f64 - run.settle as f64) / run.sample_rate_hz;
+            let next = time_s + 1.0 / run.sample_rate_hz;
+            let (shaft, cage) = (run.turning.shaft(time_s), run.turning.cage(time_s));
+            self.angles0[r] = [shaft, cage];
+            self.gains[r] = [run.turning.shaft(next) - shaft, run.turning.cage(next) - cage];
+        }
+    }
+
+    #[inline(always)]
+    fn record(&self, z: &[L::V; STATES], n: &[L::V; DOFS], out: &mut [[Vec<f64>; 2]]) {
+        let l = self.l;
+        for channel in 0..2 {
+            let a = dot(l, &self.setup.measured[channel], z);
+            let a = plus_dot(l, &self.setup.direct[channel], n, a);
+            let mut lanes = [0.0; MAX_RUNS];
+            l.store(a, &mut lanes);
+            for (signals, value) in out.iter_mut().zip(lanes) {
+                signals[channel].push(value);
+            }
+        }
+    }
+}

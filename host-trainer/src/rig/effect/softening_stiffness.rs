@@ -1,0 +1,19 @@
+//! A support spring that yields: k q + k₃ q³ with k₃ < 0 (I. Kovacic, M. J. Brennan, "The Duffing Equation", 2011).
+//! k₃ is written with its sign.
+
+use super::{Applies, Definition, Parameter, Scale, component::Choices, hardening_stiffness::{apply, equation}};
+use crate::rig::config::Domain;
+
+/// 0 or below.
+const NOT_POSITIVE: Domain = Domain::Between(f64::NEG_INFINITY, f64::MIN_POSITIVE);
+
+pub(super) const EFFECT: Definition = Definition {
+    name: "softening-stiffness",
+    applies_to: Applies::Both,
+    parameters: &[
+        Parameter::number("cubic_n_per_m3", "N/m³", NOT_POSITIVE, (-1e18, -1e9), Scale::Log),
+        Parameter::component(Choices::Supported),
+    ],
+    equation: equation,
+    apply: apply,
+};

@@ -1,0 +1,54 @@
+//! An effect's parameters with defaults filled in.
+
+use super::{Default, Definition, component::Component};
+use crate::rig::config::{EffectEntry, Value};
+
+/// Parameters of one effect of a rig that has been checked.
+#[derive(Clone, Copy, Debug)]
+pub struct Values<'a> {
+    entry: &'a EffectEntry,
+    definition: &'static Definition,
+    kind: &'a str,
+}
+
+impl<'a> Values<'a> {
+    /// Those of an entry, for a rig of this kind; `None` where the entry does not fit
+    /// (which [`Rig::check`](crate::rig::Rig::check) explains).
+    pub fn new(entry: &'a EffectEntry, kind: &'a str) -> Option<Self> {
+        let definition = entry.definition().filter(|_| entry.fault(kind).is_none())?;
+        Some(Self { entry, definition, kind })
+    }
+
+    /// The effect's definition.
+    pub fn definition(&self) -> &'static Definition {
+        self.definition
+    }
+
+    /// The kind of rig.
+    pub fn kind(&self) -> &str {
+        self.kind
+    }
+
+    /// A number. A name that the effect does not have is NaN.
+    pub fn number(&self, name: &str) -> f64 {
+        match (self.entry.parameters.get(name), self.default(name)) {
+            (Some(Value::Number(number)), _) => *number,
+            (None, Some(Default::Number(number))) => number,
+            _ => f64::NAN,
+        }
+    }
+
+    /// The component.
+    pub fn component(&self) -> Component {
+        let name = match (self.entry.parameters.get("component"), self.default("component")) {
+            (Some(Value::Text(text)), _) => Some(text.as_str()),
+            (None, Some(Default::Component(name))) => Some(name),
+            _ => None,
+        };
+        name.and_then(Component::parse).unwrap_or(Component::Mass)
+    }
+
+    fn default(&self, name: &str) -> Option<Default> {
+        self.definition.parameters.iter().find(|p| p.name == name)?.default_for(self.kind)
+    }
+}
