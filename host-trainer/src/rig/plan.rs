@@ -59,6 +59,9 @@ pub struct Acquisition<'a> {
     pub sample_rate_hz: f64,
     /// Samples before t = 0 that the signal begins with.
     pub preroll: usize,
+    /// Force that the bearing passes to the housing in the channel's direction, or the force on the mass of an sdof
+    /// rig, N, at the signal's samples. Empty unless [`Plan::needs_path_force`].
+    pub path_force: &'a [f64],
 }
 
 impl Acquisition<'_> {
@@ -110,6 +113,8 @@ pub struct Plan {
     pub rate_rad_per_s: f64,
     /// Time that the output chain needs to settle, s.
     pub preroll_s: f64,
+    /// Whether the output chain needs [`Acquisition::path_force`].
+    pub needs_path_force: bool,
     /// Samples to take beyond those of the condition, for effects that lose some.
     pub surplus: usize,
 }
@@ -126,6 +131,7 @@ impl Plan {
             signals: Vec::new(),
             rate_rad_per_s: 0.0,
             preroll_s: 0.0,
+            needs_path_force: false,
             surplus: 0,
         }
     }

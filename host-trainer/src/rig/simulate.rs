@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::{
-    bearing::{self, Prepared, Turning},
+    bearing::{self, Prepared, Signals, Turning},
     config::{BearingRig, Model, Rig},
     effect::Values,
     error::RigError,
@@ -116,9 +116,10 @@ pub fn simulate_all(runs: &[Run]) -> Result<Vec<Result<Recording, RigError>>, Ri
         .into_par_iter()
         .flat_map_iter(|(indices, group)| {
             let signals = bearing::integrate(group);
-            let finished = indices.iter().zip(group).zip(signals).map(|((&index, prepared), signals)| {
-                (index, finish(&runs[index], prepared, &chains[index], signals))
-            });
+            let finished =
+                indices.iter().zip(group).zip(signals).map(|((&index, prepared), signals)| {
+                    (index, finish(&runs[index], prepared, &chains[index], signals))
+                });
             finished.collect::<Vec<_>>()
         })
         .collect();
@@ -135,7 +136,8 @@ struct Chain {
 
 fn prepare(run: &Run) -> Result<(Prepared, Chain), RigError> {
     let OperatingCondition { shaft_hz, load_n, sample_rate_hz, samples } = run.condition;
-    let refuse = |field, found: f64, expected| Err(RigError::BadCondition { field, found: found.to_string(), expected });
+    let refuse =
+        |field, found: f64, expected| Err(RigError::BadCondition { field, found: found.to_string(), expected });
     if !(sample_rate_hz.is_finite() && sample_rate_hz > 0.0) {
         return refuse("sample_rate_hz", sample_rate_hz, "a positive number of Hz");
     }
@@ -195,15 +197,16 @@ pub(super) fn plan_of(rig: &Rig) -> Plan {
     plan
 }
 
-fn finish(run: &Run, prepared: &Prepared, chain: &Chain, signals: [Vec<f64>; 2]) -> Result<Recording, RigError> {
+fn finish(run: &Run, prepared: &Prepared, chain: &Chain, signals: Signals) -> Result<Recording, RigError> {
     let OperatingCondition { shaft_hz, load_n, sample_rate_hz, samples } = run.condition;
     let preroll = prepared.preroll;
     if let Some(bad) = signals.iter().filter_map(|s| s.iter().position(|v| !v.is_finite())).min() {
         return Err(RigError::Diverged { time_s: (bad as f64 - preroll as f64) / sample_rate_hz });
     }
     let mut channels = Vec::with_capacity(3);
-    for (index, (mut signal, name)) in signals.into_iter().zip(["ax", "ay"]).enumerate() {
-        let at = Acquisition { channel: name, sample_rate_hz, preroll };
+    let [ax, ay, fx, fy] = signals;
+    for (index, (name, mut signal, path_force)) in [("ax", ax, &fx), ("ay", ay, &fy)].into_iter().enumerate() {
+        let at = Acquisition { channel: name, sample_rate_hz, preroll, path_force };
         let (sensor, rest): (Vec<_>, Vec<_>) = chain.signals.iter().partition(|(stage, _)| *stage <= Stage::Transducer);
         for (_, alter) in sensor {
             alter(&at, &mut signal);
@@ -222,7 +225,7 @@ fn finish(run: &Run, prepared: &Prepared, chain: &Chain, signals: [Vec<f64>; 2])
     }
     let mut tacho = tachometer(&prepared.turning, sample_rate_hz, prepared.samples);
     for (_, alter) in chain.signals.iter().filter(|(stage, _)| *stage == Stage::Logger) {
-        alter(&Acquisition { channel: "tacho", sample_rate_hz, preroll: 0 }, &mut tacho);
+        alter(&Acquisition { channel: "tacho", sample_rate_hz, preroll: 0, path_force: &[] }, &mut tacho);
     }
     tacho.truncate(samples);
     channels.push(Channel { name: "tacho".into(), location: None, samples: tacho });

@@ -11,10 +11,13 @@ use super::{
     prepare::Prepared,
     setup::{MAX_RUNS, Setup, gather},
 };
-use crate::rig::plan::{DOFS, Moment};
+use crate::rig::plan::{DOFS, Moment, OUTER_X, OUTER_Y};
 
 /// Samples between two exact evaluations of the angles.
 const BLOCK: usize = 64;
+/// Acceleration of the horizontal and the vertical sensor, m/s², and, where asked for, the force that the bearing
+/// passes to the housing in x and y, N.
+pub(in crate::rig) type Signals = [Vec<f64>; 4];
 /// States: x_s, x_p and their velocities; y_s, y_p, y_b and theirs.
 pub(super) const STATES: usize = 10;
 const X: usize = 0;
@@ -97,7 +100,7 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
 
     /// Runs from rest to the end; writes accelerations, m/s², from the preroll on.
     #[inline(always)]
-    pub(super) fn run(&mut self, out: &mut [[Vec<f64>; 2]]) {
+    pub(super) fn run(&mut self, out: &mut [Signals]) {
         let l = self.l;
         let first = &self.runs[0];
         let (settle, total) = (first.settle, first.settle + first.samples);
@@ -261,11 +264,7 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
             }
             if l.any_positive(deflection) {
                 let deflection = l.positive(deflection);
-                let force = if set.hertzian {
-                    l.mul(deflection, l.sqrt(deflection))
-                } else {
-                    set.power(l, deflection)
-                };
+                let force = if set.hertzian { l.mul(deflection, l.sqrt(deflection)) } else { set.power(l, deflection) };
                 fu = l.mul_add(force, cos, fu);
                 fw = l.mul_add(force, sin, fw);
             }
@@ -286,13 +285,7 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
 
     /// Adds the effects' forces, run by run.
     #[inline(never)]
-    fn hooks(
-        &self,
-        mut forces: [L::V; DOFS],
-        z: &[L::V; STATES],
-        sample: usize,
-        substep: f64,
-    ) -> [L::V; DOFS] {
+    fn hooks(&self, mut forces: [L::V; DOFS], z: &[L::V; STATES], sample: usize, substep: f64) -> [L::V; DOFS] {
         if self.runs.iter().all(|run| run.forces.is_empty()) {
             return forces;
         }
@@ -394,16 +387,22 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
     }
 
     #[inline(always)]
-    fn record(&self, z: &[L::V; STATES], n: &[L::V; DOFS], out: &mut [[Vec<f64>; 2]]) {
+    fn record(&self, z: &[L::V; STATES], n: &[L::V; DOFS], out: &mut [Signals]) {
         let l = self.l;
-        for channel in 0..2 {
-            let a = dot(l, &self.setup.measured[channel], z);
-            let a = plus_dot(l, &self.setup.direct[channel], n, a);
+        let mut push = |channel: usize, v: L::V| {
             let mut lanes = [0.0; MAX_RUNS];
-            l.store(a, &mut lanes);
+            l.store(v, &mut lanes);
             for (signals, value) in out.iter_mut().zip(lanes) {
                 signals[channel].push(value);
             }
+        };
+        for channel in 0..2 {
+            let a = dot(l, &self.setup.measured[channel], z);
+            push(channel, plus_dot(l, &self.setup.direct[channel], n, a));
+        }
+        if self.runs[0].path_force {
+            push(2, n[OUTER_X]);
+            push(3, l.sub(n[OUTER_Y], self.setup.process));
         }
     }
 }

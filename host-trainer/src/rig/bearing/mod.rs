@@ -9,19 +9,20 @@ mod step;
 
 use pulp::{Arch, Simd, WithSimd};
 
-pub(super) use prepare::{Prepared, Shape};
+pub(super) use prepare::Prepared;
 pub use prepare::{GRAVITY, Turning};
 
 use kernel::Kernel;
+pub(super) use kernel::Signals;
 use lanes::{Lanes, One, Wide};
 
 /// From this many runs on a vector of them beats one after the other.
 const WIDE_FROM: usize = 3;
 
-/// Accelerations of the horizontal and the vertical sensor, m/s², of each run, from its preroll on.
+/// Signals of each run, from its preroll on.
 ///
 /// All runs must be of one [`Shape`].
-pub(super) fn integrate(runs: &[Prepared]) -> Vec<[Vec<f64>; 2]> {
+pub(super) fn integrate(runs: &[Prepared]) -> Vec<Signals> {
     Arch::new().dispatch(Integrate(runs))
 }
 
@@ -40,7 +41,7 @@ pub(super) fn runs_per_vector() -> usize {
 struct Integrate<'a>(&'a [Prepared]);
 
 impl WithSimd for Integrate<'_> {
-    type Output = Vec<[Vec<f64>; 2]>;
+    type Output = Vec<Signals>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
@@ -48,7 +49,8 @@ impl WithSimd for Integrate<'_> {
         for group in self.0.chunks(S::F64_LANES.max(1)) {
             let rows = group[0].samples + group[0].preroll;
             let from = out.len();
-            out.resize_with(from + group.len(), || [Vec::with_capacity(rows), Vec::with_capacity(rows)]);
+            let of_force = if group[0].path_force { rows } else { 0 };
+            out.resize_with(from + group.len(), || [rows, rows, of_force, of_force].map(Vec::with_capacity));
             let out = &mut out[from..];
             if group.len() >= WIDE_FROM {
                 run::<S, _>(simd, Wide(simd), group, out);
@@ -69,8 +71,8 @@ impl WithSimd for Integrate<'_> {
 
 /// A function of its own with the instruction set's features, so that kernels are not inlined into one another.
 #[inline(always)]
-fn run<S: Simd, L: Lanes>(simd: S, l: L, runs: &[Prepared], out: &mut [[Vec<f64>; 2]]) {
-    struct Call<'a, L>(L, &'a [Prepared], &'a mut [[Vec<f64>; 2]]);
+fn run<S: Simd, L: Lanes>(simd: S, l: L, runs: &[Prepared], out: &mut [Signals]) {
+    struct Call<'a, L>(L, &'a [Prepared], &'a mut [Signals]);
     impl<L: Lanes> pulp::NullaryFnOnce for Call<'_, L> {
         type Output = ();
         #[inline(always)]

@@ -57,12 +57,14 @@ pub(in crate::rig) struct Prepared {
     pub settle: usize,
     pub samples: usize,
     pub preroll: usize,
+    /// Also records what the bearing passes to the housing.
+    pub path_force: bool,
     pub substeps: usize,
     pub sample_rate_hz: f64,
     pub turning: Turning,
     pub drifting: bool,
-    pub x: Step<4, 2>,
-    pub y: Step<6, 3>,
+    pub(super) x: Step<4, 2>,
+    pub(super) y: Step<6, 3>,
     pub measured: [[f64; STATES]; 2],
     pub direct: [[f64; DOFS]; 2],
     pub clearance: f64,
@@ -85,6 +87,7 @@ pub(in crate::rig) struct Shape {
     settle: usize,
     samples: usize,
     preroll: usize,
+    path_force: bool,
     substeps: usize,
     drifting: bool,
     hertzian: bool,
@@ -92,7 +95,12 @@ pub(in crate::rig) struct Shape {
 }
 
 impl Prepared {
-    pub(in crate::rig) fn new(rig: &BearingRig, plan: &mut Plan, condition: &OperatingCondition, start: &Start) -> Self {
+    pub(in crate::rig) fn new(
+        rig: &BearingRig,
+        plan: &mut Plan,
+        condition: &OperatingCondition,
+        start: &Start,
+    ) -> Self {
         let rate = condition.sample_rate_hz;
         let settle = (start.settle_s * rate).round() as usize;
         let samples = condition.samples + plan.surplus;
@@ -126,6 +134,7 @@ impl Prepared {
             settle,
             samples,
             preroll: ((plan.preroll_s * rate).ceil() as usize).min(settle),
+            path_force: plan.needs_path_force,
             substeps,
             sample_rate_hz: rate,
             turning: Turning {
@@ -158,6 +167,7 @@ impl Prepared {
             settle: self.settle,
             samples: self.samples,
             preroll: self.preroll,
+            path_force: self.path_force,
             substeps: self.substeps,
             drifting: self.drifting,
             hertzian: self.exponent == 1.5,
@@ -186,8 +196,7 @@ pub(super) fn system_y(rig: &BearingRig) -> [[f64; 6]; 6] {
     let (s, p, r) = (&rig.inner, &rig.outer, &rig.resonator);
     let (k, c) = (r.stiffness_n_per_m, r.damping_n_s_per_m);
     let inner = [-s.stiffness_n_per_m, 0.0, 0.0, -s.damping_n_s_per_m, 0.0, 0.0].map(|v| v / s.mass_kg);
-    let outer =
-        [0.0, -(p.stiffness_n_per_m + k), k, 0.0, -(p.damping_n_s_per_m + c), c].map(|v| v / p.mass_kg);
+    let outer = [0.0, -(p.stiffness_n_per_m + k), k, 0.0, -(p.damping_n_s_per_m + c), c].map(|v| v / p.mass_kg);
     let resonator = [0.0, k, -k, 0.0, c, -c].map(|v| v / r.mass_kg);
     let unit = |i: usize| std::array::from_fn(|j| f64::from(u8::from(i == j)));
     [unit(3), unit(4), unit(5), inner, outer, resonator]
@@ -197,7 +206,8 @@ pub(super) fn system_y(rig: &BearingRig) -> [[f64; 6]; 6] {
 fn substeps(rig: &BearingRig, plan: &Plan, condition: &OperatingCondition) -> usize {
     let bearing = &rig.bearing;
     // All the load on one ball: as stiff as the contact gets at rest.
-    let deflection = (condition.load_n.abs() / bearing.contact_stiffness_n_per_m1_5).powf(1.0 / bearing.contact_exponent);
+    let deflection =
+        (condition.load_n.abs() / bearing.contact_stiffness_n_per_m1_5).powf(1.0 / bearing.contact_exponent);
     let slope = bearing.contact_exponent
         * bearing.contact_stiffness_n_per_m1_5
         * deflection.powf(bearing.contact_exponent - 1.0);

@@ -1,11 +1,6 @@
 //! The numbers of a group of runs as vectors, a run in each lane.
 
-use super::{
-    kernel::STATES,
-    lanes::Lanes,
-    prepare::Prepared,
-    step::Step,
-};
+use super::{kernel::STATES, lanes::Lanes, prepare::Prepared, step::Step};
 use crate::rig::plan::DOFS;
 
 /// Lanes of the widest vector (AVX-512).
@@ -130,4 +125,3 @@ impl<V: Copy> Setup<V> {
         l.load(&base)
     }
 }
-

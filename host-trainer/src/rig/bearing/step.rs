@@ -45,9 +45,7 @@ impl<const N: usize, const M: usize> Step<N, M> {
         let a_matrix = combination(&[(0.5 * h, &half1)]);
         let a = input(&a_matrix);
         let less_one = combination(&[(1.0, &half), (-1.0, &identity())]);
-        let c1 = std::array::from_fn(|i| {
-            std::array::from_fn(|k| (0..N).map(|j| less_one[i][j] * a[j][k]).sum())
-        });
+        let c1 = std::array::from_fn(|i| std::array::from_fn(|k| (0..N).map(|j| less_one[i][j] * a[j][k]).sum()));
         Self {
             half,
             full,
@@ -81,8 +79,8 @@ mod tests {
         let t = 1000.0 * h;
         let decay = damping / (2.0 * mass);
         let damped = (stiffness / mass - decay * decay).sqrt();
-        let exact = force / stiffness
-            * (1.0 - (-decay * t).exp() * ((damped * t).cos() + decay / damped * (damped * t).sin()));
+        let exact =
+            force / stiffness * (1.0 - (-decay * t).exp() * ((damped * t).cos() + decay / damped * (damped * t).sin()));
         assert!((z[0] / exact - 1.0).abs() < 1e-11, "{} beside {exact}", z[0]);
     }
 }

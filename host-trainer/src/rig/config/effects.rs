@@ -9,7 +9,7 @@ use crate::rig::effect::{self, Definition, Holds};
 pub enum Value {
     /// A number in SI units.
     Number(f64),
-    /// A name, of a component.
+    /// A name, of a component or a channel.
     Text(String),
 }
 
@@ -58,7 +58,7 @@ impl EffectEntry {
                 Some(value) => {
                     let good = match (value, parameter.holds) {
                         (Value::Number(number), Holds::Number(domain)) => domain.holds(*number),
-                        (Value::Text(text), Holds::Component(choices)) => choices.names(kind).contains(&text.as_str()),
+                        (Value::Text(text), Holds::Name(choices)) => choices.names(kind).contains(&text.as_str()),
                         _ => false,
                     };
                     if !good {

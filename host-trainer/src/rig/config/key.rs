@@ -11,6 +11,8 @@ pub enum Domain {
     Positive,
     /// 0 or above.
     NotNegative,
+    /// 0 or below.
+    NotPositive,
     /// A whole number from the first to the last.
     Whole(usize, usize),
     /// Above the first and below the second.
@@ -25,6 +27,7 @@ impl Domain {
                 Self::Any => true,
                 Self::Positive => value > 0.0,
                 Self::NotNegative => value >= 0.0,
+                Self::NotPositive => value <= 0.0,
                 Self::Whole(low, high) => value.fract() == 0.0 && value >= low as f64 && value <= high as f64,
                 Self::Between(low, high) => value > low && value < high,
             }
@@ -36,6 +39,7 @@ impl Domain {
             Self::Any => "a number".into(),
             Self::Positive => "a number above 0".into(),
             Self::NotNegative => "a number, not negative".into(),
+            Self::NotPositive => "a number, not positive".into(),
             Self::Whole(low, high) => format!("a whole number from {low} to {high}"),
             Self::Between(low, high) => format!("a number between {low} and {high}"),
         }

@@ -16,7 +16,8 @@ impl Rig {
             document["kind"] = self.model.kind().into();
         }
         let unknown = document.get("unknown").and_then(Item::as_array);
-        let same = unknown.is_some_and(|list| list.iter().map(|v| v.as_str()).eq(self.unknown.iter().map(|n| Some(n.as_str()))));
+        let same = unknown
+            .is_some_and(|list| list.iter().map(|v| v.as_str()).eq(self.unknown.iter().map(|n| Some(n.as_str()))));
         if !(same || unknown.is_none() && self.unknown.is_empty()) {
             document["unknown"] = Item::Value(self.unknown.iter().collect());
         }
@@ -51,7 +52,8 @@ impl Rig {
 
     fn put_effects(&self, document: &mut Table) {
         let as_read = Self { document: Default::default(), ..self.clone() };
-        let same = super::Rig::parse(&self.document.to_string(), Path::new("")).is_ok_and(|r| r.effects == as_read.effects);
+        let same =
+            super::Rig::parse(&self.document.to_string(), Path::new("")).is_ok_and(|r| r.effects == as_read.effects);
         if same {
             return;
         }

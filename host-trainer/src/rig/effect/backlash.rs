@@ -9,7 +9,7 @@ pub(super) const EFFECT: Definition = Definition {
     applies_to: Applies::Both,
     parameters: &[
         Parameter::number("width_m", "m", Domain::NotNegative, (1e-7, 1e-1), Scale::Log),
-        Parameter::component(Choices::Supported).usually(Usual::Component("outer")),
+        Parameter::component(Choices::Supported).usually(Usual::Name("outer")),
     ],
     equation: |v| {
         let half = 0.5 * v.number("width_m");

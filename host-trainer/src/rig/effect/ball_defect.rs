@@ -24,15 +24,15 @@ pub(super) const EFFECT: Definition = Definition {
         let (depth, width) = (v.number("depth_m"), v.number("width_rad"));
         format!(
             "δ_1 = … − c − d(β) − d(β − π), β = ½ D_p/D_b (1 − (D_b cos α/D_p)²) ψ, \
-             d a pit {depth:.3e} m deep and {width:.4} rad of the ball wide"
+             d(θ) = {depth:.4e} m · cos(πθ/{width:.5}) for |θ| < {width:.5}/2"
         )
     },
     apply: |v, plan| {
         let spin0 = v.number("spin_rad");
         let Some(rig) = plan.bearing() else { return };
-        let pit = Pit::in_ball(rig, v.number("depth_m"), v.number("width_rad"));
+        let pit = Pit::new(v.number("depth_m"), v.number("width_rad"));
         let spin = rig.bearing.geometry().orders().bsf;
-        if pit.depth > 0.0 {
+        if v.number("depth_m") > 0.0 {
             plan.profile(move |at, losses| {
                 let turns = (spin * at.shaft_rad + spin0) / TAU;
                 let outer = (turns - turns.round()) * TAU;

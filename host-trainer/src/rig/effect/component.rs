@@ -35,12 +35,16 @@ pub enum Choices {
     Sections,
     /// Those, and the contact.
     SectionsAndContact,
+    /// Channels of the recording.
+    Channels,
 }
 
 impl Choices {
     /// The names, for a rig of this kind.
     pub fn names(self, kind: &str) -> &'static [&'static str] {
         match self {
+            Self::Channels if kind == "sdof" => &["all", "q", "qd", "qdd"],
+            Self::Channels => &["all", "ax", "ay"],
             _ if kind == "sdof" => &["mass"],
             Self::Supported => &["outer", "inner", "resonator", "outer-x", "outer-y", "inner-x", "inner-y"],
             Self::Sections => &["outer", "inner", "resonator"],

@@ -9,7 +9,7 @@ pub(super) const EFFECT: Definition = Definition {
     applies_to: Applies::Both,
     parameters: &[
         Parameter::number("force_n", "N", Domain::Any, (-1e4, 1e4), Scale::Linear),
-        Parameter::component(Choices::Supported).usually(Usual::Component("inner-y")),
+        Parameter::component(Choices::Supported).usually(Usual::Name("inner-y")),
     ],
     equation: |v| format!("m q̈ + … = … + {:.4} N, q = {}", v.number("force_n"), v.component().symbols()),
     apply: |v, plan| {

@@ -12,7 +12,7 @@ pub(super) const EFFECT: Definition = Definition {
     parameters: &[
         Parameter::number("gap_m", "m", Domain::Any, (1e-7, 1e-1), Scale::Log),
         Parameter::number("stiffness_n_per_m", "N/m", Domain::NotNegative, (1e3, 1e10), Scale::Log),
-        Parameter::component(Choices::Supported).usually(Usual::Component("outer-y")),
+        Parameter::component(Choices::Supported).usually(Usual::Name("outer-y")),
     ],
     equation: |v| {
         let (gap, stiffness) = (v.number("gap_m"), v.number("stiffness_n_per_m"));

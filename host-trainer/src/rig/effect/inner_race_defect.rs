@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use super::{
     Applies, Definition, Parameter, Scale, Usual,
     outer_race_defect::{DEPTH, WIDTH},
-    pit::{Pit, Race},
+    pit::Pit,
 };
 use crate::rig::config::Domain;
 
@@ -21,13 +21,12 @@ pub(super) const EFFECT: Definition = Definition {
     ],
     equation: |v| {
         let (depth, width, angle) = (v.number("depth_m"), v.number("width_rad"), v.number("angle_rad"));
-        format!("δ_j = … − c − d(φ_j − ψ − {angle:.4}), d a pit {depth:.3e} m deep and {width:.4} rad wide")
+        format!("δ_j = … − c − d(φ_j − ψ − {angle:.4}), d(θ) = {depth:.4e} m · cos(πθ/{width:.5}) for |θ| < {width:.5}/2")
     },
     apply: |v, plan| {
         let angle = v.number("angle_rad");
-        let Some(rig) = plan.bearing() else { return };
-        let pit = Pit::in_race(rig, Race::Inner, v.number("depth_m"), v.number("width_rad"));
-        if pit.depth > 0.0 {
+        let pit = Pit::new(v.number("depth_m"), v.number("width_rad"));
+        if v.number("depth_m") > 0.0 {
             plan.profile(move |at, losses| pit.add(angle + at.shaft_rad, at.cage_rad, losses));
         }
     },

@@ -72,8 +72,8 @@ pub struct Parameter {
 pub enum Holds {
     /// A number.
     Number(Domain),
-    /// The name of a component.
-    Component(Choices),
+    /// The name of a component or a channel.
+    Name(Choices),
 }
 
 impl Holds {
@@ -81,7 +81,7 @@ impl Holds {
     pub fn number(self) -> Option<Domain> {
         match self {
             Self::Number(domain) => Some(domain),
-            Self::Component(_) => None,
+            Self::Name(_) => None,
         }
     }
 
@@ -89,7 +89,7 @@ impl Holds {
     pub fn describe(self, kind: &str) -> String {
         match self {
             Self::Number(domain) => domain.describe(),
-            Self::Component(choices) => format!("one of {}", choices.names(kind).join(", ")),
+            Self::Name(choices) => format!("one of {}", choices.names(kind).join(", ")),
         }
     }
 }
@@ -114,8 +114,8 @@ pub enum Usual {
     Number(f64),
     /// This number for a bearing rig, and this for an sdof rig.
     ByKind(f64, f64),
-    /// This component of a bearing rig; an sdof rig has only one.
-    Component(&'static str),
+    /// This name for a bearing rig; an sdof rig has its first.
+    Name(&'static str),
 }
 
 /// A value a parameter has where it is not given.
@@ -123,8 +123,8 @@ pub enum Usual {
 pub enum Default {
     /// A number.
     Number(f64),
-    /// A component's name.
-    Component(&'static str),
+    /// A component's or channel's name.
+    Name(&'static str),
 }
 
 impl Parameter {
@@ -141,8 +141,14 @@ impl Parameter {
 
     /// A component that must be given for a bearing rig.
     pub const fn component(choices: Choices) -> Self {
-        let holds = Holds::Component(choices);
+        let holds = Holds::Name(choices);
         Self { name: "component", unit: "", holds, plausible: (0.0, 0.0), scale: Scale::Each, usual: Usual::Required }
+    }
+
+    /// The channel that an effect of the sensor is in, usually all.
+    pub const fn channel(usual: &'static str) -> Self {
+        let parameter = Self::component(Choices::Channels).usually(Usual::Name(usual));
+        Self { name: "channel", ..parameter }
     }
 
     /// The same with a value for when it is not given.
@@ -159,11 +165,11 @@ impl Parameter {
     /// What it is for a rig of this kind where it is not given.
     pub fn default_for(&self, kind: &str) -> Option<Default> {
         match (self.usual, self.holds) {
-            (_, Holds::Component(choices)) if kind == "sdof" => choices.names(kind).first().map(|n| Default::Component(n)),
+            (_, Holds::Name(choices)) if kind == "sdof" => choices.names(kind).first().map(|n| Default::Name(n)),
             (Usual::Required, _) => None,
             (Usual::Number(number), _) => Some(Default::Number(number)),
             (Usual::ByKind(bearing, sdof), _) => Some(Default::Number(if kind == "sdof" { sdof } else { bearing })),
-            (Usual::Component(name), _) => Some(Default::Component(name)),
+            (Usual::Name(name), _) => Some(Default::Name(name)),
         }
     }
 }

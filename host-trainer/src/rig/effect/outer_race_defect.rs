@@ -3,10 +3,7 @@
 
 use std::f64::consts::PI;
 
-use super::{
-    Applies, Definition, Parameter, Scale,
-    pit::{Pit, Race},
-};
+use super::{Applies, Definition, Parameter, Scale, pit::Pit};
 use crate::rig::config::Domain;
 
 pub(super) const DEPTH: Parameter = Parameter::number("depth_m", "m", Domain::NotNegative, (1e-7, 1e-4), Scale::Log);
@@ -24,13 +21,12 @@ pub(super) const EFFECT: Definition = Definition {
     ],
     equation: |v| {
         let (depth, width, angle) = (v.number("depth_m"), v.number("width_rad"), v.number("angle_rad"));
-        format!("δ_j = … − c − d(φ_j − {angle:.4}), d a pit {depth:.3e} m deep and {width:.4} rad wide")
+        format!("δ_j = … − c − d(φ_j − {angle:.4}), d(θ) = {depth:.4e} m · cos(πθ/{width:.5}) for |θ| < {width:.5}/2")
     },
     apply: |v, plan| {
         let angle = v.number("angle_rad");
-        let Some(rig) = plan.bearing() else { return };
-        let pit = Pit::in_race(rig, Race::Outer, v.number("depth_m"), v.number("width_rad"));
-        if pit.depth > 0.0 {
+        let pit = Pit::new(v.number("depth_m"), v.number("width_rad"));
+        if v.number("depth_m") > 0.0 {
             plan.profile(move |at, losses| pit.add(angle, at.cage_rad, losses));
         }
     },

@@ -9,7 +9,7 @@ pub(super) const EFFECT: Definition = Definition {
     applies_to: Applies::Both,
     parameters: &[
         Parameter::number("drag_n_s2_per_m2", "N s²/m²", Domain::NotNegative, (1e-1, 1e9), Scale::Log),
-        Parameter::component(Choices::Supported).usually(Usual::Component("outer")),
+        Parameter::component(Choices::Supported).usually(Usual::Name("outer")),
     ],
     equation: |v| {
         format!("… + {:.4e} N s²/m² · q̇ |q̇| = …, q = {}", v.number("drag_n_s2_per_m2"), v.component().symbols())

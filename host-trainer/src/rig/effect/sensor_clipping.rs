@@ -6,13 +6,16 @@ use crate::rig::{config::Domain, plan::Stage};
 pub(super) const EFFECT: Definition = Definition {
     name: "sensor-clipping",
     applies_to: Applies::Both,
-    parameters: &[Parameter::number("value", "unit of the signal", Domain::Positive, (1e-3, 1e4), Scale::Log)],
+    parameters: &[
+        Parameter::number("value", "unit of the signal", Domain::Positive, (1e-3, 1e4), Scale::Log),
+        Parameter::channel("all"),
+    ],
     equation: |v| format!("a = clamp(…, ±{:.4e})", v.number("value")),
     apply: |v, plan| {
-        let value = v.number("value");
-        plan.signal(Stage::Converter, move |_, signal| {
-            for sample in signal {
-                *sample = sample.clamp(-value, value);
+        let (value, concerns) = (v.number("value"), v.channels());
+        plan.signal(Stage::Converter, move |at, signal| {
+            if concerns(at.channel) {
+                signal.iter_mut().for_each(|sample| *sample = sample.clamp(-value, value));
             }
         });
     },

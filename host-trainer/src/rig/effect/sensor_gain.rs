@@ -6,14 +6,17 @@ use crate::rig::{config::Domain, plan::Stage};
 pub(super) const EFFECT: Definition = Definition {
     name: "sensor-gain",
     applies_to: Applies::Both,
-    parameters: &[Parameter::number("value", "", Domain::Positive, (0.1, 10.0), Scale::Log)],
+    parameters: &[
+        Parameter::number("value", "", Domain::Positive, (0.1, 10.0), Scale::Log),
+        Parameter::channel("all"),
+    ],
     equation: |v| format!("a = {:.5} · …", v.number("value")),
     apply: |v, plan| {
-        let value = v.number("value");
+        let (value, concerns) = (v.number("value"), v.channels());
         if value != 1.0 {
-            plan.signal(Stage::Transducer, move |_, signal| {
-                for sample in signal {
-                    *sample *= value;
+            plan.signal(Stage::Transducer, move |at, signal| {
+                if concerns(at.channel) {
+                    signal.iter_mut().for_each(|sample| *sample *= value);
                 }
             });
         }

@@ -16,7 +16,7 @@ pub(super) const EFFECT: Definition = Definition {
             .usually(Usual::ByKind(0.01, 1.0)),
         Parameter::number("duration_s", "s", Domain::Positive, (5e-5, 1e-2), Scale::Log)
             .usually(Usual::ByKind(2e-4, 5e-3)),
-        Parameter::component(Choices::Supported).usually(Usual::Component("outer-y")),
+        Parameter::component(Choices::Supported).usually(Usual::Name("outer-y")),
     ],
     equation: |v| {
         let (time, impulse, duration) = (v.number("time_s"), v.number("impulse_n_s"), v.number("duration_s"));

@@ -4,14 +4,11 @@
 use super::{Applies, Definition, Parameter, Scale, component::Choices, hardening_stiffness::{apply, equation}};
 use crate::rig::config::Domain;
 
-/// 0 or below.
-const NOT_POSITIVE: Domain = Domain::Between(f64::NEG_INFINITY, f64::MIN_POSITIVE);
-
 pub(super) const EFFECT: Definition = Definition {
     name: "softening-stiffness",
     applies_to: Applies::Both,
     parameters: &[
-        Parameter::number("cubic_n_per_m3", "N/m³", NOT_POSITIVE, (-1e18, -1e9), Scale::Log),
+        Parameter::number("cubic_n_per_m3", "N/m³", Domain::NotPositive, (-1e18, -1e9), Scale::Log),
         Parameter::component(Choices::Supported),
     ],
     equation: equation,

@@ -40,12 +40,21 @@ impl<'a> Values<'a> {
 
     /// The component.
     pub fn component(&self) -> Component {
-        let name = match (self.entry.parameters.get("component"), self.default("component")) {
-            (Some(Value::Text(text)), _) => Some(text.as_str()),
-            (None, Some(Default::Component(name))) => Some(name),
+        self.name("component").and_then(Component::parse).unwrap_or(Component::Mass)
+    }
+
+    /// Which channels an effect of the sensor is in.
+    pub fn channels(&self) -> impl Fn(&str) -> bool + Send + Sync + 'static {
+        let name = self.name("channel").unwrap_or("all").to_owned();
+        move |channel| name == "all" || name == channel
+    }
+
+    fn name(&self, parameter: &str) -> Option<&str> {
+        match (self.entry.parameters.get(parameter), self.default(parameter)) {
+            (Some(Value::Text(text)), _) => Some(text),
+            (None, Some(Default::Name(name))) => Some(name),
             _ => None,
-        };
-        name.and_then(Component::parse).unwrap_or(Component::Mass)
+        }
     }
 
     fn default(&self, name: &str) -> Option<Default> {

@@ -15,7 +15,7 @@ pub(super) const EFFECT: Definition = Definition {
     applies_to: Applies::Both,
     parameters: &[
         Parameter::number("damping_n_s_per_m", "N s/m", Domain::NotNegative, (1e-1, 1e6), Scale::Log),
-        Parameter::component(Choices::SectionsAndContact).usually(Usual::Component("bearing")),
+        Parameter::component(Choices::SectionsAndContact).usually(Usual::Name("bearing")),
     ],
     equation: |v| {
         let damping = v.number("damping_n_s_per_m");
