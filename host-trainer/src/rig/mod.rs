@@ -9,6 +9,10 @@ mod noise;
 pub mod plan;
 pub mod sdof;
 pub mod simulate;
+#[cfg(test)]
+mod simulate_tests;
+#[cfg(test)]
+mod test_support;
 
 pub use config::{EffectEntry, Model, Rig, Value};
 pub use error::RigError;

@@ -6,12 +6,17 @@
 //! [`BLOCK`] samples. θ is kept within one pitch of balls, so that the loaded balls have the same index in all runs
 //! and the unloaded ones are skipped.
 
+mod angles;
+mod hooks;
+
+use angles::Angles;
+
 use super::{
     lanes::Lanes,
     prepare::Prepared,
     setup::{MAX_RUNS, Setup, gather},
 };
-use crate::rig::plan::{DOFS, Moment, OUTER_X, OUTER_Y};
+use crate::rig::plan::{DOFS, OUTER_X, OUTER_Y};
 
 /// Samples between two exact evaluations of the angles.
 const BLOCK: usize = 64;
@@ -22,24 +27,6 @@ pub(in crate::rig) type Signals = [Vec<f64>; 4];
 pub(super) const STATES: usize = 10;
 const X: usize = 0;
 const Y: usize = 4;
-
-/// Cosine and sine of the cage's and the shaft's angle.
-#[derive(Clone, Copy)]
-struct Angles<V> {
-    cage: [V; 2],
-    shaft: [V; 2],
-}
-
-impl<V: Copy> Angles<V> {
-    #[inline(always)]
-    fn turned<L: Lanes<V = V>>(self, l: L, by: &Self) -> Self {
-        let turn = |a: [V; 2], b: [V; 2]| {
-            let c = l.sub(l.mul(a[0], b[0]), l.mul(a[1], b[1]));
-            [c, l.mul_add(a[0], b[1], l.mul(a[1], b[0]))]
-        };
-        Self { cage: turn(self.cage, by.cage), shaft: turn(self.shaft, by.shaft) }
-    }
-}
 
 #[inline(always)]
 fn dot<L: Lanes, const N: usize>(l: L, row: &[L::V; N], z: &[L::V]) -> L::V {
@@ -281,109 +268,6 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
             set.resonator_y,
         ];
         if HOOKS { self.hooks(forces, z, sample, substep) } else { forces }
-    }
-
-    /// Adds the effects' forces, run by run.
-    #[inline(never)]
-    fn hooks(&self, mut forces: [L::V; DOFS], z: &[L::V; STATES], sample: usize, substep: f64) -> [L::V; DOFS] {
-        if self.runs.iter().all(|run| run.forces.is_empty()) {
-            return forces;
-        }
-        let mut states = [[0.0; MAX_RUNS]; STATES];
-        let mut sums = [[0.0; MAX_RUNS]; DOFS];
-        for (v, lanes) in z.iter().zip(&mut states) {
-            self.l.store(*v, lanes);
-        }
-        for (v, lanes) in forces.iter().zip(&mut sums) {
-            self.l.store(*v, lanes);
-        }
-        for (r, run) in self.runs.iter().enumerate() {
-            let at = self.moment(r, sample, substep);
-            let q = [0, 1, 4, 5, 6].map(|k| states[k][r]);
-            let v = [2, 3, 7, 8, 9].map(|k| states[k][r]);
-            let mut sum = std::array::from_fn(|k| sums[k][r]);
-            for force in &run.forces {
-                force(&at, &q, &v, &mut sum);
-            }
-            for (lanes, value) in sums.iter_mut().zip(sum) {
-                lanes[r] = value;
-            }
-        }
-        for (v, lanes) in forces.iter_mut().zip(&sums) {
-            *v = self.l.load(lanes);
-        }
-        forces
-    }
-
-    /// Fills in the loss of deflection at one instant of a step.
-    #[inline(never)]
-    fn lose(&mut self, instant: usize, sample: usize, substep: f64) {
-        for r in 0..self.runs.len() {
-            if self.runs[r].profiles.is_empty() {
-                continue;
-            }
-            let at = self.moment(r, sample, substep);
-            self.ball_losses.fill(0.0);
-            for profile in &self.runs[r].profiles {
-                profile(&at, &mut self.ball_losses);
-            }
-            let balls = self.ball_losses.len();
-            for (ball, loss) in self.ball_losses.iter().enumerate() {
-                let slot = (ball + self.pitches[r]) % balls;
-                self.losses[instant][slot * L::RUNS + r] = *loss;
-            }
-        }
-    }
-
-    fn moment(&self, r: usize, sample: usize, substep: f64) -> Moment {
-        let run = &self.runs[r];
-        let fraction = substep / run.substeps as f64;
-        let time_s = (sample as f64 - run.settle as f64 + fraction) / run.sample_rate_hz;
-        let [shaft, cage] = self.angles0[r];
-        Moment {
-            time_s,
-            shaft_rad: shaft + fraction * self.gains[r][0],
-            shaft_rad_per_s: run.turning.speed(time_s),
-            cage_rad: cage + fraction * self.gains[r][1],
-        }
-    }
-
-    /// Angles at the start of a sample, and the gain of a half step in it.
-    fn exact_angles(&mut self, sample: usize) -> (Angles<L::V>, Angles<L::V>) {
-        self.advance_angles(sample);
-        let l = self.l;
-        let run_of = |r: usize| r.min(self.runs.len() - 1);
-        let halves = 0.5 / self.runs[0].substeps as f64;
-        let pitch = std::f64::consts::TAU / self.runs[0].balls as f64;
-        let mut lanes = [[0.0; MAX_RUNS]; 9];
-        for r in 0..L::RUNS {
-            let run = &self.runs[run_of(r)];
-            let time_s = (sample as f64 - run.settle as f64) / run.sample_rate_hz;
-            let shaft = run.turning.shaft(time_s);
-            let cage = run.turning.cage(time_s);
-            let turned = (cage / pitch).floor();
-            self.pitches[r] = turned.rem_euclid(run.balls as f64) as usize;
-            let gain = self.gains[run_of(r)];
-            for (k, angle) in [cage - turned * pitch, shaft, gain[1] * halves, gain[0] * halves].iter().enumerate() {
-                let (s, c) = angle.sin_cos();
-                (lanes[2 * k][r], lanes[2 * k + 1][r]) = (c, s);
-            }
-            lanes[8][r] = run.unbalance * run.turning.speed(time_s).powi(2);
-        }
-        let v = |k: usize| l.load(&lanes[k]);
-        self.setup.unbalance = v(8);
-        let now = Angles { cage: [v(0), v(1)], shaft: [v(2), v(3)] };
-        (now, Angles { cage: [v(4), v(5)], shaft: [v(6), v(7)] })
-    }
-
-    fn advance_angles(&mut self, sample: usize) {
-        for (r, run) in self.runs.iter().enumerate() {
-            let time_s = (sample as f64 - run.settle as f64) / run.sample_rate_hz;
-            let next = time_s + 1.0 / run.sample_rate_hz;
-            let (shaft, cage) = (run.turning.shaft(time_s), run.turning.cage(time_s));
-            self.angles0[r] = [shaft, cage];
-            self.gains[r] = [run.turning.shaft(next) - shaft, run.turning.cage(next) - cage];
-        }
     }
 
     #[inline(always)]

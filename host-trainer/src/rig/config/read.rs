@@ -62,7 +62,7 @@ impl Read<'_> {
             Item::None => "nothing".into(),
         };
         // One line, however long the value.
-        let mut short: String = found.chars().take(60).flat_map(char::escape_debug).collect();
+        let mut short: String = found.chars().take(60).map(|c| if c.is_control() { ' ' } else { c }).collect();
         if found.chars().count() > 60 {
             short.push('…');
         }

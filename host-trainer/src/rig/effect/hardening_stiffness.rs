@@ -31,6 +31,6 @@ pub(super) const EFFECT: Definition = Definition {
         Parameter::number("cubic_n_per_m3", "N/m³", Domain::NotNegative, (1e9, 1e18), Scale::Log),
         Parameter::component(Choices::Supported),
     ],
-    equation: equation,
-    apply: apply,
+    equation,
+    apply,
 };

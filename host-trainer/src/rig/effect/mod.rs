@@ -5,10 +5,16 @@
 //! Parameters of the vocabulary must be given; those with a default are of no interest in a diagnosis (a phase, the
 //! place where a friction acts if nobody says) but a fit may need them.
 
+#[cfg(test)]
+mod bearing_tests;
 pub mod component;
+#[cfg(test)]
+mod machine_tests;
 mod pit;
 #[cfg(test)]
-mod tests;
+mod registry_tests;
+#[cfg(test)]
+mod sensor_tests;
 mod values;
 
 use component::Choices;
@@ -120,7 +126,7 @@ pub enum Usual {
 
 /// A value a parameter has where it is not given.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Default {
+pub enum UsualValue {
     /// A number.
     Number(f64),
     /// A component's or channel's name.
@@ -163,13 +169,13 @@ impl Parameter {
     }
 
     /// What it is for a rig of this kind where it is not given.
-    pub fn default_for(&self, kind: &str) -> Option<Default> {
+    pub fn default_for(&self, kind: &str) -> Option<UsualValue> {
         match (self.usual, self.holds) {
-            (_, Holds::Name(choices)) if kind == "sdof" => choices.names(kind).first().map(|n| Default::Name(n)),
+            (_, Holds::Name(choices)) if kind == "sdof" => choices.names(kind).first().map(|n| UsualValue::Name(n)),
             (Usual::Required, _) => None,
-            (Usual::Number(number), _) => Some(Default::Number(number)),
-            (Usual::ByKind(bearing, sdof), _) => Some(Default::Number(if kind == "sdof" { sdof } else { bearing })),
-            (Usual::Name(name), _) => Some(Default::Name(name)),
+            (Usual::Number(number), _) => Some(UsualValue::Number(number)),
+            (Usual::ByKind(bearing, sdof), _) => Some(UsualValue::Number(if kind == "sdof" { sdof } else { bearing })),
+            (Usual::Name(name), _) => Some(UsualValue::Name(name)),
         }
     }
 }

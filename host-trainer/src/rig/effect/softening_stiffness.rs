@@ -11,6 +11,6 @@ pub(super) const EFFECT: Definition = Definition {
         Parameter::number("cubic_n_per_m3", "N/m³", Domain::NotPositive, (-1e18, -1e9), Scale::Log),
         Parameter::component(Choices::Supported),
     ],
-    equation: equation,
-    apply: apply,
+    equation,
+    apply,
 };

@@ -2,14 +2,15 @@
 //!
 //! The bearing's force excites it beside the modes that the rig has, and what the sensor sees of it adds to them:
 //! modal superposition (D. J. Ewins, "Modal Testing: Theory, Practice and Application", 2000, section 2.4). With f the
-//! force that the bearing passes to the housing in the sensor's direction, η̈ + 2ζω₀ η̇ + ω₀² η = f, and the sensor
-//! gives a + g η̈. g, the modal constant in 1/kg, has either sign, as sensor and bearing can be on two sides of a node;
-//! the vocabulary leaves it out. The mode does not act back on the bearing. For an sdof rig f is the force on its mass.
-//! The recurrence is exact for a force that goes in a straight line from one sample to the next.
+//! force that the bearing passes to the housing in the sensor's direction and m_p the housing's mass,
+//! η̈ + 2ζω₀ η̇ + ω₀² η = f/m_p, and the sensor gives a + g η̈. g, the modal constant as a multiple of 1/m_p, has either
+//! sign, as sensor and bearing can be on two sides of a node; the vocabulary leaves it out. The mode does not act back
+//! on the bearing. For an sdof rig f/m_p is q̈. The recurrence is exact for a force that goes in a straight line from
+//! one sample to the next.
 
 use std::f64::consts::TAU;
 
-use super::{Applies, Definition, Parameter, Scale, Usual};
+use super::{Applies, Definition, Parameter, Scale, Usual, component::Component};
 use crate::rig::{config::Domain, plan::Stage};
 
 /// Time constants of the mode that pass before the first sample.
@@ -21,12 +22,12 @@ pub(super) const EFFECT: Definition = Definition {
     parameters: &[
         Parameter::number("frequency_hz", "Hz", Domain::Positive, (10.0, 2e4), Scale::Log),
         Parameter::number("damping_ratio", "", Domain::Between(0.0, 1.0), (1e-3, 0.3), Scale::Log),
-        Parameter::number("gain", "1/kg", Domain::Any, (-10.0, 10.0), Scale::Linear).usually(Usual::ByKind(1.0, 0.01)),
+        Parameter::number("gain", "", Domain::Any, (-30.0, 30.0), Scale::Linear).usually(Usual::Number(1.0)),
         Parameter::channel("ay"),
     ],
     equation: |v| {
         let (frequency, ratio, gain) = (v.number("frequency_hz"), v.number("damping_ratio"), v.number("gain"));
-        format!("a becomes a + {gain:.4}/kg · η̈, η̈ + 2 · {ratio:.5} ω₀ η̇ + ω₀² η = f, ω₀ = 2π · {frequency:.2} Hz")
+        format!("a becomes a + {gain:.4} η̈, η̈ + 2 · {ratio:.5} ω₀ η̇ + ω₀² η = f/m_p, ω₀ = 2π · {frequency:.2} Hz")
     },
     apply: |v, plan| {
         let (frequency, ratio, gain) = (v.number("frequency_hz"), v.number("damping_ratio"), v.number("gain"));
@@ -34,6 +35,7 @@ pub(super) const EFFECT: Definition = Definition {
             return;
         }
         let concerns = v.channels();
+        let per_mass = 1.0 / plan.component(if v.kind() == "sdof" { Component::Mass } else { Component::Outer }).mass;
         plan.needs_path_force = true;
         plan.preroll_s = plan.preroll_s.max(SETTLED / (ratio * TAU * frequency));
         plan.signal(Stage::Structure, move |at, signal| {
@@ -42,9 +44,9 @@ pub(super) const EFFECT: Definition = Definition {
             }
             let mode = Mode::new(frequency, ratio, 1.0 / at.sample_rate_hz);
             // From rest under the first force, or its static part would ring.
-            let mut last = at.path_force.first().copied().unwrap_or_default();
+            let mut last = per_mass * at.path_force.first().copied().unwrap_or_default();
             let mut state = [last / (mode.omega * mode.omega), 0.0];
-            for (value, &force) in signal.iter_mut().zip(at.path_force) {
+            for (value, force) in signal.iter_mut().zip(at.path_force.iter().map(|f| f * per_mass)) {
                 state = mode.step(state, last, force);
                 *value += gain * mode.acceleration(state, force);
                 last = force;
