@@ -80,8 +80,8 @@ pub struct Run<'a> {
 /// A rig that [`Rig::check`] refuses or that is not a bearing's, an impossible condition, a run that diverges.
 pub fn simulate(rig: &Rig, condition: &OperatingCondition, start: &Start) -> Result<Recording, RigError> {
     let run = Run { rig, condition: *condition, start: *start };
-    let (recording, _) = (simulate_all(&[run])?.pop(), ());
-    recording.ok_or(RigError::Diverged { time_s: 0.0 })?
+    // One run in, one result out.
+    simulate_all(&[run])?.swap_remove(0)
 }
 
 /// Simulates many runs side by side, on all threads of the current rayon pool; runs of equal counts (balls, samples,

@@ -47,7 +47,8 @@ fn golden_registry_is_the_vocabulary() {
     });
     let mut got: Vec<_> = lines.collect();
     let mut expected: Vec<_> = VOCABULARY.lines().map(|line| format!("{line}\n")).collect();
-    (got.sort(), expected.sort());
+    got.sort();
+    expected.sort();
     assert_eq!(got.concat(), expected.concat());
 }
 

@@ -106,7 +106,7 @@ fn literature_emps_parameters_follow_the_recording() {
     let read = |variable: &str| {
         let options =
             LoadOptions { variable: Some(variable.into()), sample_rate_hz: Some(RATE), ..LoadOptions::default() };
-        load(&[path.clone()], &options).unwrap().recordings.remove(0).channels.remove(0).samples
+        load(std::slice::from_ref(&path), &options).unwrap().recordings.remove(0).channels.remove(0).samples
     };
     let (u, position) = (read("vir"), read("qm"));
     let rig = parse(
