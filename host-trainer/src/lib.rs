@@ -12,6 +12,7 @@ pub mod model_file;
 pub mod plot;
 pub mod recording;
 pub mod report;
+pub mod rig;
 pub mod sindy_nn;
 pub mod spectrum;
 pub mod states;

@@ -153,8 +153,72 @@ fn bad_input_says_where_what_and_what_was_expected() {
 #[test]
 fn every_command_has_a_worked_example() {
     let folder = tempfile::tempdir().expect("a folder");
-    for command in ["demo", "fit", "export", "monitor"] {
+    for command in ["demo", "fit", "export", "monitor", "simulate", "predict"] {
         let help = done(folder.path(), &[command, "--help"]);
         assert!(help.contains(&format!("Example:\n  ballrace {command} ")), "{command}: {help}");
     }
+}
+
+const RIG: &str = "
+[bearing]
+balls = 9
+ball_diameter_m = 0.00794
+pitch_diameter_m = 0.0385
+contact_angle_rad = 0.0
+radial_clearance_m = 2e-06
+contact_stiffness_n_per_m1_5 = 8753000000.0
+contact_exponent = 1.5
+[inner]
+mass_kg = 1.2638
+stiffness_n_per_m = 5000000.0
+damping_n_s_per_m = 1376.8
+[outer]
+mass_kg = 12.638
+stiffness_n_per_m = 15100000.0
+damping_n_s_per_m = 2210.7
+[resonator]
+mass_kg = 1.0
+stiffness_n_per_m = 1070000000.0
+damping_n_s_per_m = 1960.0
+[excitation]
+unbalance_kg_m = 0.0002
+process_force_psd_n2_per_hz = 2e-05
+[sensor]
+noise_std_m_per_s2 = 0.02
+vertical = \"resonator-y\"
+horizontal = \"outer-x\"
+";
+const CONDITIONS: &str =
+    "[defaults]\nsample_rate_hz = 25600.0\n[[recording]]\nfile = \"r01.csv\"\nshaft_hz = 30.0\nload_n = 400.0\n";
+
+#[test]
+fn a_rig_is_simulated_and_its_recordings_predicted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let file = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("written");
+    file("rig.toml", RIG);
+    file("conditions.toml", CONDITIONS);
+    let simulate = ["simulate", "--rig", "rig.toml", "--manifest", "conditions.toml", "--seconds", "0.2", "--out"];
+    done(folder, &[&simulate[..], &["a", "--seed", "3"]].concat());
+    done(folder, &[&simulate[..], &["b", "--seed", "3"]].concat());
+    let csv = |name: &str| std::fs::read_to_string(folder.join(name).join("r01.csv")).expect("written");
+    assert_eq!(csv("a"), csv("b"), "same seed, same bits");
+    assert_eq!(csv("a").lines().count(), 1 + 5120);
+
+    // The same condition with other angles and noise; with an unbalance added, more of it.
+    let effect = "[[effect]]\nname = \"unbalance\"\nunbalance_kg_m = 0.02\n";
+    file("corrected.toml", &format!("{RIG}{effect}"));
+    let power = |rig: &str, out: &str| {
+        done(folder, &["predict", "--rig", rig, "--recordings", "a", "--out", out]);
+        let column = |line: &str| line.split(',').next().and_then(|v| v.parse::<f64>().ok());
+        csv(out).lines().filter_map(column).map(|v| v * v).sum::<f64>()
+    };
+    assert!(power("corrected.toml", "d") > 10.0 * power("rig.toml", "c"));
+
+    file("typo.toml", &RIG.replace("mass_kg = 1.2638", "mas_kg = 1.2638"));
+    let error = refused(folder, &["simulate", "--rig", "typo.toml", "--manifest", "conditions.toml", "--out", "x"]);
+    assert!(error.contains("typo.toml") && error.contains("mas_kg"), "{error}");
+    file("no-load.toml", &CONDITIONS.replace("load_n = 400.0\n", ""));
+    let error = refused(folder, &["simulate", "--rig", "rig.toml", "--manifest", "no-load.toml", "--out", "x"]);
+    assert!(error.contains("load_n"), "{error}");
 }

@@ -8,6 +8,7 @@ mod export;
 mod fit;
 mod input;
 mod monitor;
+mod simulate;
 
 use std::process::ExitCode;
 
@@ -27,6 +28,8 @@ enum Command {
     Fit(fit::Args),
     Export(export::Args),
     Monitor(monitor::Args),
+    Simulate(simulate::SimulateArgs),
+    Predict(simulate::PredictArgs),
 }
 
 /// Why a command ends without having done its work.
@@ -57,6 +60,8 @@ pub fn run() -> ExitCode {
         Command::Fit(args) => fit::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Monitor(args) => monitor::run(&args),
+        Command::Simulate(args) => simulate::simulate(&args),
+        Command::Predict(args) => simulate::predict(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,0 +1,217 @@
+//! One run, ready for the kernel: the linear part as step matrices, everything else as numbers.
+
+use std::f64::consts::TAU;
+
+use super::step::Step;
+use crate::rig::{
+    config::BearingRig,
+    noise,
+    plan::{DOFS, Force, INNER_X, INNER_Y, OUTER_X, OUTER_Y, Plan, Profile, RESONATOR_Y},
+    simulate::{OperatingCondition, Start},
+};
+
+use super::kernel::STATES;
+
+/// Gravity of the 5-DoF rig, m/s²: the two digits of the reference trajectories, 3e-4 below the standard one.
+pub const GRAVITY: f64 = 9.81;
+/// Contact frequency times step that the accuracy of the module's documentation was measured at.
+const CONTACT_PER_STEP: f64 = 0.12;
+/// Rate of an effect times step: well inside what an explicit fourth-order method bears (2.7).
+const EFFECT_PER_STEP: f64 = 0.5;
+
+/// How shaft and cage turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turning {
+    /// Shaft angle at t = 0, rad.
+    pub shaft0: f64,
+    /// Angle of ball 0 at t = 0, rad.
+    pub cage0: f64,
+    /// Shaft speed up to t = 0, rad/s.
+    pub omega: f64,
+    /// Its change per second from then on, as a fraction.
+    pub rate: f64,
+    /// Cage angle for each rad of the shaft.
+    pub cage_per_shaft: f64,
+}
+
+impl Turning {
+    /// ψ, rad.
+    pub fn shaft(&self, time_s: f64) -> f64 {
+        self.shaft0 + self.omega * (time_s + 0.5 * self.rate * time_s * time_s.max(0.0))
+    }
+
+    /// ω, rad/s.
+    pub fn speed(&self, time_s: f64) -> f64 {
+        self.omega * (1.0 + self.rate * time_s.max(0.0))
+    }
+
+    /// φ₀, rad.
+    pub fn cage(&self, time_s: f64) -> f64 {
+        self.cage0 + self.cage_per_shaft * (self.shaft(time_s) - self.shaft0)
+    }
+}
+
+/// A run without anything that the loop would have to look up.
+pub(in crate::rig) struct Prepared {
+    pub balls: usize,
+    pub settle: usize,
+    pub samples: usize,
+    pub preroll: usize,
+    /// Also records what the bearing passes to the housing.
+    pub path_force: bool,
+    pub substeps: usize,
+    pub sample_rate_hz: f64,
+    pub turning: Turning,
+    pub drifting: bool,
+    pub(super) x: Step<4, 2>,
+    pub(super) y: Step<6, 3>,
+    pub measured: [[f64; STATES]; 2],
+    pub direct: [[f64; DOFS]; 2],
+    pub clearance: f64,
+    pub stiffness: f64,
+    pub exponent: f64,
+    pub inner_y: f64,
+    pub resonator_y: f64,
+    /// m e, kg m.
+    pub unbalance: f64,
+    /// F_proc, N, of each sample from the start of settling.
+    pub process: Vec<f64>,
+    pub forces: Vec<Force>,
+    pub profiles: Vec<Profile>,
+}
+
+/// What runs must share to go side by side.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(in crate::rig) struct Shape {
+    balls: usize,
+    settle: usize,
+    samples: usize,
+    preroll: usize,
+    path_force: bool,
+    substeps: usize,
+    drifting: bool,
+    hertzian: bool,
+    pub hooks: bool,
+}
+
+impl Prepared {
+    pub(in crate::rig) fn new(
+        rig: &BearingRig,
+        plan: &mut Plan,
+        condition: &OperatingCondition,
+        start: &Start,
+    ) -> Self {
+        let rate = condition.sample_rate_hz;
+        let settle = (start.settle_s * rate).round() as usize;
+        let samples = condition.samples + plan.surplus;
+        let substeps = start.substeps.unwrap_or_else(|| substeps(rig, plan, condition));
+        let h = 1.0 / (rate * substeps as f64);
+        let (ax, ay) = (system_x(rig), system_y(rig));
+        let mass = masses(rig);
+        let x = Step::new(&ax, &[INNER_X, OUTER_X].map(|k| 1.0 / mass[k]), h);
+        let y = Step::new(&ay, &[INNER_Y, OUTER_Y, RESONATOR_Y].map(|k| 1.0 / mass[k]), h);
+
+        let sensors = [rig.sensor.horizontal, rig.sensor.vertical].map(|location| location.dof());
+        let measured = sensors.map(|dof| {
+            let mut row = [0.0; STATES];
+            match dof {
+                INNER_X | OUTER_X => row[..4].copy_from_slice(&ax[2 + dof]),
+                _ => row[4..].copy_from_slice(&ay[3 + dof - INNER_Y]),
+            }
+            row
+        });
+        let direct = sensors.map(|dof| std::array::from_fn(|k| if k == dof { 1.0 / mass[k] } else { 0.0 }));
+
+        let psd = rig.excitation.process_force_psd_n2_per_hz;
+        let process = if start.noise && psd > 0.0 {
+            // White over the band up to half the sample rate; held over one sample.
+            noise::white(start.seed, noise::PROCESS_FORCE, (psd * 0.5 * rate).sqrt(), settle + samples)
+        } else {
+            Vec::new()
+        };
+        Self {
+            balls: rig.bearing.balls,
+            settle,
+            samples,
+            preroll: ((plan.preroll_s * rate).ceil() as usize).min(settle),
+            path_force: plan.needs_path_force,
+            substeps,
+            sample_rate_hz: rate,
+            turning: Turning {
+                shaft0: start.shaft_angle0_rad,
+                cage0: start.cage_angle0_rad,
+                omega: TAU * condition.shaft_hz,
+                rate: plan.speed_rate_per_s,
+                cage_per_shaft: rig.bearing.geometry().orders().ftf * plan.cage_factor,
+            },
+            drifting: plan.speed_rate_per_s != 0.0,
+            x,
+            y,
+            measured,
+            direct,
+            clearance: rig.bearing.radial_clearance_m,
+            stiffness: rig.bearing.contact_stiffness_n_per_m1_5,
+            exponent: rig.bearing.contact_exponent,
+            inner_y: condition.load_n - rig.inner.mass_kg * GRAVITY,
+            resonator_y: -rig.resonator.mass_kg * GRAVITY,
+            unbalance: rig.excitation.unbalance_kg_m,
+            process,
+            forces: std::mem::take(&mut plan.forces),
+            profiles: std::mem::take(&mut plan.profiles),
+        }
+    }
+
+    pub(in crate::rig) fn shape(&self) -> Shape {
+        Shape {
+            balls: self.balls,
+            settle: self.settle,
+            samples: self.samples,
+            preroll: self.preroll,
+            path_force: self.path_force,
+            substeps: self.substeps,
+            drifting: self.drifting,
+            hertzian: self.exponent == 1.5,
+            hooks: !(self.forces.is_empty() && self.profiles.is_empty()),
+        }
+    }
+}
+
+fn masses(rig: &BearingRig) -> [f64; DOFS] {
+    [rig.inner.mass_kg, rig.outer.mass_kg, rig.inner.mass_kg, rig.outer.mass_kg, rig.resonator.mass_kg]
+}
+
+/// ż = A z for x_s, x_p and their velocities, contact apart.
+pub(super) fn system_x(rig: &BearingRig) -> [[f64; 4]; 4] {
+    let (s, p) = (&rig.inner, &rig.outer);
+    [
+        [0.0, 0.0, 1.0, 0.0],
+        [0.0, 0.0, 0.0, 1.0],
+        [-s.stiffness_n_per_m / s.mass_kg, 0.0, -s.damping_n_s_per_m / s.mass_kg, 0.0],
+        [0.0, -p.stiffness_n_per_m / p.mass_kg, 0.0, -p.damping_n_s_per_m / p.mass_kg],
+    ]
+}
+
+/// ż = A z for y_s, y_p, y_b and their velocities, contact apart.
+pub(super) fn system_y(rig: &BearingRig) -> [[f64; 6]; 6] {
+    let (s, p, r) = (&rig.inner, &rig.outer, &rig.resonator);
+    let (k, c) = (r.stiffness_n_per_m, r.damping_n_s_per_m);
+    let inner = [-s.stiffness_n_per_m, 0.0, 0.0, -s.damping_n_s_per_m, 0.0, 0.0].map(|v| v / s.mass_kg);
+    let outer = [0.0, -(p.stiffness_n_per_m + k), k, 0.0, -(p.damping_n_s_per_m + c), c].map(|v| v / p.mass_kg);
+    let resonator = [0.0, k, -k, 0.0, c, -c].map(|v| v / r.mass_kg);
+    let unit = |i: usize| std::array::from_fn(|j| f64::from(u8::from(i == j)));
+    [unit(3), unit(4), unit(5), inner, outer, resonator]
+}
+
+/// Steps a sample, from the contact's frequency at its operating deflection. The linear modes are exact at any step.
+fn substeps(rig: &BearingRig, plan: &Plan, condition: &OperatingCondition) -> usize {
+    let bearing = &rig.bearing;
+    // All the load on one ball: as stiff as the contact gets at rest.
+    let deflection =
+        (condition.load_n.abs() / bearing.contact_stiffness_n_per_m1_5).powf(1.0 / bearing.contact_exponent);
+    let slope = bearing.contact_exponent
+        * bearing.contact_stiffness_n_per_m1_5
+        * deflection.powf(bearing.contact_exponent - 1.0);
+    let contact = (slope * (1.0 / rig.inner.mass_kg + 1.0 / rig.outer.mass_kg)).sqrt();
+    let steps_per_s = (contact / CONTACT_PER_STEP).max(plan.rate_rad_per_s / EFFECT_PER_STEP);
+    (steps_per_s / condition.sample_rate_hz).ceil().clamp(1.0, 256.0) as usize
+}

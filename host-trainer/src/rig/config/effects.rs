@@ -1,0 +1,84 @@
+//! `[[effect]]` tables.
+
+use std::collections::BTreeMap;
+
+use crate::rig::effect::{self, Definition, Holds};
+
+/// A parameter of an effect.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A number in SI units.
+    Number(f64),
+    /// A name, of a component or a channel.
+    Text(String),
+}
+
+/// An effect added to a rig.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EffectEntry {
+    /// A name of the vocabulary that [`effect::REGISTRY`] has.
+    pub name: String,
+    /// Its parameters by name. Those that have a default may be left out.
+    pub parameters: BTreeMap<String, Value>,
+}
+
+impl EffectEntry {
+    /// An effect with these numbers; texts follow by [`EffectEntry::with_text`].
+    pub fn new(name: &str, numbers: &[(&str, f64)]) -> Self {
+        let parameters = numbers.iter().map(|(key, value)| (String::from(*key), Value::Number(*value)));
+        Self { name: name.into(), parameters: parameters.collect() }
+    }
+
+    /// Adds a text.
+    pub fn with_text(mut self, key: &str, value: &str) -> Self {
+        self.parameters.insert(key.into(), Value::Text(value.into()));
+        self
+    }
+
+    /// The definition of its name.
+    pub fn definition(&self) -> Option<&'static Definition> {
+        effect::definition(&self.name)
+    }
+
+    /// What is wrong with it, for a rig of this kind: key, what was found, what was expected.
+    pub(crate) fn fault(&self, kind: &str) -> Option<(String, Option<String>, String)> {
+        let Some(definition) = self.definition() else {
+            let names: Vec<_> = effect::REGISTRY.iter().map(|d| d.name).collect();
+            return Some(("name".into(), Some(format!("{:?}", self.name)), format!("one of {}", names.join(", "))));
+        };
+        if !definition.applies_to.has(kind) {
+            let expected = format!("an effect that a rig of kind {kind:?} can have");
+            return Some(("name".into(), Some(format!("{:?}", self.name)), expected));
+        }
+        for parameter in definition.parameters {
+            let expected = parameter.holds.describe(kind);
+            match self.parameters.get(parameter.name) {
+                None if parameter.default_for(kind).is_none() => return Some((parameter.name.into(), None, expected)),
+                None => {}
+                Some(value) => {
+                    let good = match (value, parameter.holds) {
+                        (Value::Number(number), Holds::Number(domain)) => domain.holds(*number),
+                        (Value::Text(text), Holds::Name(choices)) => choices.names(kind).contains(&text.as_str()),
+                        _ => false,
+                    };
+                    if !good {
+                        return Some((parameter.name.into(), Some(value.shown()), expected));
+                    }
+                }
+            }
+        }
+        let known = |key: &String| definition.parameters.iter().any(|p| p.name == key);
+        let names: Vec<_> = definition.parameters.iter().map(|p| p.name).collect();
+        let unknown = self.parameters.keys().find(|key| !known(key));
+        unknown.map(|key| (key.clone(), Some("an unknown key".into()), format!("one of {}", names.join(", "))))
+    }
+}
+
+impl Value {
+    pub(super) fn shown(&self) -> String {
+        match self {
+            Self::Number(number) => format!("{number:?}"),
+            Self::Text(text) => format!("{text:?}"),
+        }
+    }
+}

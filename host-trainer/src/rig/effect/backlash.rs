@@ -1,0 +1,29 @@
+//! Play in the support: its spring does nothing over a width and pulls beyond it, k dz(q) instead of k q
+//! (A. Kahraman, R. Singh, "Non-linear dynamics of a spur gear pair", J. Sound Vib. 142 (1990) 49–75).
+
+use super::{Applies, Definition, Parameter, Scale, Usual, component::Choices};
+use crate::rig::config::Domain;
+
+pub(super) const EFFECT: Definition = Definition {
+    name: "backlash",
+    applies_to: Applies::Both,
+    parameters: &[
+        Parameter::number("width_m", "m", Domain::NotNegative, (1e-7, 1e-1), Scale::Log),
+        Parameter::component(Choices::Supported).usually(Usual::Name("outer")),
+    ],
+    equation: |v| {
+        let half = 0.5 * v.number("width_m");
+        format!("k q becomes k (q − clamp(q, ±{half:.4e} m)), q = {}", v.component().symbols())
+    },
+    apply: |v, plan| {
+        let half = 0.5 * v.number("width_m");
+        if half == 0.0 {
+            return;
+        }
+        let part = plan.component(v.component());
+        let stiffness = part.stiffness;
+        plan.declare_rate(3.0 * (stiffness / part.mass).sqrt());
+        // Gives back what the linear part of the rig takes off inside the play.
+        part.law(plan, move |q, _| stiffness * q.clamp(-half, half));
+    },
+};

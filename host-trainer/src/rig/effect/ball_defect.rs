@@ -1,0 +1,44 @@
+//! A pit in ball 0, which spins at BSF and turns with the cage: it meets the outer and, half a turn later, the inner
+//! race, so it strikes at 2 × BSF, as hard as the load where the ball then is: sidebands at the cage's speed
+//! (Randall and Antoni, MSSP 25 (2011) 485–520, section 2).
+
+use std::f64::consts::{PI, TAU};
+
+use super::{
+    Applies, Definition, Parameter, Scale, Usual,
+    outer_race_defect::{DEPTH, WIDTH},
+    pit::Pit,
+};
+use crate::rig::config::Domain;
+
+pub(super) const EFFECT: Definition = Definition {
+    name: "ball-defect",
+    applies_to: Applies::Bearing,
+    parameters: &[
+        DEPTH,
+        WIDTH,
+        // Angle of the pit from the outer race at shaft angle 0.
+        Parameter::number("spin_rad", "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(Usual::Number(0.0)),
+    ],
+    equation: |v| {
+        let (depth, width) = (v.number("depth_m"), v.number("width_rad"));
+        format!(
+            "δ_1 = … − c − d(β) − d(β − π), β = ½ D_p/D_b (1 − (D_b cos α/D_p)²) ψ, \
+             d(θ) = {depth:.4e} m · cos(πθ/{width:.5}) for |θ| < {width:.5}/2"
+        )
+    },
+    apply: |v, plan| {
+        let spin0 = v.number("spin_rad");
+        let Some(rig) = plan.bearing() else { return };
+        let pit = Pit::new(v.number("depth_m"), v.number("width_rad"));
+        let spin = rig.bearing.geometry().orders().bsf;
+        if v.number("depth_m") > 0.0 {
+            plan.profile(move |at, losses| {
+                let turns = (spin * at.shaft_rad + spin0) / TAU;
+                let outer = (turns - turns.round()) * TAU;
+                let inner = (turns - 0.5 - (turns - 0.5).round()) * TAU;
+                losses[0] += pit.loss(outer) + pit.loss(inner);
+            });
+        }
+    },
+};

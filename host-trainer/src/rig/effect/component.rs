@@ -1,0 +1,191 @@
+//! Parts of a rig that a `component` parameter names.
+
+use crate::rig::plan::{DOFS, INNER_X, INNER_Y, MASS, Machine, OUTER_X, OUTER_Y, Plan, RESONATOR_Y};
+
+/// A part of a rig. `inner` and `outer` are the sections of that name and move in x and y; with `-x` or `-y` only
+/// that direction is meant. The resonator's spring and damper sit between it and the outer race.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Component {
+    /// The contact of balls and races.
+    Bearing,
+    /// Inner race and shaft.
+    Inner,
+    /// Its horizontal motion.
+    InnerX,
+    /// Its vertical motion.
+    InnerY,
+    /// Outer race and housing.
+    Outer,
+    /// Its horizontal motion.
+    OuterX,
+    /// Its vertical motion.
+    OuterY,
+    /// The resonator.
+    Resonator,
+    /// The mass of an sdof rig.
+    Mass,
+}
+
+/// The components that an effect can name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Choices {
+    /// Those on a support, or one direction of them.
+    Supported,
+    /// Sections with a mass, a stiffness and a damping.
+    Sections,
+    /// Those, and the contact.
+    SectionsAndContact,
+    /// Channels of the recording.
+    Channels,
+}
+
+impl Choices {
+    /// The names, for a rig of this kind.
+    pub fn names(self, kind: &str) -> &'static [&'static str] {
+        match self {
+            Self::Channels if kind == "sdof" => &["all", "q", "qd", "qdd"],
+            Self::Channels => &["all", "ax", "ay"],
+            _ if kind == "sdof" => &["mass"],
+            Self::Supported => &["outer", "inner", "resonator", "outer-x", "outer-y", "inner-x", "inner-y"],
+            Self::Sections => &["outer", "inner", "resonator"],
+            Self::SectionsAndContact => &["outer", "inner", "resonator", "bearing"],
+        }
+    }
+}
+
+/// A motion, relative to what its spring stands on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Motion {
+    /// The degree of freedom.
+    pub dof: usize,
+    /// The one it is relative to, unless to the ground.
+    pub base: Option<usize>,
+}
+
+impl Motion {
+    /// q of the part less q of its base.
+    pub fn of(self, q: &[f64; DOFS]) -> f64 {
+        q[self.dof] - self.base.map_or(0.0, |base| q[base])
+    }
+
+    /// A force on the part, and its reaction.
+    pub fn push(self, value: f64, force: &mut [f64; DOFS]) {
+        force[self.dof] += value;
+        if let Some(base) = self.base {
+            force[base] -= value;
+        }
+    }
+}
+
+/// A component of a certain machine.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// How it moves.
+    pub motions: Vec<Motion>,
+    /// m, kg.
+    pub mass: f64,
+    /// k, N/m.
+    pub stiffness: f64,
+    /// c, N s/m.
+    pub damping: f64,
+}
+
+impl Component {
+    const ALL: [Self; 9] = [
+        Self::Bearing,
+        Self::Inner,
+        Self::InnerX,
+        Self::InnerY,
+        Self::Outer,
+        Self::OuterX,
+        Self::OuterY,
+        Self::Resonator,
+        Self::Mass,
+    ];
+
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bearing => "bearing",
+            Self::Inner => "inner",
+            Self::InnerX => "inner-x",
+            Self::InnerY => "inner-y",
+            Self::Outer => "outer",
+            Self::OuterX => "outer-x",
+            Self::OuterY => "outer-y",
+            Self::Resonator => "resonator",
+            Self::Mass => "mass",
+        }
+    }
+
+    /// The component of this name.
+    pub fn parse(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|component| component.name() == name)
+    }
+
+    /// The symbols of its displacement, such as `x_p, y_p`.
+    pub fn symbols(self) -> &'static str {
+        match self {
+            Self::Bearing => "δ_j",
+            Self::Inner => "x_s, y_s",
+            Self::InnerX => "x_s",
+            Self::InnerY => "y_s",
+            Self::Outer => "x_p, y_p",
+            Self::OuterX => "x_p",
+            Self::OuterY => "y_p",
+            Self::Resonator => "y_b − y_p",
+            Self::Mass => "q",
+        }
+    }
+
+    /// The component in a machine. Where the machine has no such part it moves nowhere.
+    pub fn of(self, machine: &Machine) -> Part {
+        let ground = |dofs: &[usize]| dofs.iter().map(|&dof| Motion { dof, base: None }).collect();
+        let nothing = Part { motions: Vec::new(), mass: 1.0, stiffness: 0.0, damping: 0.0 };
+        let rig = match machine {
+            Machine::Sdof(rig) => {
+                return Part {
+                    motions: ground(&[MASS]),
+                    mass: rig.mass_kg,
+                    stiffness: rig.stiffness_n_per_m,
+                    damping: rig.damping_n_s_per_m,
+                };
+            }
+            Machine::Bearing(rig) => rig,
+        };
+        let (section, motions) = match self {
+            Self::Inner => (&rig.inner, ground(&[INNER_X, INNER_Y])),
+            Self::InnerX => (&rig.inner, ground(&[INNER_X])),
+            Self::InnerY => (&rig.inner, ground(&[INNER_Y])),
+            Self::Outer => (&rig.outer, ground(&[OUTER_X, OUTER_Y])),
+            Self::OuterX => (&rig.outer, ground(&[OUTER_X])),
+            Self::OuterY => (&rig.outer, ground(&[OUTER_Y])),
+            Self::Resonator => (&rig.resonator, vec![Motion { dof: RESONATOR_Y, base: Some(OUTER_Y) }]),
+            Self::Bearing | Self::Mass => return nothing,
+        };
+        let (mass, stiffness, damping) = (section.mass_kg, section.stiffness_n_per_m, section.damping_n_s_per_m);
+        Part { motions, mass, stiffness, damping }
+    }
+
+    /// The section of a bearing rig's file that it belongs to.
+    pub fn section(self) -> &'static str {
+        match self {
+            Self::Inner | Self::InnerX | Self::InnerY => "inner",
+            Self::Outer | Self::OuterX | Self::OuterY => "outer",
+            Self::Resonator => "resonator",
+            Self::Bearing => "bearing",
+            Self::Mass => "",
+        }
+    }
+}
+
+impl Part {
+    /// Adds a force law f(q, v) to each of its motions, q and v relative to the base.
+    pub fn law(self, plan: &mut Plan, law: impl Fn(f64, f64) -> f64 + Send + Sync + 'static) {
+        plan.force(move |_, q, v, force| {
+            for motion in &self.motions {
+                motion.push(law(motion.of(q), motion.of(v)), force);
+            }
+        });
+    }
+}

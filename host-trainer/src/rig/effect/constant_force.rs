@@ -1,0 +1,21 @@
+//! A steady force that the rig leaves out: an offset, weight, an error of the load. Along the load on the inner race, or
+//! along +q.
+
+use super::{Applies, Definition, Parameter, Scale, Usual, component::Choices};
+use crate::rig::config::Domain;
+
+pub(super) const EFFECT: Definition = Definition {
+    name: "constant-force",
+    applies_to: Applies::Both,
+    parameters: &[
+        Parameter::number("force_n", "N", Domain::Any, (-1e4, 1e4), Scale::Linear),
+        Parameter::component(Choices::Supported).usually(Usual::Name("inner-y")),
+    ],
+    equation: |v| format!("m q̈ + … = … + {:.4} N, q = {}", v.number("force_n"), v.component().symbols()),
+    apply: |v, plan| {
+        let size = v.number("force_n");
+        if size != 0.0 {
+            plan.component(v.component()).law(plan, move |_, _| size);
+        }
+    },
+};

@@ -1,0 +1,18 @@
+//! A contact that is not Hertz's of a ball: k_b δ^p. 10/9 for a roller's line contact (A. Palmgren, "Ball and Roller
+//! Bearing Engineering", 1959; T. A. Harris, M. N. Kotzalas, "Essential Concepts of Bearing Technology", 2006). k_b keeps
+//! its number in N/m^p.
+
+use super::{Applies, Definition, Parameter, Scale};
+use crate::rig::config::Domain;
+
+pub(super) const EFFECT: Definition = Definition {
+    name: "contact-exponent",
+    applies_to: Applies::Bearing,
+    parameters: &[Parameter::number("exponent", "", Domain::Between(0.9, 4.0), (1.0, 2.5), Scale::Linear)],
+    equation: |v| format!("contact force k_b δ_j^{:.4}", v.number("exponent")),
+    apply: |v, plan| {
+        if let Some(rig) = plan.bearing() {
+            rig.bearing.contact_exponent = v.number("exponent");
+        }
+    },
+};

@@ -1,0 +1,30 @@
+//! A damping that differs from nominal: `value` is what it is (Genta, "Vibration of Structures and Machines", 1999).
+
+use super::{
+    Applies, Definition, Parameter, Scale,
+    component::{Choices, Component},
+};
+use crate::rig::{config::Domain, plan::Machine};
+
+pub(super) const EFFECT: Definition = Definition {
+    name: "damping-change",
+    applies_to: Applies::Both,
+    parameters: &[
+        Parameter::component(Choices::Sections),
+        Parameter::number("value", "N s/m", Domain::NotNegative, (1e-1, 1e6), Scale::Log),
+    ],
+    equation: |v| {
+        let value = v.number("value");
+        format!("c = {value:.4e} N s/m of {}", v.component().name())
+    },
+    apply: |v, plan| {
+        let value = v.number("value");
+        match (&mut plan.machine, v.component()) {
+            (Machine::Bearing(rig), Component::Inner) => rig.inner.damping_n_s_per_m = value,
+            (Machine::Bearing(rig), Component::Outer) => rig.outer.damping_n_s_per_m = value,
+            (Machine::Bearing(rig), Component::Resonator) => rig.resonator.damping_n_s_per_m = value,
+            (Machine::Sdof(rig), _) => rig.damping_n_s_per_m = value,
+            _ => {}
+        }
+    },
+};

@@ -1,0 +1,31 @@
+//! A stop on one side: nothing up to q = gap, a spring beyond (S. W. Shaw, P. J. Holmes, "A periodically forced
+//! piecewise linear oscillator", J. Sound Vib. 90 (1983) 129–155; rub and looseness alike: P. Goldman, A. Muszynska,
+//! "Chaotic behavior of rotor/stator systems with rubs", J. Eng. Gas Turbines Power 116 (1994) 692–701). The gap is
+//! counted from the unloaded position in the direction of +q, which for y is that of the load.
+
+use super::{Applies, Definition, Parameter, Scale, Usual, component::Choices};
+use crate::rig::config::Domain;
+
+pub(super) const EFFECT: Definition = Definition {
+    name: "end-stop-contact",
+    applies_to: Applies::Both,
+    parameters: &[
+        Parameter::number("gap_m", "m", Domain::Any, (1e-7, 1e-1), Scale::Log),
+        Parameter::number("stiffness_n_per_m", "N/m", Domain::NotNegative, (1e3, 1e10), Scale::Log),
+        Parameter::component(Choices::Supported).usually(Usual::Name("outer-y")),
+    ],
+    equation: |v| {
+        let (gap, stiffness) = (v.number("gap_m"), v.number("stiffness_n_per_m"));
+        format!("… + {stiffness:.4e} N/m · max(q − {gap:.4e} m, 0) = …, q = {}", v.component().symbols())
+    },
+    apply: |v, plan| {
+        let (gap, stiffness) = (v.number("gap_m"), v.number("stiffness_n_per_m"));
+        if stiffness == 0.0 {
+            return;
+        }
+        let part = plan.component(v.component());
+        // Landing and leaving are corners: several steps in the time the stop takes to throw the mass back.
+        plan.declare_rate(3.0 * (stiffness / part.mass).sqrt());
+        part.law(plan, move |q, _| -stiffness * (q - gap).max(0.0));
+    },
+};

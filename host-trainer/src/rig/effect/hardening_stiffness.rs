@@ -1,0 +1,36 @@
+//! A support spring that stiffens: k q + k₃ q³ with k₃ > 0 in each direction (I. Kovacic, M. J. Brennan, "The Duffing
+//! Equation", 2011). Its slope k + 3 k₃ q² rises with the static deflection, hence the resonance with the load.
+
+use super::{Applies, Definition, Parameter, Scale, component::Choices};
+use crate::rig::config::Domain;
+use super::Values;
+use crate::rig::plan::Plan;
+
+/// The force −k₃ q³.
+pub(super) fn apply(v: &Values, plan: &mut Plan) {
+    let cubic = v.number("cubic_n_per_m3");
+    if cubic == 0.0 {
+        return;
+    }
+    let part = plan.component(v.component());
+    // No static deflection is known here, but one that doubles the stiffness is where the effect is plain.
+    plan.declare_rate(2.0 * (part.stiffness / part.mass).sqrt());
+    part.law(plan, move |q, _| -cubic * q * q * q);
+}
+
+/// The term, on the left side.
+pub(super) fn equation(v: &Values) -> String {
+    let cubic = v.number("cubic_n_per_m3");
+    format!("… + k q + {cubic:.4e} N/m³ · q³ = …, q = {}", v.component().symbols())
+}
+
+pub(super) const EFFECT: Definition = Definition {
+    name: "hardening-stiffness",
+    applies_to: Applies::Both,
+    parameters: &[
+        Parameter::number("cubic_n_per_m3", "N/m³", Domain::NotNegative, (1e9, 1e18), Scale::Log),
+        Parameter::component(Choices::Supported),
+    ],
+    equation,
+    apply,
+};

@@ -1,0 +1,163 @@
+//! What the other causes must show in a bearing rig.
+
+use crate::rig::{
+    EffectEntry, Rig, Start, simulate,
+    test_support::{RATE, condition, line, nominal, peak, rms, samples, silent, with},
+};
+
+fn at_speed(rig: &Rig, shaft_hz: f64) -> Vec<f64> {
+    let recording = simulate(rig, &condition(shaft_hz, 500.0, 12_800), &Start::silent(0.3, 0.7)).unwrap();
+    samples(&recording, "ax").to_vec()
+}
+
+/// Frequency at which the housing rings after a blow, shaft at rest: nothing but the mode is in the spectrum.
+fn ringing(rig: &Rig, load_n: f64) -> f64 {
+    let blow = EffectEntry::new("shock", &[("time_s", 0.0), ("impulse_n_s", 0.002)]);
+    let rig = rig.clone().with_effect(blow);
+    let recording = simulate(&rig, &condition(0.0, load_n, 4096), &Start::silent(0.3, 0.7)).unwrap();
+    peak(samples(&recording, "ay"), RATE, 100.0, 500.0)
+}
+
+/// Genta (2005): m e ω²; far below resonance the displacement follows the force, the acceleration has ω² more.
+#[test]
+fn literature_unbalance_grows_with_speed_squared() {
+    let response = |unbalance, shaft| {
+        let rig = with("unbalance", &[("unbalance_kg_m", unbalance)]);
+        line(&at_speed(&rig, shaft), RATE, shaft) / (shaft * shaft)
+    };
+    let ratio = response(1e-3, 20.0) / response(1e-3, 10.0);
+    assert!((ratio / 4.0 - 1.0).abs() < 0.05, "{ratio}");
+    let ratio = response(1e-3, 20.0) / response(5e-4, 20.0);
+    assert!((ratio / 2.0 - 1.0).abs() < 0.02, "{ratio}");
+}
+
+/// Xu and Marangoni (1994): twice the shaft speed.
+#[test]
+fn literature_misalignment_is_at_twice_the_shaft() {
+    let (before, after) = (at_speed(&nominal(), 30.0), at_speed(&with("misalignment", &[("force_n", 20.0)]), 30.0));
+    assert!(line(&after, RATE, 60.0) > 20.0 * line(&before, RATE, 60.0));
+    assert!((line(&after, RATE, 30.0) / line(&before, RATE, 30.0) - 1.0).abs() < 0.1);
+}
+
+/// Kovacic and Brennan (2011): the slope of a cubic spring rises with the static deflection. The contact's does so
+/// too, as Hertz has it, and clearance hardly moves it.
+#[test]
+fn literature_hardening_raises_the_resonance_with_load() {
+    let shift = |rig: &Rig| ringing(rig, 900.0) - ringing(rig, 300.0);
+    let cubic = |name, value| {
+        nominal().with_effect(EffectEntry::new(name, &[("cubic_n_per_m3", value)]).with_text("component", "outer"))
+    };
+    let (plain, hard) = (shift(&nominal()), shift(&cubic("hardening-stiffness", 3e15)));
+    let (soft, wide) = (
+        shift(&cubic("softening-stiffness", -8e14)),
+        shift(&with("excess-clearance", &[("radial_clearance_m", 1e-5)])),
+    );
+    assert!(hard > plain + 20.0, "{hard} beside {plain} Hz");
+    assert!(soft < plain - 5.0, "{soft} beside {plain} Hz");
+    assert!((wide - plain).abs() < 3.0, "{wide} beside {plain} Hz");
+}
+
+/// Nayfeh and Mook (1979): stiffer one way than the other.
+#[test]
+fn literature_asymmetric_spring_follows_the_sign() {
+    let shift = |quadratic| {
+        let spring = EffectEntry::new("asymmetric-stiffness", &[("quadratic_n_per_m2", quadratic)]);
+        ringing(&nominal().with_effect(spring.with_text("component", "outer-y")), 500.0) - ringing(&nominal(), 500.0)
+    };
+    let (up, down) = (shift(1e11), shift(-1e11));
+    assert!(up > 5.0 && down < -5.0, "{up} and {down} Hz");
+}
+
+#[test]
+fn invariant_changed_parameters_are_the_rigs_own() {
+    for (name, component, value, key) in [
+        ("stiffness-change", "outer", 1.2e7, "outer.stiffness_n_per_m"),
+        ("stiffness-change", "bearing", 9e9, "bearing.contact_stiffness_n_per_m1_5"),
+        ("damping-change", "resonator", 3000.0, "resonator.damping_n_s_per_m"),
+        ("mass-change", "inner", 1.5, "inner.mass_kg"),
+    ] {
+        let mut rig = nominal();
+        rig.set(key, value).unwrap();
+        let effect = EffectEntry::new(name, &[("value", value)]).with_text("component", component);
+        assert_eq!(silent(&nominal().with_effect(effect)), silent(&rig), "{name} {component}");
+        assert_ne!(silent(&nominal()), silent(&rig), "{name} {component}");
+    }
+}
+
+#[test]
+fn invariant_friction_and_drag_take_energy_out() {
+    let decay = |effect: Option<EffectEntry>| {
+        let blow = EffectEntry::new("shock", &[("time_s", 0.0), ("impulse_n_s", 0.02)]);
+        let mut rig = nominal().with_effect(blow);
+        rig.effects.extend(effect);
+        let recording = simulate(&rig, &condition(0.0, 500.0, 2000), &Start::silent(0.3, 0.7)).unwrap();
+        rms(&samples(&recording, "ay")[500..])
+    };
+    let free = decay(None);
+    for (name, key, value) in [
+        ("coulomb-friction", "force_n", 2.0),
+        ("viscous-friction", "damping_n_s_per_m", 2000.0),
+        ("quadratic-drag", "drag_n_s2_per_m2", 5e6),
+    ] {
+        let damped = decay(Some(EffectEntry::new(name, &[(key, value)]).with_text("component", "outer")));
+        assert!(damped < 0.8 * free, "{name}: {damped} beside {free}");
+    }
+    // The film of oil is between the races, where the housing's mode hardly moves.
+    let film = decay(Some(EffectEntry::new("viscous-friction", &[("damping_n_s_per_m", 2000.0)])));
+    assert!(film < free && film > 0.8 * free, "{film} beside {free}");
+}
+
+#[test]
+fn invariant_a_load_step_rings_at_its_time() {
+    let (before, after) = (silent(&nominal()), silent(&with("load-step", &[("time_s", 0.25), ("change_n", -200.0)])));
+    let [before, after] = [&before, &after].map(|r| samples(r, "ay").to_vec());
+    let early: Vec<f64> = after[..6401].iter().zip(&before).map(|(a, b)| a - b).collect();
+    assert!(rms(&early) < 1e-10, "{}", rms(&early));
+    assert!(rms(&after[6401..6500]) > 100.0 * rms(&before[6401..6500]));
+    // From then on the rig is the one under 300 N.
+    let lighter = simulate(&nominal(), &condition(30.0, 300.0, 12_800), &Start::silent(0.3, 0.7)).unwrap();
+    let late: Vec<f64> = after.iter().zip(samples(&lighter, "ay")).skip(11_800).map(|(a, b)| a - b).collect();
+    assert!(rms(&late) < 1e-5, "{}", rms(&late));
+}
+
+#[test]
+fn invariant_a_constant_force_along_the_load_is_load() {
+    let more = simulate(&nominal(), &condition(30.0, 540.0, 2000), &Start::silent(0.3, 0.7)).unwrap();
+    let pushed = simulate(
+        &with("constant-force", &[("force_n", 40.0)]),
+        &condition(30.0, 500.0, 2000),
+        &Start::silent(0.3, 0.7),
+    );
+    let pushed = pushed.unwrap();
+    let pairs = samples(&more, "ay").iter().zip(samples(&pushed, "ay"));
+    let difference: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
+    assert!(rms(&difference) < 1e-6 * rms(samples(&more, "ay")).max(1.0), "{}", rms(&difference));
+}
+
+#[test]
+fn invariant_speed_drift_brings_turns_closer() {
+    let marks = |rig: &Rig| -> Vec<usize> {
+        let recording = silent(rig);
+        samples(&recording, "tacho").iter().enumerate().filter(|(_, v)| **v == 1.0).map(|(i, _)| i).collect()
+    };
+    let turns = marks(&with("speed-drift", &[("rate_per_s", 0.2)]));
+    let gaps: Vec<usize> = turns.windows(2).map(|w| w[1] - w[0]).collect();
+    assert!(gaps.windows(2).all(|w| w[1] < w[0]), "{gaps:?}");
+    // After half a second 10 % faster.
+    let last = *gaps.last().unwrap() as f64;
+    assert!((last * 30.0 * 1.1 / RATE - 1.0).abs() < 0.01, "{last}");
+}
+
+/// Shaw and Holmes (1983): past the gap the stop's spring joins in.
+#[test]
+fn literature_stop_stiffens_and_play_softens() {
+    let plain = ringing(&nominal(), 500.0);
+    // 500 N less some weight on 15.1 N/µm and the inner support: some 25 µm.
+    let stop = ringing(&with("end-stop-contact", &[("gap_m", 1e-5), ("stiffness_n_per_m", 2e7)]), 500.0);
+    let far = ringing(&with("end-stop-contact", &[("gap_m", 1e-3), ("stiffness_n_per_m", 2e7)]), 500.0);
+    assert!(stop > plain + 20.0, "{stop} beside {plain}");
+    assert!((far - plain).abs() < 0.6, "{far} beside {plain}");
+    // Deeper in its play than the load pushes it, the housing hangs on the shaft's support alone.
+    let play = ringing(&with("backlash", &[("width_m", 1e-3)]), 500.0);
+    assert!(play < plain - 30.0, "{play} beside {plain}");
+}

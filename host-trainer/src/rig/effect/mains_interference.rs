@@ -1,0 +1,41 @@
+//! The electrical line in the cable: its frequency and the odd harmonics that a rectifier's load gives it, 1/n of the
+//! fundamental (J. Arrillaga, N. R. Watson, "Power System Harmonics", 2003), in step in all channels.
+
+use std::f64::consts::{PI, TAU};
+
+use super::{Applies, Definition, Parameter, Scale, Usual};
+use crate::rig::{config::Domain, plan::Stage};
+
+/// Harmonics beside the fundamental.
+const HARMONICS: [f64; 3] = [1.0, 3.0, 5.0];
+
+pub(super) const EFFECT: Definition = Definition {
+    name: "mains-interference",
+    applies_to: Applies::Both,
+    parameters: &[
+        Parameter::number("frequency_hz", "Hz", Domain::Positive, (45.0, 65.0), Scale::Linear),
+        Parameter::number("amplitude", "unit of the signal", Domain::NotNegative, (1e-4, 1e2), Scale::Log),
+        Parameter::number("phase_rad", "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(Usual::Number(0.0)),
+        Parameter::channel("all"),
+    ],
+    equation: |v| {
+        let (frequency, amplitude) = (v.number("frequency_hz"), v.number("amplitude"));
+        format!("a = … + {amplitude:.4e} · Σ sin(n · 2π · {frequency:.3} Hz · t)/n, n = 1, 3, 5")
+    },
+    apply: |v, plan| {
+        let (frequency, amplitude, phase) = (v.number("frequency_hz"), v.number("amplitude"), v.number("phase_rad"));
+        if amplitude == 0.0 {
+            return;
+        }
+        let concerns = v.channels();
+        plan.signal(Stage::Cable, move |at, signal| {
+            if !concerns(at.channel) {
+                return;
+            }
+            for (index, value) in signal.iter_mut().enumerate() {
+                let angle = TAU * frequency * at.time_s(index) + phase;
+                *value += amplitude * HARMONICS.iter().map(|n| (n * angle).sin() / n).sum::<f64>();
+            }
+        });
+    },
+};

@@ -1,0 +1,31 @@
+//! A mass that differs from nominal: `value` is what it is. Its weight changes too where the rig has weight (Genta,
+//! "Vibration of Structures and Machines", 1999).
+
+use super::{
+    Applies, Definition, Parameter, Scale,
+    component::{Choices, Component},
+};
+use crate::rig::{config::Domain, plan::Machine};
+
+pub(super) const EFFECT: Definition = Definition {
+    name: "mass-change",
+    applies_to: Applies::Both,
+    parameters: &[
+        Parameter::component(Choices::Sections),
+        Parameter::number("value", "kg", Domain::Positive, (1e-3, 1e4), Scale::Log),
+    ],
+    equation: |v| {
+        let value = v.number("value");
+        format!("m = {value:.4e} kg of {}", v.component().name())
+    },
+    apply: |v, plan| {
+        let value = v.number("value");
+        match (&mut plan.machine, v.component()) {
+            (Machine::Bearing(rig), Component::Inner) => rig.inner.mass_kg = value,
+            (Machine::Bearing(rig), Component::Outer) => rig.outer.mass_kg = value,
+            (Machine::Bearing(rig), Component::Resonator) => rig.resonator.mass_kg = value,
+            (Machine::Sdof(rig), _) => rig.mass_kg = value,
+            _ => {}
+        }
+    },
+};

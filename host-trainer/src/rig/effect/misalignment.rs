@@ -1,0 +1,35 @@
+//! A coupling out of line pushes the shaft around twice a turn (M. Xu, R. D. Marangoni, "Vibration analysis of a
+//! motor-flexible coupling-rotor system subject to misalignment and unbalance, part I", J. Sound Vib. 176 (1994)
+//! 663–679): a force of constant size on the inner race, at 2ψ from x.
+
+use std::f64::consts::PI;
+
+use super::{Applies, Definition, Parameter, Scale, Usual};
+use crate::rig::{
+    config::Domain,
+    plan::{INNER_X, INNER_Y},
+};
+
+pub(super) const EFFECT: Definition = Definition {
+    name: "misalignment",
+    applies_to: Applies::Bearing,
+    parameters: &[
+        Parameter::number("force_n", "N", Domain::NotNegative, (1e-1, 1e4), Scale::Log),
+        // Which way the coupling is out of line.
+        Parameter::number("phase_rad", "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(Usual::Number(0.0)),
+    ],
+    equation: |v| {
+        let (force, phase) = (v.number("force_n"), v.number("phase_rad"));
+        format!("m_s ẍ_s + … = … + {force:.4} N · cos(2ψ + {phase:.3}), m_s ÿ_s + … = … + {force:.4} N · sin(2ψ + {phase:.3})")
+    },
+    apply: |v, plan| {
+        let (amplitude, phase) = (v.number("force_n"), v.number("phase_rad"));
+        if amplitude != 0.0 {
+            plan.force(move |at, _, _, force| {
+                let (s, c) = (2.0 * at.shaft_rad + phase).sin_cos();
+                force[INNER_X] += amplitude * c;
+                force[INNER_Y] += amplitude * s;
+            });
+        }
+    },
+};

@@ -1,0 +1,67 @@
+use crate::rig::{
+    EffectEntry,
+    test_support::{RATE, line, nominal, samples, silent, with},
+};
+
+fn change(name: &str, numbers: &[(&str, f64)]) -> Vec<f64> {
+    let (before, after) = (silent(&nominal()), silent(&with(name, numbers)));
+    samples(&after, "ay").iter().zip(samples(&before, "ay")).map(|(a, b)| a - b).collect()
+}
+
+#[test]
+fn invariant_clipping_clips_its_channel_and_nothing_else() {
+    let clipping = EffectEntry::new("sensor-clipping", &[("value", 0.01)]).with_text("channel", "ay");
+    let (before, after) = (silent(&nominal()), silent(&nominal().with_effect(clipping)));
+    let expected: Vec<f64> = samples(&before, "ay").iter().map(|v| v.clamp(-0.01, 0.01)).collect();
+    assert!(samples(&before, "ay").iter().any(|v| v.abs() > 0.01), "nothing to clip");
+    assert_eq!(samples(&after, "ay"), expected);
+    assert_eq!(samples(&after, "ax"), samples(&before, "ax"));
+}
+
+#[test]
+fn invariant_bias_adds_and_gain_scales() {
+    assert!(change("sensor-bias", &[("value", 0.25)]).iter().all(|v| (v - 0.25).abs() < 1e-12));
+    let before = silent(&nominal());
+    let after = silent(&with("sensor-gain", &[("value", 1.5)]));
+    let pairs = samples(&after, "ax").iter().zip(samples(&before, "ax"));
+    assert!(pairs.clone().all(|(a, b)| *a == 1.5 * b));
+}
+
+#[test]
+fn invariant_dropped_samples_skip_and_say_nothing() {
+    let (before, after) = (silent(&nominal()), silent(&with("dropped-samples", &[("time_s", 0.25), ("count", 100.0)])));
+    for channel in ["ax", "ay", "tacho"] {
+        let (before, after) = (samples(&before, channel), samples(&after, channel));
+        assert_eq!(after.len(), before.len());
+        assert_eq!(after[..6400], before[..6400], "{channel}");
+        assert_eq!(after[6400..12_700], before[6500..], "{channel}");
+    }
+    // The end is what the rig did next, not a repetition.
+    let ax = samples(&after, "ax");
+    assert!(ax[12_700..].iter().any(|v| *v != ax[12_699]));
+}
+
+/// A rectifier's load on the line: odd harmonics, 1/n of the fundamental (Arrillaga and Watson, 2003).
+#[test]
+fn literature_mains_lines() {
+    let mains = change("mains-interference", &[("frequency_hz", 50.0), ("amplitude", 0.3)]);
+    for (frequency, expected) in [(50.0, 0.3), (100.0, 0.0), (150.0, 0.1), (250.0, 0.06), (350.0, 0.0)] {
+        assert!((line(&mains, RATE, frequency) - expected).abs() < 1e-4, "{frequency} Hz");
+    }
+}
+
+#[test]
+fn invariant_unmodelled_mode_rises_at_its_frequency() {
+    // The bearing passes little force on at 3 kHz unless something excites it.
+    let pit = EffectEntry::new("outer-race-defect", &[("depth_m", 1e-6), ("width_rad", 0.05), ("angle_rad", 1.5)]);
+    let mode = EffectEntry::new("structural-resonance", &[("frequency_hz", 3000.0), ("damping_ratio", 0.02)]);
+    let rig = nominal().with_effect(pit);
+    let (before, after) = (silent(&rig), silent(&rig.clone().with_effect(mode)));
+    let band = |recording, channel, from: usize| {
+        (0..40).map(|k| line(samples(recording, channel), RATE, (from + 5 * k) as f64).powi(2)).sum::<f64>()
+    };
+    assert!(band(&after, "ay", 2900) > 5.0 * band(&before, "ay", 2900));
+    assert!((band(&after, "ay", 300) / band(&before, "ay", 300) - 1.0).abs() < 0.3);
+    // The bearing knows nothing of it.
+    assert_eq!(samples(&after, "tacho"), samples(&before, "tacho"));
+}

@@ -1,0 +1,46 @@
+//! A single impact: a half-sine pulse of force (IEC 60068-2-27), down on the housing of a bearing rig.
+//!
+//! The vocabulary states only its time. Its impulse, and how long it takes, have usual values and can be fitted.
+
+use std::f64::consts::PI;
+
+use super::{Applies, Definition, Parameter, Scale, Usual, component::Choices};
+use crate::rig::config::Domain;
+
+pub(super) const EFFECT: Definition = Definition {
+    name: "shock",
+    applies_to: Applies::Both,
+    parameters: &[
+        Parameter::number("time_s", "s", Domain::Any, (0.0, 10.0), Scale::Linear),
+        Parameter::number("impulse_n_s", "N s", Domain::Any, (1e-4, 1e2), Scale::Log)
+            .usually(Usual::ByKind(0.01, 1.0)),
+        Parameter::number("duration_s", "s", Domain::Positive, (5e-5, 1e-2), Scale::Log)
+            .usually(Usual::ByKind(2e-4, 5e-3)),
+        Parameter::component(Choices::Supported).usually(Usual::Name("outer-y")),
+    ],
+    equation: |v| {
+        let (time, impulse, duration) = (v.number("time_s"), v.number("impulse_n_s"), v.number("duration_s"));
+        format!(
+            "m q̈ + … = … + {:.4e} N · sin(π (t − {time:.5} s)/{duration:.2e} s) for {duration:.2e} s, q = {}",
+            0.5 * PI * impulse / duration,
+            v.component().symbols()
+        )
+    },
+    apply: |v, plan| {
+        let (time, impulse, duration) = (v.number("time_s"), v.number("impulse_n_s"), v.number("duration_s"));
+        if impulse == 0.0 {
+            return;
+        }
+        let peak = 0.5 * PI * impulse / duration;
+        let part = plan.component(v.component());
+        plan.declare_rate(PI / duration);
+        plan.force(move |at, _, _, force| {
+            let phase = (at.time_s - time) / duration;
+            if (0.0..1.0).contains(&phase) {
+                for motion in &part.motions {
+                    motion.push(peak * (PI * phase).sin(), force);
+                }
+            }
+        });
+    },
+};

@@ -1,0 +1,40 @@
+//! Damping that the nominal model lacks, −d v: of an oil film across the bearing (component `bearing`: between the
+//! races; J. S. Rao, "Rotor Dynamics", 1996) or of one mass against the ground.
+
+use super::{
+    Applies, Definition, Parameter, Scale, Usual,
+    component::{Choices, Component, Motion},
+};
+use crate::rig::{
+    config::Domain,
+    plan::{INNER_X, INNER_Y, OUTER_X, OUTER_Y},
+};
+
+pub(super) const EFFECT: Definition = Definition {
+    name: "viscous-friction",
+    applies_to: Applies::Both,
+    parameters: &[
+        Parameter::number("damping_n_s_per_m", "N s/m", Domain::NotNegative, (1e-1, 1e6), Scale::Log),
+        Parameter::component(Choices::SectionsAndContact).usually(Usual::Name("bearing")),
+    ],
+    equation: |v| {
+        let damping = v.number("damping_n_s_per_m");
+        match v.component() {
+            Component::Bearing => format!("f_x = … + {damping:.4e} N s/m · (ẋ_s − ẋ_p), f_y = … + {damping:.4e} N s/m · (ẏ_s − ẏ_p)"),
+            part => format!("… + {damping:.4e} N s/m · q̇ = …, q = {}", part.symbols()),
+        }
+    },
+    apply: |v, plan| {
+        let damping = v.number("damping_n_s_per_m");
+        if damping == 0.0 {
+            return;
+        }
+        let mut part = plan.component(v.component());
+        if v.component() == Component::Bearing {
+            part.motions = [(INNER_X, OUTER_X), (INNER_Y, OUTER_Y)].map(|(dof, base)| Motion { dof, base: Some(base) }).into();
+            part.mass = plan.bearing().map_or(1.0, |rig| rig.inner.mass_kg.min(rig.outer.mass_kg));
+        }
+        plan.declare_rate(2.0 * damping / part.mass);
+        part.law(plan, move |_, v| -damping * v);
+    },
+};

@@ -1,0 +1,174 @@
+//! What a run computes, and the places at which an effect can act on it.
+//!
+//! A plan starts as the nominal machine. Each effect changes it at one or more of these points:
+//!
+//! | point | for |
+//! |---|---|
+//! | [`Plan::machine`] | parameters before the run |
+//! | [`Plan::speed_rate_per_s`], [`Plan::cage_factor`] | how shaft and cage turn |
+//! | [`Plan::profiles`] | contact geometry: what each ball loses of its deflection |
+//! | [`Plan::forces`] | forces on the degrees of freedom, of state, time and angles |
+//! | [`Plan::signals`] | what happens between the machine and the file |
+
+use super::{
+    config::{BearingRig, SdofRig},
+    effect::component::{self, Component},
+};
+
+/// Degrees of freedom that a force can act on. An sdof rig uses only the first.
+pub const DOFS: usize = 5;
+/// x_s, inner race.
+pub const INNER_X: usize = 0;
+/// x_p, outer race and housing.
+pub const OUTER_X: usize = 1;
+/// y_s, inner race.
+pub const INNER_Y: usize = 2;
+/// y_p, outer race and housing.
+pub const OUTER_Y: usize = 3;
+/// y_b, resonator.
+pub const RESONATOR_Y: usize = 4;
+/// The mass of an sdof rig.
+pub const MASS: usize = 0;
+
+/// An instant of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moment {
+    /// Time from the first sample, s; negative while settling.
+    pub time_s: f64,
+    /// Shaft angle ψ, rad.
+    pub shaft_rad: f64,
+    /// Shaft speed ω, rad/s.
+    pub shaft_rad_per_s: f64,
+    /// Angle of ball 0, φ₀, rad.
+    pub cage_rad: f64,
+}
+
+/// Adds forces in N to each degree of freedom, from positions in m and velocities in m/s.
+pub type Force = Box<dyn Fn(&Moment, &[f64; DOFS], &[f64; DOFS], &mut [f64; DOFS]) + Send + Sync>;
+/// Adds to each ball's loss of deflection, m: what its contact force law then has less of.
+pub type Profile = Box<dyn Fn(&Moment, &mut [f64]) + Send + Sync>;
+/// Alters a signal.
+pub type Signal = Box<dyn Fn(&Acquisition, &mut Vec<f64>) + Send + Sync>;
+
+/// What a [`Signal`] knows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Acquisition<'a> {
+    /// The channel.
+    pub channel: &'a str,
+    /// Samples per second.
+    pub sample_rate_hz: f64,
+    /// Samples before t = 0 that the signal begins with.
+    pub preroll: usize,
+    /// Force that the bearing passes to the housing in the channel's direction, or the force on the mass of an sdof
+    /// rig, N, at the signal's samples. Empty unless [`Plan::needs_path_force`].
+    pub path_force: &'a [f64],
+}
+
+impl Acquisition<'_> {
+    /// Time of a sample, s.
+    pub fn time_s(&self, index: usize) -> f64 {
+        (index as f64 - self.preroll as f64) / self.sample_rate_hz
+    }
+}
+
+/// Where between machine and file a [`Signal`] acts. They are passed in this order, whatever the order of effects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// Between the mass that the rig knows and the sensor.
+    Structure,
+    /// The sensor. Its noise is added after it.
+    Transducer,
+    /// On the way to the converter.
+    Cable,
+    /// The converter's range.
+    Converter,
+    /// What keeps the samples. The only stage that sees the tachometer too.
+    Logger,
+}
+
+/// Parameters of the machine, nominal or altered by effects.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Machine {
+    /// `kind = "bearing-5dof"`.
+    Bearing(BearingRig),
+    /// `kind = "sdof"`.
+    Sdof(SdofRig),
+}
+
+/// A run with its effects.
+pub struct Plan {
+    /// Parameters.
+    pub machine: Machine,
+    /// Change of the shaft speed per second from t = 0, as a fraction.
+    pub speed_rate_per_s: f64,
+    /// Cage speed as a fraction of that of pure rolling.
+    pub cage_factor: f64,
+    /// Forces.
+    pub forces: Vec<Force>,
+    /// Contact geometry.
+    pub profiles: Vec<Profile>,
+    /// Output chain.
+    pub signals: Vec<(Stage, Signal)>,
+    /// Fastest rate that an effect brings, rad/s; the step is chosen by it.
+    pub rate_rad_per_s: f64,
+    /// Time that the output chain needs to settle, s.
+    pub preroll_s: f64,
+    /// Whether the output chain needs [`Acquisition::path_force`].
+    pub needs_path_force: bool,
+    /// Samples to take beyond those of the condition, for effects that lose some.
+    pub surplus: usize,
+}
+
+impl Plan {
+    /// The nominal machine.
+    pub fn new(machine: Machine) -> Self {
+        Self {
+            machine,
+            speed_rate_per_s: 0.0,
+            cage_factor: 1.0,
+            forces: Vec::new(),
+            profiles: Vec::new(),
+            signals: Vec::new(),
+            rate_rad_per_s: 0.0,
+            preroll_s: 0.0,
+            needs_path_force: false,
+            surplus: 0,
+        }
+    }
+
+    /// The bearing rig, if it is one.
+    pub fn bearing(&mut self) -> Option<&mut BearingRig> {
+        match &mut self.machine {
+            Machine::Bearing(rig) => Some(rig),
+            Machine::Sdof(_) => None,
+        }
+    }
+
+    /// A mass's nominal parameters and degrees of freedom.
+    pub fn component(&self, component: Component) -> component::Part {
+        component.of(&self.machine)
+    }
+
+    /// Says that something in the run changes as fast as this, rad/s or 1/s.
+    pub fn declare_rate(&mut self, rad_per_s: f64) {
+        self.rate_rad_per_s = self.rate_rad_per_s.max(rad_per_s);
+    }
+
+    /// Adds a force.
+    pub fn force(
+        &mut self,
+        force: impl Fn(&Moment, &[f64; DOFS], &[f64; DOFS], &mut [f64; DOFS]) + Send + Sync + 'static,
+    ) {
+        self.forces.push(Box::new(force));
+    }
+
+    /// Adds a loss of deflection.
+    pub fn profile(&mut self, profile: impl Fn(&Moment, &mut [f64]) + Send + Sync + 'static) {
+        self.profiles.push(Box::new(profile));
+    }
+
+    /// Adds an alteration of the signals.
+    pub fn signal(&mut self, stage: Stage, signal: impl Fn(&Acquisition, &mut Vec<f64>) + Send + Sync + 'static) {
+        self.signals.push((stage, Box::new(signal)));
+    }
+}

@@ -1,0 +1,253 @@
+//! From a rig and an operating condition to a recording.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::{
+    bearing::{self, Prepared, Signals, Turning},
+    config::{BearingRig, Model, Rig},
+    effect::Values,
+    error::RigError,
+    noise,
+    plan::{Acquisition, Plan, Signal, Stage},
+};
+use crate::recording::{Channel, Recording, Source};
+
+/// Under what the machine runs, and for how long it is recorded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OperatingCondition {
+    /// Shaft speed, revolutions per second.
+    pub shaft_hz: f64,
+    /// F_load, N.
+    pub load_n: f64,
+    /// Samples per second.
+    pub sample_rate_hz: f64,
+    /// Samples.
+    pub samples: usize,
+}
+
+/// What is not known about a run: where it starts, and its random parts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start {
+    /// φ₀ at t = 0, rad: angle of ball 0.
+    pub cage_angle0_rad: f64,
+    /// ψ at t = 0, rad.
+    pub shaft_angle0_rad: f64,
+    /// Time that the rig runs from rest before t = 0, s.
+    pub settle_s: f64,
+    /// Seed of process force and sensor noise.
+    pub seed: u64,
+    /// Whether there is process force and sensor noise at all.
+    pub noise: bool,
+    /// Steps for each sample; `None` chooses them by the stiffest contact and the fastest effect.
+    pub substeps: Option<usize>,
+}
+
+impl Start {
+    /// Settling time of [`Start::seeded`] and [`Start::silent`], s: the slowest mode of the reference rigs has decayed
+    /// by e⁻³⁵.
+    pub const SETTLE_S: f64 = 0.4;
+
+    /// Random angles and noise, all by one seed.
+    pub fn seeded(seed: u64) -> Self {
+        let [cage_angle0_rad, shaft_angle0_rad] = noise::angles(seed);
+        Self { cage_angle0_rad, shaft_angle0_rad, seed, noise: true, settle_s: Self::SETTLE_S, substeps: None }
+    }
+
+    /// These angles, and nothing random.
+    pub fn silent(cage_angle0_rad: f64, shaft_angle0_rad: f64) -> Self {
+        Self { cage_angle0_rad, shaft_angle0_rad, noise: false, ..Self::seeded(0) }
+    }
+}
+
+/// One run of [`simulate_many`].
+#[derive(Clone, Copy, Debug)]
+pub struct Run<'a> {
+    /// The rig, a bearing's.
+    pub rig: &'a Rig,
+    /// Its operating condition.
+    pub condition: OperatingCondition,
+    /// Its start.
+    pub start: Start,
+}
+
+/// Simulates one recording: channels `ax` and `ay` in m/s² where the rig's sensors sit, and `tacho`, 1 at each turn's
+/// first sample. Same rig, condition and start give the same bits.
+///
+/// # Errors
+///
+/// A rig that [`Rig::check`] refuses or that is not a bearing's, an impossible condition, a run that diverges.
+pub fn simulate(rig: &Rig, condition: &OperatingCondition, start: &Start) -> Result<Recording, RigError> {
+    let run = Run { rig, condition: *condition, start: *start };
+    // One run in, one result out.
+    simulate_all(&[run])?.swap_remove(0)
+}
+
+/// Simulates many runs side by side, on all threads of the current rayon pool; runs of equal counts (balls, samples,
+/// steps) share vectors. Each gives the same bits as [`simulate`] alone.
+///
+/// # Errors
+///
+/// As [`simulate`], for the first run that fails.
+pub fn simulate_many(runs: &[Run]) -> Result<Vec<Recording>, RigError> {
+    simulate_all(runs)?.into_iter().collect()
+}
+
+/// As [`simulate_many`], with each run's own failure to diverge or not: a search may step where no rig can stand.
+///
+/// # Errors
+///
+/// A rig or condition that is refused before anything runs.
+pub fn simulate_all(runs: &[Run]) -> Result<Vec<Result<Recording, RigError>>, RigError> {
+    let mut chains = Vec::with_capacity(runs.len());
+    let mut groups: BTreeMap<_, (Vec<usize>, Vec<Prepared>)> = BTreeMap::new();
+    for (index, run) in runs.iter().enumerate() {
+        let (prepared, chain) = prepare(run)?;
+        let (indices, group) = groups.entry(prepared.shape()).or_default();
+        indices.push(index);
+        group.push(prepared);
+        chains.push(chain);
+    }
+    let width = bearing::runs_per_vector();
+    let pieces: Vec<_> =
+        groups.values().flat_map(|(indices, group)| indices.chunks(width).zip(group.chunks(width))).collect();
+    let mut results: Vec<_> = pieces
+        .into_par_iter()
+        .flat_map_iter(|(indices, group)| {
+            let signals = bearing::integrate(group);
+            let finished =
+                indices.iter().zip(group).zip(signals).map(|((&index, prepared), signals)| {
+                    (index, finish(&runs[index], prepared, &chains[index], signals))
+                });
+            finished.collect::<Vec<_>>()
+        })
+        .collect();
+    results.sort_by_key(|(index, _)| *index);
+    Ok(results.into_iter().map(|(_, result)| result).collect())
+}
+
+/// What a run's signals pass through.
+struct Chain {
+    noise_std: f64,
+    locations: [&'static str; 2],
+    signals: Vec<(Stage, Signal)>,
+}
+
+fn prepare(run: &Run) -> Result<(Prepared, Chain), RigError> {
+    let OperatingCondition { shaft_hz, load_n, sample_rate_hz, samples } = run.condition;
+    let refuse =
+        |field, found: f64, expected| Err(RigError::BadCondition { field, found: found.to_string(), expected });
+    if !(sample_rate_hz.is_finite() && sample_rate_hz > 0.0) {
+        return refuse("sample_rate_hz", sample_rate_hz, "a positive number of Hz");
+    }
+    if !(shaft_hz.is_finite() && shaft_hz >= 0.0) {
+        return refuse("shaft_hz", shaft_hz, "a number of Hz, not negative");
+    }
+    if !load_n.is_finite() {
+        return refuse("load_n", load_n, "a number of N");
+    }
+    if samples == 0 {
+        return refuse("samples", 0.0, "at least 1");
+    }
+    if !(run.start.settle_s.is_finite() && run.start.settle_s >= 0.0) {
+        return refuse("settle_s", run.start.settle_s, "a number of s, not negative");
+    }
+    if run.start.substeps == Some(0) {
+        return refuse("substeps", 0.0, "at least 1");
+    }
+    run.rig.check()?;
+    let mut plan = plan_of(run.rig);
+    let rig = match &plan.machine {
+        Model::Bearing(rig) => rig.clone(),
+        Model::Sdof(_) => {
+            return Err(RigError::BadCondition {
+                field: "rig.kind",
+                found: "\"sdof\"".into(),
+                expected: "\"bearing-5dof\"; an sdof rig is driven by a recorded input",
+            });
+        }
+    };
+    let prepared = Prepared::new(&rig, &mut plan, &run.condition, &run.start);
+    let chain = chain(&rig, &run.start, plan);
+    Ok((prepared, chain))
+}
+
+fn chain(rig: &BearingRig, start: &Start, plan: Plan) -> Chain {
+    let noise_std = if start.noise { rig.sensor.noise_std_m_per_s2 } else { 0.0 };
+    let locations = [rig.sensor.horizontal.name(), rig.sensor.vertical.name()];
+    Chain { noise_std, locations, signals: in_order(plan) }
+}
+
+/// The output chain from machine to file.
+pub(super) fn in_order(plan: Plan) -> Vec<(Stage, Signal)> {
+    let mut signals = plan.signals;
+    signals.sort_by_key(|(stage, _)| *stage);
+    signals
+}
+
+/// The rig's machine with its effects put in.
+pub(super) fn plan_of(rig: &Rig) -> Plan {
+    let mut plan = Plan::new(rig.model.clone());
+    for entry in &rig.effects {
+        if let Some(values) = Values::new(entry, rig.model.kind()) {
+            (values.definition().apply)(&values, &mut plan);
+        }
+    }
+    plan
+}
+
+fn finish(run: &Run, prepared: &Prepared, chain: &Chain, signals: Signals) -> Result<Recording, RigError> {
+    let OperatingCondition { shaft_hz, load_n, sample_rate_hz, samples } = run.condition;
+    let preroll = prepared.preroll;
+    if let Some(bad) = signals.iter().filter_map(|s| s.iter().position(|v| !v.is_finite())).min() {
+        return Err(RigError::Diverged { time_s: (bad as f64 - preroll as f64) / sample_rate_hz });
+    }
+    let mut channels = Vec::with_capacity(3);
+    let [ax, ay, fx, fy] = signals;
+    for (index, (name, mut signal, path_force)) in [("ax", ax, &fx), ("ay", ay, &fy)].into_iter().enumerate() {
+        let at = Acquisition { channel: name, sample_rate_hz, preroll, path_force };
+        let (sensor, rest): (Vec<_>, Vec<_>) = chain.signals.iter().partition(|(stage, _)| *stage <= Stage::Transducer);
+        for (_, alter) in sensor {
+            alter(&at, &mut signal);
+        }
+        if chain.noise_std > 0.0 {
+            let seed_of = noise::SENSOR + index as u64;
+            let noise = noise::white(run.start.seed, seed_of, chain.noise_std, signal.len() - preroll);
+            signal[preroll..].iter_mut().zip(noise).for_each(|(value, noise)| *value += noise);
+        }
+        for (_, alter) in rest {
+            alter(&at, &mut signal);
+        }
+        signal.drain(..preroll);
+        signal.truncate(samples);
+        channels.push(Channel { name: name.into(), location: Some(chain.locations[index].into()), samples: signal });
+    }
+    let mut tacho = tachometer(&prepared.turning, sample_rate_hz, prepared.samples);
+    for (_, alter) in chain.signals.iter().filter(|(stage, _)| *stage == Stage::Logger) {
+        alter(&Acquisition { channel: "tacho", sample_rate_hz, preroll: 0, path_force: &[] }, &mut tacho);
+    }
+    tacho.truncate(samples);
+    channels.push(Channel { name: "tacho".into(), location: None, samples: tacho });
+    Ok(Recording {
+        source: Source::default(),
+        channels,
+        sample_rate_hz,
+        shaft_hz: Some(shaft_hz),
+        load_n: Some(load_n),
+        ..Recording::default()
+    })
+}
+
+/// 1 at each turn's first sample.
+fn tachometer(turning: &Turning, sample_rate_hz: f64, samples: usize) -> Vec<f64> {
+    let turn = |sample: f64| (turning.shaft(sample / sample_rate_hz) / std::f64::consts::TAU).floor();
+    let mut before = turn(-1.0);
+    let mark = |sample| {
+        let now = turn(sample as f64);
+        let first = f64::from(u8::from(now != before));
+        before = now;
+        first
+    };
+    (0..samples).map(mark).collect()
+}

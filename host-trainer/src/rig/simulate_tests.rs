@@ -1,0 +1,146 @@
+use std::fs;
+
+use super::{
+    EffectEntry, OperatingCondition, Rig, Run, Start, simulate, simulate_many,
+    test_support::{RATE, condition, nominal, parse, rms, samples, silent},
+};
+use crate::recording::reference_data;
+
+/// Trajectories of an independent implementation at 64 steps of RK4 a sample; each file's first line holds its
+/// operating condition and start. Exact to 1e-8 m/s².
+#[test]
+fn golden_reference_trajectories() {
+    let Some(folder) = reference_data::folder("rig-reference") else {
+        return;
+    };
+    for name in ["rigA_0", "rigA_1", "rigB_0", "rigB_1"] {
+        let rig = Rig::read(&folder.join(format!("{}.toml", &name[..4]))).unwrap();
+        let text = fs::read_to_string(folder.join(format!("{name}.csv"))).unwrap();
+        let stated = |key: &str| -> f64 {
+            let (_, rest) = text.split_once(&format!("{key}=")).unwrap();
+            rest.split([' ', '\n']).next().unwrap().parse().unwrap()
+        };
+        let rows: Vec<Vec<f64>> =
+            text.lines().skip(2).map(|row| row.split(',').map(|v| v.parse().unwrap()).collect()).collect();
+        let condition = OperatingCondition {
+            shaft_hz: stated("shaft_hz"),
+            load_n: stated("load_n"),
+            sample_rate_hz: RATE,
+            samples: rows.len(),
+        };
+        let error = |substeps| {
+            let start = Start { substeps, ..Start::silent(stated("cage_angle0_rad"), stated("shaft_angle0_rad")) };
+            let recording = simulate(&rig, &condition, &start).unwrap();
+            [("ay", 1), ("ax", 2)].map(|(channel, column)| {
+                let pairs = samples(&recording, channel).iter().zip(&rows);
+                rms(&pairs.map(|(v, row)| v - row[column]).collect::<Vec<_>>())
+            })
+        };
+        let chosen = error(None);
+        assert!(chosen.iter().all(|e| *e < 6e-7), "{name}: {chosen:?}");
+        let fine = error(Some(16));
+        assert!(fine.iter().all(|e| *e < 1.2e-8), "{name}: {fine:?}");
+    }
+}
+
+#[test]
+fn invariant_side_by_side_is_one_after_the_other() {
+    let mut rigs = vec![nominal(); 11];
+    for (k, rig) in rigs.iter_mut().enumerate() {
+        rig.set("outer.mass_kg", 10.0 + k as f64).unwrap();
+    }
+    rigs[4] = rigs[4].clone().with_effect(EffectEntry::new("misalignment", &[("force_n", 20.0)]));
+    rigs[5] = rigs[5].clone().with_effect(EffectEntry::new("speed-drift", &[("rate_per_s", 0.1)]));
+    rigs[6].set("bearing.contact_exponent", 1.4).unwrap();
+    rigs[7].set("bearing.balls", 8.0).unwrap();
+    let runs: Vec<_> = rigs
+        .iter()
+        .enumerate()
+        .map(|(k, rig)| Run {
+            rig,
+            condition: condition(25.0 + k as f64, 450.0, 700),
+            start: Start { settle_s: 0.02, ..Start::seeded(k as u64) },
+        })
+        .collect();
+    let many = simulate_many(&runs).unwrap();
+    for (run, recording) in runs.iter().zip(&many) {
+        assert_eq!(&simulate(run.rig, &run.condition, &run.start).unwrap(), recording, "{:?}", run.start);
+    }
+}
+
+#[test]
+fn invariant_the_seed_is_the_run() {
+    let run = |seed| simulate(&nominal(), &condition(30.0, 500.0, 600), &Start::seeded(seed)).unwrap();
+    assert_eq!(run(3), run(3));
+    assert_ne!(samples(&run(3), "ax"), samples(&run(4), "ax"));
+    // The sensor's noise does not hang on whether there is process force.
+    let mut quiet = nominal();
+    quiet.set("excitation.process_force_psd_n2_per_hz", 0.0).unwrap();
+    let noisy = simulate(&quiet, &condition(30.0, 500.0, 4000), &Start::seeded(3)).unwrap();
+    let clean = simulate(&quiet, &condition(30.0, 500.0, 4000), &Start { noise: false, ..Start::seeded(3) }).unwrap();
+    let noise: Vec<_> = samples(&noisy, "ax").iter().zip(samples(&clean, "ax")).map(|(a, b)| a - b).collect();
+    assert!((rms(&noise) / 0.02 - 1.0).abs() < 0.05, "{}", rms(&noise));
+}
+
+/// Above its resonances the housing is a free mass: its acceleration has the force's spectrum over m².
+#[test]
+fn literature_process_force_has_its_density() {
+    let mut rig = parse(&super::test_support::RIG.replace("\"resonator-y\"", "\"outer-y\""));
+    for (key, value) in [("sensor.noise_std_m_per_s2", 0.0), ("excitation.process_force_psd_n2_per_hz", 4e-3)] {
+        rig.set(key, value).unwrap();
+    }
+    // A soft resonator leaves the housing alone.
+    rig.set("resonator.stiffness_n_per_m", 1e3).unwrap();
+    rig.set("resonator.damping_n_s_per_m", 0.0).unwrap();
+    let count = 16_384;
+    let recording = simulate(&rig, &condition(0.0, 500.0, count), &Start::seeded(1)).unwrap();
+    let ay = samples(&recording, "ay");
+    let bins: Vec<f64> =
+        (2500..3500).map(|k| super::test_support::line(ay, RATE, k as f64 * RATE / count as f64).powi(2)).collect();
+    // A Hann-windowed line amplitude A of noise: E[A²] = 4 · 1.5 · PSD · rate / N / 2.
+    let density = bins.iter().sum::<f64>() / bins.len() as f64 * count as f64 / (RATE * 3.0);
+    let expected = 4e-3 / 12.638f64.powi(2);
+    // A free mass has the force's own value at the start of each sample, so the hold costs nothing. The springs still
+    // add 1 % at these frequencies.
+    assert!((density / expected - 1.0).abs() < 0.1, "{}", density / expected);
+}
+
+#[test]
+fn invariant_tachometer_marks_each_turn() {
+    let recording = silent(&nominal());
+    let marks: Vec<usize> =
+        samples(&recording, "tacho").iter().enumerate().filter(|(_, v)| **v == 1.0).map(|(i, _)| i).collect();
+    assert_eq!(marks.len(), 15);
+    // 0.7 rad at t = 0: the first turn ends (2π − 0.7)/(2π · 30 Hz) later, the others 853⅓ samples apart.
+    assert_eq!(marks[0], 759);
+    assert!(marks.windows(2).all(|w| w[1] - w[0] == 853 || w[1] - w[0] == 854));
+}
+
+#[test]
+fn invariant_energy_decays_without_excitation() {
+    // Shaft at rest, a blow to the housing: nothing feeds the rig after it.
+    let rig = nominal().with_effect(EffectEntry::new("shock", &[("time_s", 0.0), ("impulse_n_s", 0.05)]));
+    let recording = simulate(&rig, &condition(0.0, 500.0, 12_800), &Start::silent(0.3, 0.7)).unwrap();
+    let windows: Vec<f64> = samples(&recording, "ay").chunks(1280).map(rms).collect();
+    assert!(windows.windows(2).take(4).all(|w| w[1] < 0.1 * w[0]), "{windows:?}");
+    assert!(windows[9] < 1e-10 * windows[0], "{windows:?}");
+}
+
+#[test]
+fn golden_impossible_conditions_are_refused() {
+    let refused = |condition| simulate(&nominal(), &condition, &Start::seeded(0)).unwrap_err().to_string();
+    let good = condition(30.0, 500.0, 10);
+    assert!(refused(OperatingCondition { samples: 0, ..good }).contains("samples: found 0, expected at least 1"));
+    assert!(refused(OperatingCondition { shaft_hz: -1.0, ..good }).contains("shaft_hz: found -1"));
+    assert!(refused(OperatingCondition { load_n: f64::NAN, ..good }).contains("load_n: found NaN"));
+    let sdof = parse(super::test_support::SDOF);
+    let error = simulate(&sdof, &good, &Start::seeded(0)).unwrap_err().to_string();
+    assert!(error.contains("recorded input"), "{error}");
+}
+
+#[test]
+fn invariant_divergence_is_an_error() {
+    let runaway = EffectEntry::new("softening-stiffness", &[("cubic_n_per_m3", -1e18)]).with_text("component", "outer");
+    let error = simulate(&nominal().with_effect(runaway), &condition(30.0, 500.0, 6000), &Start::seeded(0));
+    assert!(error.unwrap_err().to_string().contains("diverged"));
+}
