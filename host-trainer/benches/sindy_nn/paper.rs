@@ -38,8 +38,9 @@ pub fn run(floor: &Floor, with_peer: bool) -> Result<(), Box<dyn std::error::Err
             let start = Instant::now();
             let trained = train(&layout, &samples, &Samples::default(), &config, &mut |_| ());
             ours.push(start.elapsed().as_secs_f64());
-            losses.push(trained.last_batch.total(Lambdas::PAPER));
-            scores.push(r_squared(&layout, &trained.parameters, &samples));
+            let [loss, score] = data_loss_and_score(&layout, &trained.parameters, &samples);
+            losses.push(loss);
+            scores.push(score);
             if with_peer {
                 let arguments = [
                     file.display().to_string(),
@@ -50,8 +51,10 @@ pub fn run(floor: &Floor, with_peer: bool) -> Result<(), Box<dyn std::error::Err
                 ];
                 let told = peer(&peers().join("torch_sindy_nn.py"), &arguments)?;
                 theirs.push(told["seconds"].as_f64().ok_or("seconds")?);
-                their_losses.push(told["loss"].as_f64().ok_or("loss")?);
-                their_scores.push(told["r2"].as_f64().ok_or("r2")?);
+                let (score, reconstruction) = (told["r2"].as_f64(), told["r2_recon"].as_f64());
+                let (score, reconstruction) = (score.ok_or("r2")?, reconstruction.ok_or("r2_recon")?);
+                their_losses.push(1.0 - reconstruction + Lambdas::PAPER.derivative * (1.0 - score));
+                their_scores.push(score);
             }
         }
         let least = floor.seconds(&layout, (config.epochs * samples.len()) as f64, THREADS);
@@ -71,11 +74,12 @@ pub fn run(floor: &Floor, with_peer: bool) -> Result<(), Box<dyn std::error::Err
     Ok(())
 }
 
-/// Mean R² of the derivatives in sample, as the peer scores it: standardised targets have variance 1.
-fn r_squared(layout: &Layout, parameters: &[f32], samples: &Samples<f32>) -> f64 {
+/// L_recon + λ1 L_dx/dt over all samples (the last batch's loss, which the peer prints, is that of a
+/// random fifth of them), and the mean R² of the derivatives; standardised targets have variance 1.
+fn data_loss_and_score(layout: &Layout, parameters: &[f32], samples: &Samples<f32>) -> [f64; 2] {
     let all: Vec<u32> = (0..samples.len() as u32).collect();
-    let mut engine = Engine::new(layout.clone(), all.len());
-    1.0 - engine.evaluate(parameters, samples, &all, Lambdas::PAPER).derivative
+    let losses = Engine::new(layout.clone(), all.len()).evaluate(parameters, samples, &all, Lambdas::PAPER);
+    [losses.reconstruction + Lambdas::PAPER.derivative * losses.derivative, 1.0 - losses.derivative]
 }
 
 fn peers() -> PathBuf {
