@@ -91,7 +91,7 @@ impl<'a, 's> Device<'a, 's> {
             Some(step) if step.comparable => {
                 self.monitor.residual(Normalised { residuals: step.residuals(), spread: spread.iter() })
             }
-            _ => None,
+            _ => self.monitor.idle(),
         };
         Outcome { quality, step, block }
     }
@@ -175,6 +175,21 @@ mod tests {
             assert_eq!(run(&mut device, &clean), expected, "after a gap");
             assert_eq!(device.summary().faults.total(), 8);
         }
+    }
+
+    #[test]
+    fn a_sensor_that_breaks_again_before_the_differences_fill_ends_blind() {
+        let parts = Parts::new(spec(Alignment::Half));
+        let model = parts.model();
+        let mut scratch = std::vec![0.0; Device::scratch_len(&model)];
+        let mut device = Device::new(&model, &mut scratch).unwrap();
+        run(&mut device, &samples(200));
+        assert_ne!(device.summary().status, Status::Blind);
+        // Every fourth sample is broken, and six are needed: nothing is ever evaluated.
+        let broken: Vec<f32> =
+            samples(64).into_iter().enumerate().map(|(i, s)| if i % 4 == 0 { f32::NAN } else { s }).collect();
+        assert!(run(&mut device, &broken).iter().all(Option::is_none));
+        assert_eq!(device.summary().status, Status::Blind);
     }
 
     #[test]

@@ -119,6 +119,7 @@ impl<'a, 's> Evaluator<'a, 's> {
     pub fn step(&mut self, sample: f32) -> Option<Step<'_>> {
         let streaming = self.virtual_states.as_mut()?;
         if !streaming.push(sample, self.states, self.derivatives) {
+            self.awaiting = false;
             return None;
         }
         let Input::VirtualStates(spec) = self.model.input else { return None };

@@ -70,7 +70,8 @@ impl MonitorConfig {
             && positive.iter().all(|v| v.is_finite() && *v > 0.0)
             && self.ewma_weight <= 1.0
             && [self.healthy_mean, self.cusum_slack].iter().all(|v| v.is_finite() && *v >= 0.0)
-            && (0.0..=1.0).contains(&self.release)
+            && self.release > 0.0
+            && self.release <= 1.0
             && (1..=self.of_blocks).contains(&self.votes)
             && self.of_blocks <= MAX_VOTES
     }
@@ -120,6 +121,8 @@ pub struct Monitor {
     sum: f32,
     good: u32,
     broken: u32,
+    /// Good samples that the model could not be evaluated for.
+    idle: u32,
     blocks: u32,
     ewma: f32,
     above: f32,
@@ -142,6 +145,7 @@ impl Monitor {
             sum: 0.0,
             good: 0,
             broken: 0,
+            idle: 0,
             blocks: 0,
             ewma: 0.0,
             above: 0.0,
@@ -163,7 +167,7 @@ impl Monitor {
     /// is not finite counts as a broken sample.
     pub fn residual(&mut self, residuals: impl ExactSizeIterator<Item = f32>) -> Option<BlockReport> {
         let count = residuals.len().max(1) as f32;
-        let sum = residuals.map(|r| if r.is_nan() { r } else { (r * r).min(SQUARE_LIMIT) }).sum::<f32>();
+        let sum = residuals.map(|r| if r.is_finite() { (r * r).min(SQUARE_LIMIT) } else { f32::NAN }).sum::<f32>();
         if !sum.is_finite() {
             return self.broken(1);
         }
@@ -175,7 +179,22 @@ impl Monitor {
     /// Takes samples that could not be evaluated; a report when there were as many as a block holds.
     pub fn broken(&mut self, count: u32) -> Option<BlockReport> {
         self.broken = self.broken.saturating_add(count);
-        if self.broken >= self.config.block { Some(self.close()) } else { None }
+        self.close_where_lost()
+    }
+
+    /// Takes a good sample that the model could not be evaluated for, because the differences were
+    /// filling: a sensor that breaks again before they have filled must not keep the last status.
+    pub fn idle(&mut self) -> Option<BlockReport> {
+        self.idle = self.idle.saturating_add(1);
+        self.close_where_lost()
+    }
+
+    fn lost(&self) -> u32 {
+        self.broken.saturating_add(self.idle)
+    }
+
+    fn close_where_lost(&mut self) -> Option<BlockReport> {
+        if self.lost() >= self.config.block { Some(self.close()) } else { None }
     }
 
     /// Throws the open block's residuals away: they turned out to be of broken samples.
@@ -187,21 +206,23 @@ impl Monitor {
 
     /// Ends a recording: a block at least half full is judged, a smaller one stays open.
     pub fn end_of_recording(&mut self) -> Option<BlockReport> {
-        let held = self.good.saturating_add(self.broken);
+        let held = self.good.saturating_add(self.lost());
         if held > 0 && held >= self.config.block.div_ceil(2) { Some(self.close()) } else { None }
     }
 
     fn close(&mut self) -> BlockReport {
-        let blind = self.broken >= self.good;
+        let blind = self.lost() >= self.good;
         let level = if blind { f32::NAN } else { self.sum / self.good as f32 };
         self.sum = 0.0;
         self.good = 0;
         self.broken = 0;
+        self.idle = 0;
         self.blocks = self.blocks.saturating_add(1);
         let was = self.status;
         let (deviation, vote) = if blind {
             // An anomaly that was there before is remembered, and so are its statistics.
             self.seen = 0;
+            self.calm = 0;
             self.status = Status::Blind;
             (f32::NAN, false)
         } else {
@@ -325,8 +346,11 @@ mod tests {
         }
         assert_eq!(m.status(), Status::Blind);
         assert_eq!(*feed(&mut m, [1.0; 3]).last().unwrap(), Status::Healthy);
-        m.residual([f32::INFINITY].into_iter());
-        assert!(feed(&mut m, [1.0; 20]).iter().all(|s| *s == Status::Healthy));
+        for _ in 0..10 {
+            m.residual([f32::INFINITY].into_iter());
+        }
+        assert_eq!(m.status(), Status::Blind);
+        assert_eq!(*feed(&mut m, [1.0; 3]).last().unwrap(), Status::Healthy);
     }
 
     #[test]
@@ -336,7 +360,8 @@ mod tests {
         feed(&mut m, [3.0; 5]);
         m.broken(10);
         assert_eq!(m.status(), Status::Blind);
-        assert_eq!(feed(&mut m, [3.0]), [Status::Anomalous]);
+        // Healthy blocks alone would read as starting.
+        assert_eq!(feed(&mut m, [1.0]), [Status::Anomalous]);
     }
 
     #[test]

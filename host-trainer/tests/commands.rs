@@ -102,7 +102,7 @@ fn exported_c_and_rust_hold_the_bytes_of_the_binary_form() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     recordings(&folder.join("data"));
-    let report = done(folder, &[&FIT[..], &["--null", "0", "--json"]].concat());
+    let report = done(folder, &[&FIT[..], &["--null", "0", "--lambda", "0.5,0.01,0.01", "--json"]].concat());
     assert!(serde_json::from_str::<serde_json::Value>(&report).expect("one document")["scores"].is_object());
     done(folder, &["export", "model.json", "--format", "bin", "--out", "m.bin"]);
     let bytes = std::fs::read(folder.join("m.bin")).expect("written");
@@ -134,7 +134,13 @@ fn bad_input_says_where_what_and_what_was_expected() {
     assert!(fit("data", &["--healthy", "99"]).contains("expected 1 to 16 recordings"));
     assert!(fit("data", &["--channel", "ay"]).contains("ay"));
     assert!(fit("data", &["--unit", "furlong"]).contains("expected g or m/s^2"));
+    assert!(fit("data", &["--lambda", "0.5,0.1"]).contains("--lambda: found"));
+    assert!(fit("data", &["--ridge=-1"]).contains("--ridge: found -1"));
+    assert!(fit("data", &["--solver", "stlsq", "--threshold", "NaN"]).contains("--threshold: found NaN"));
+    assert!(fit("data", &["--block", "0"]).contains("block: found 0"));
     assert!(!folder.join("x.json").exists(), "nothing is left of a failed fit");
+    let error = refused(folder, &["fit", "data", "--out", "nowhere/x.json"]);
+    assert!(error.contains("--out: found nowhere"), "{error}");
 
     let model = std::fs::read_to_string(folder.join("model.json")).expect("written");
     std::fs::write(folder.join("changed.json"), model.replacen("\"variables\":3", "\"variables\":4", 1))

@@ -56,7 +56,7 @@ pub struct Args {
     #[arg(long, value_delimiter = ',', default_value = "256")]
     hidden: Vec<usize>,
     /// λ1, λ2, λ3 of the losses
-    #[arg(long, value_delimiter = ',', num_args = 3, default_value = "0.5,0.01,0.01")]
+    #[arg(long, value_delimiter = ',', default_value = "0.5,0.01,0.01")]
     lambda: Vec<f64>,
     /// Adam's learning rate
     #[arg(long, default_value_t = 1e-3)]
@@ -123,6 +123,42 @@ enum OrdersName {
 }
 
 impl Args {
+    /// Numbers that mean nothing, and an output that could not be written, are told before the work.
+    fn check(&self) -> Result<(), Failure> {
+        let refuse = |option: &str, found: String, expected: &str| {
+            Err(Failure::Input(format!("--{option}: found {found}, expected {expected}")))
+        };
+        for (option, found, least) in [
+            ("batch", self.batch, 1),
+            ("hold-out", self.hold_out, 2),
+            ("epochs", self.epochs, 1),
+            ("max-steps", self.max_steps, 1),
+        ] {
+            if found < least {
+                return refuse(option, found.to_string(), &format!("at least {least}"));
+            }
+        }
+        if self.lambda.len() != 3 || self.lambda.iter().any(|l| !(l.is_finite() && *l >= 0.0)) {
+            return refuse("lambda", format!("{:?}", self.lambda), "three numbers that are not negative");
+        }
+        if !(self.learning_rate.is_finite() && self.learning_rate > 0.0) {
+            return refuse("learning-rate", self.learning_rate.to_string(), "a positive number");
+        }
+        if !(self.ridge.is_finite() && self.ridge >= 0.0) {
+            return refuse("ridge", self.ridge.to_string(), "a number that is not negative");
+        }
+        if let Some(threshold) = self.threshold.filter(|t| !(0.0..1.0).contains(t)) {
+            return refuse("threshold", threshold.to_string(), "a share from 0 to below 1");
+        }
+        for (option, path) in [("out", Some(&self.out)), ("report", self.report.as_ref())] {
+            let folder = path.and_then(|p| p.parent()).filter(|f| !f.as_os_str().is_empty());
+            if let Some(folder) = folder.filter(|f| !f.is_dir()) {
+                return refuse(option, folder.display().to_string(), "a folder that exists");
+            }
+        }
+        Ok(())
+    }
+
     fn config(&self) -> FitConfig {
         let solver = match self.solver {
             SolverName::Stlsq => {
@@ -179,9 +215,7 @@ fn healthy_by_default(recordings: usize) -> usize {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if args.batch == 0 || args.hold_out < 2 {
-        return Err(Failure::Input("--batch: expected at least 1; --hold-out: expected at least 2".into()));
-    }
+    args.check()?;
     let mut input = args.input.read(None)?;
     let total = input.series.len();
     let healthy = args.healthy.unwrap_or(if input.run_to_failure { healthy_by_default(total) } else { total });

@@ -32,7 +32,10 @@ pub fn monitor(
         tenth.min(rows / BLOCKS).max(SHORTEST_BLOCK) as u32
     });
     let longest_run = recordings.iter().map(|s| longest_equal_run(&s.samples)).max().unwrap_or(1);
-    let screen = ScreenConfig { full_scale: config.full_scale, stuck_after: (4 * longest_run).max(STUCK_AT_LEAST) };
+    // Never so long that a dead sensor could fill a block: a stretch of equal samples in the healthy
+    // recordings would else switch the check off.
+    let stuck_after = (4 * longest_run).max(STUCK_AT_LEAST).min((block / 4).max(STUCK_AT_LEAST));
+    let screen = ScreenConfig { full_scale: config.full_scale, stuck_after };
 
     let mut parts = once.parts.clone();
     parts.screen = screen;

@@ -121,6 +121,26 @@ pub enum FitError {
         /// What was found.
         found: f32,
     },
+    /// Not a full scale.
+    #[error("full scale: found {found} m/s², expected a positive number, or 0 where it is unknown")]
+    FullScale {
+        /// What was found.
+        found: f32,
+    },
+    /// Not a block length.
+    #[error("block: found {found} samples, expected 1 to the {total} there are")]
+    Block {
+        /// What was found.
+        found: u32,
+        /// Samples there are.
+        total: usize,
+    },
+    /// A channel that does not vary.
+    #[error("every sample is {value} m/s², expected a channel that varies")]
+    Constant {
+        /// The value.
+        value: f32,
+    },
     /// The training diverged.
     #[error("the training diverged: {0}; a smaller learning rate may help")]
     Diverged(ModelError),
@@ -162,7 +182,8 @@ pub fn fit(
         move |share: f64| progress(Stage { name: name.clone(), done: (at as f64 + share) / fits as f64 })
     };
 
-    let split = Split::of(recordings, config.hold_out_every);
+    let split = Split::of(recordings, config.hold_out_every, config.spec.warm_up());
+    check_split(&split, config)?;
     let causal_spec = StateSpec { alignment: Alignment::Causal, ..config.spec };
     let mut at = 0;
     let mut both = |split: &Split, name: &str| -> Result<(Once, Score, Score), FitError> {
@@ -249,6 +270,19 @@ fn check(recordings: &[Series], config: &FitConfig) -> Result<(), FitError> {
             return Err(FitError::Hidden { found: hidden.clone() });
         }
     }
+    if !(config.full_scale.is_finite() && config.full_scale >= 0.0) {
+        return Err(FitError::FullScale { found: config.full_scale });
+    }
+    let total: usize = recordings.iter().map(|s| s.samples.len()).sum();
+    if let Some(found) = config.block.filter(|b| *b == 0 || *b as usize > total) {
+        return Err(FitError::Block { found, total });
+    }
+    let mut values = recordings.iter().flat_map(|s| &s.samples);
+    if let (Some(first), true) = (values.next(), total > 1) {
+        if values.all(|v| v == first) {
+            return Err(FitError::Constant { value: *first });
+        }
+    }
     for series in recordings {
         if let Some(index) = series.samples.iter().position(|v| !v.is_finite()) {
             return Err(FitError::NotFinite { name: series.name.clone(), index, found: series.samples[index] });
@@ -256,9 +290,21 @@ fn check(recordings: &[Series], config: &FitConfig) -> Result<(), FitError> {
     }
     let rows = |series: &Series| (series.samples.len() + 1).saturating_sub(config.spec.warm_up());
     let (found, rows) = (recordings.iter().map(|s| s.samples.len()).sum(), recordings.iter().map(rows).sum());
-    // With fewer rows than this the held-out part has too few to score.
     let expected = 10 * config.spec.dimension.max(10);
     if rows < expected { Err(FitError::TooShort { found, rows, expected }) } else { Ok(()) }
+}
+
+/// Both sides of a split must have rows enough to fit to and to score.
+fn check_split(split: &Split, config: &FitConfig) -> Result<(), FitError> {
+    for part in [&split.train, &split.held_out] {
+        let rows = |s: &Series| (s.samples.len() + 1).saturating_sub(config.spec.warm_up());
+        let (found, rows) = (part.iter().map(|s| s.samples.len()).sum(), part.iter().map(rows).sum::<usize>());
+        let expected = 2 * config.spec.dimension.max(10);
+        if rows < expected {
+            return Err(FitError::TooShort { found, rows, expected });
+        }
+    }
+    Ok(())
 }
 
 impl FitConfig {

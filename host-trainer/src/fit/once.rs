@@ -18,13 +18,15 @@ use crate::stlsq::{Equation, Moments, StlsqConfig};
 
 /// Pieces that the held-out end of a single recording is cut into.
 const HELD_OUT_PIECES: usize = 4;
+/// Rows that each of them has at least, where there are enough.
+const PIECE_AT_LEAST: usize = 64;
 
 /// Recordings to fit to and recordings to judge by.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Split {
     /// Fitted to.
     pub train: Vec<Series>,
-    /// Not fitted to.
+    /// Not fitted to; they do choose thresholds and when to stop.
     pub held_out: Vec<Series>,
     /// Whether the held-out part is the end of the only recording, not a recording of its own.
     pub within: bool,
@@ -32,12 +34,13 @@ pub struct Split {
 
 impl Split {
     /// Holds out every n-th recording, the last of each n; of a single one its last fifth.
-    pub fn of(recordings: &[Series], every: usize) -> Self {
+    pub fn of(recordings: &[Series], every: usize, warm_up: usize) -> Self {
         if let [only] = recordings {
             let (first, last) = only.samples.split_at(only.samples.len() * 4 / 5);
             let part = |name: String, samples: &[f32]| Series { name, samples: samples.to_vec() };
             // In pieces, so that the held-out error has a standard error.
-            let pieces = last.chunks(last.len().div_ceil(HELD_OUT_PIECES).max(1)).enumerate();
+            let count = (last.len() / (warm_up + PIECE_AT_LEAST)).clamp(1, HELD_OUT_PIECES);
+            let pieces = last.chunks(last.len().div_ceil(count).max(1)).enumerate();
             return Self {
                 train: vec![part(format!("{}, first 4/5", only.name), first)],
                 held_out: pieces.map(|(n, p)| part(format!("{}, last 1/5, piece {}", only.name, n + 1), p)).collect(),

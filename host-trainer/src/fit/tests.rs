@@ -69,6 +69,21 @@ fn null_on_linear_noise_the_verdict_is_nothing_though_r2_is_high() {
 }
 
 #[test]
+fn null_on_tones_in_noise_the_verdict_is_nothing() {
+    for scale in [1.0, 0.1] {
+        let made = recordings(|k| {
+            let tone =
+                |i: usize, frequency: f32, phase: f32| (std::f32::consts::TAU * (frequency * i as f32 + phase)).sin();
+            let noise = noise(2000, 90 + k);
+            let turn = k as f32 * 0.37;
+            (0..2000).map(|i| tone(i, 0.0313, turn) + 0.5 * tone(i, 0.171, 2.0 * turn) + scale * noise[i]).collect()
+        });
+        let fitted = fit(&made, 25_600.0, &config(stlsq()), &|_| ()).unwrap();
+        assert!(!fitted.report.verdict.beyond_null, "{scale}: {}", fitted.report.verdict.words);
+    }
+}
+
+#[test]
 fn a_deterministic_map_is_found_beyond_its_null() {
     // The Hénon map: white-looking spectrum, next sample a quadratic of the last two.
     let made = recordings(|k| {
@@ -125,4 +140,9 @@ fn what_cannot_be_fitted_is_refused_before_anything_long() {
     assert!(matches!(refuse(&good, FitConfig { spec, ..config(stlsq()) }), FitError::Dimension { found: 17 }));
     let solver = Solver::SindyNn { hidden: vec![], train: TrainConfig::default() };
     assert!(matches!(refuse(&good, config(solver)), FitError::Hidden { .. }));
+    let block = FitConfig { block: Some(0), ..config(stlsq()) };
+    assert!(matches!(refuse(&good, block), FitError::Block { found: 0, .. }));
+    assert!(matches!(refuse(&good, FitConfig { full_scale: -1.0, ..config(stlsq()) }), FitError::FullScale { .. }));
+    let flat = recordings(|_| vec![2.5; 600]);
+    assert!(matches!(refuse(&flat, config(stlsq())), FitError::Constant { .. }));
 }

@@ -62,8 +62,8 @@ pub fn verdict(scores: &Scores) -> Verdict {
         _ if derivative.is_none() && causal.is_none() => (false, "not judged: fewer than two surrogate fits"),
         (true, true) => (true, "dynamics beyond the null, in the derivatives and in the prediction of the next sample"),
         (true, false) => (
-            true,
-            "beyond the null in the derivatives only: structure in the recordings that does not help to predict the next sample",
+            false,
+            "no dynamics beyond the null: the derivatives are fitted better than those of a surrogate, as amplitudes that are not Gaussian alone can bring about, but the next sample is not predicted better",
         ),
         (false, true) => (true, "beyond the null in the prediction of the next sample only"),
         (false, false) => (

@@ -38,7 +38,7 @@ pub fn report(report: &Report, most_terms: usize) -> String {
     let d = &report.diagnosis;
     let noise = report.terms_noise_would_keep.map_or(String::new(), |n| {
         format!(
-            ", {:.1} an equation, where noise alone would keep {n:.1}",
+            ", {:.1} an equation, where the null keeps {n:.1}",
             report.terms_kept as f64 / report.equations.len().max(1) as f64
         )
     });

@@ -19,7 +19,7 @@ pub struct Lambdas {
     pub derivative: f64,
     /// λ2 of L_dz/dt.
     pub latent: f64,
-    /// λ3 of L_reg, the mean |Ξ| over coefficients that are not masked.
+    /// λ3 of L_reg, Σ|Ξ| over all coefficients' number; masked ones are zero and have no gradient.
     pub sparsity: f64,
 }
 

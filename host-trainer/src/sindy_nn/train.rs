@@ -184,6 +184,8 @@ pub fn train(
     }
     if refine > 0 {
         run.threshold(layout, train, config.threshold);
+        // The moments are those of other parameters and of a loss with the L1 term.
+        run.adam = Adam::new(run.parameters.len());
         let lambdas = Lambdas { sparsity: 0.0, ..config.lambdas };
         for step in 1..=refine {
             run.step(train, config, lambdas);

@@ -3,8 +3,8 @@
 //! R of the QR decomposition of the library's columns beside the targets' holds every inner product,
 //! at the accuracy of QR rather than of normal equations: the solution for any subset of terms, its
 //! residual and its R² follow from it. Recordings are decomposed side by side and their factors
-//! stacked and decomposed again (tall-skinny QR), so that a fit never holds more than one
-//! recording's library.
+//! stacked and decomposed again (tall-skinny QR), so that no more of a library is held than a block
+//! of rows for each thread and one factor for each recording.
 
 use ballrace_core::library::Library;
 use faer::{Mat, MatRef};
@@ -57,6 +57,9 @@ impl Moments {
 
     /// Of many recordings, in parallel.
     pub fn of_each(library: Library, recordings: &[Samples<f32>]) -> Vec<Self> {
+        // Recordings are decomposed side by side; a decomposition split over threads as well would
+        // round differently with their number.
+        faer::set_global_parallelism(faer::Par::Seq);
         recordings.par_iter().map(|samples| Self::of(library, samples)).collect()
     }
 
