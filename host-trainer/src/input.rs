@@ -8,6 +8,8 @@ use crate::recording::Recording;
 pub struct Input {
     /// The recordings.
     pub series: Vec<Series>,
+    /// Of each recording the samples after which at least one is missing, sorted.
+    pub gaps: Vec<Vec<usize>>,
     /// Name of the channel.
     pub channel: String,
     /// Their common sample rate, Hz.
@@ -83,10 +85,28 @@ impl Input {
         }
         Ok(Self {
             series,
+            gaps: recordings.iter().map(|r| r.gaps.clone()).collect(),
             channel: name,
             sample_rate_hz: first.sample_rate_hz,
             run_to_failure: recordings.len() >= 20 && recordings.iter().all(|r| r.start_s.is_some()),
             skipped_rows: recordings.iter().map(|r| r.skipped_rows).sum(),
         })
+    }
+
+    /// The first `count` recordings without their gaps: what follows a gap is a recording of its own.
+    pub fn continuous(&self, count: usize) -> Vec<Series> {
+        let pieces = |(series, gaps): (&Series, &Vec<usize>)| -> Vec<Series> {
+            let ends = gaps.iter().map(|gap| gap + 1).chain([series.samples.len()]);
+            let starts = std::iter::once(0).chain(gaps.iter().map(|gap| gap + 1));
+            let name = |piece: usize| match gaps.len() {
+                0 => series.name.clone(),
+                _ => format!("{}, part {}", series.name, piece + 1),
+            };
+            let spans = starts.zip(ends).enumerate().filter(|(_, (start, end))| start < end);
+            spans
+                .map(|(n, (start, end))| Series { name: name(n), samples: series.samples[start..end].to_vec() })
+                .collect()
+        };
+        self.series.iter().zip(&self.gaps).take(count).flat_map(pieces).collect()
     }
 }

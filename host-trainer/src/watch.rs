@@ -3,7 +3,7 @@
 use ballrace_firmware_sim::event::{Event, Summary};
 use ballrace_firmware_sim::faults::{Injected, Injector, Plan};
 use ballrace_firmware_sim::runner::{Recording, Runner, RunnerError};
-use ballrace_firmware_sim::source::{Arrival, SampleSource, in_memory};
+use ballrace_firmware_sim::source::{Arrival, SampleSource};
 
 use crate::input::Input;
 use crate::model::OwnedModel;
@@ -94,7 +94,8 @@ pub fn watch(
     };
     for (done, series) in input.series.iter().enumerate() {
         let recording = Recording { name: &series.name, sample_rate_hz: input.sample_rate_hz };
-        let source = injector.over(in_memory(&series.samples)).inspect(|arrival| match arrival {
+        let gaps = input.gaps.get(done).map_or(&[][..], Vec::as_slice);
+        let source = injector.over(with_gaps(&series.samples, gaps)).inspect(|arrival| match arrival {
             Arrival::Sample(sample) if options.keep_samples => samples.push(*sample),
             _ => {}
         });
@@ -116,4 +117,13 @@ pub fn watch(
             seconds: start.elapsed().as_secs_f64(),
         }),
     }
+}
+
+/// A recording as it reaches the device: after each gap it hears that a sample is missing. How many
+/// are, the recording does not always say; one is enough to start anew.
+fn with_gaps<'a>(samples: &'a [f32], gaps: &'a [usize]) -> impl Iterator<Item = Arrival> + 'a {
+    samples.iter().enumerate().flat_map(move |(index, sample)| {
+        let missing = gaps.binary_search(&index).is_ok().then_some(Arrival::Missing(1));
+        std::iter::once(Arrival::Sample(*sample)).chain(missing)
+    })
 }

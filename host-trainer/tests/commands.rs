@@ -157,6 +157,42 @@ fn bad_input_says_where_what_and_what_was_expected() {
 }
 
 #[test]
+fn what_a_recording_lacks_is_missing_to_the_device_and_a_break_to_the_fit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    recordings(&folder.join("data"));
+    done(folder, &[&FIT[..], &["--null", "0"]].concat());
+    // A row that is no number, and rows that the time column skips.
+    let rows = std::fs::read_to_string(folder.join("data/r02.csv")).expect("written");
+    let values: Vec<&str> = rows.lines().skip(1).collect();
+    let bad: String =
+        values.iter().enumerate().fold("ax\n".into(), |text, (i, v)| text + if i == 700 { "nan" } else { v } + "\n");
+    std::fs::write(folder.join("bad.csv"), bad).expect("written");
+    let timed = values.iter().enumerate().filter(|(i, _)| !(900..950).contains(i));
+    let timed: String = timed.fold("time_s,ax\n".into(), |text, (i, v)| text + &format!("{:.4},{v}\n", i as f64 / 1e4));
+    std::fs::write(folder.join("gap.csv"), timed).expect("written");
+    for (file, options) in [("bad.csv", &["--skip-bad", "--sample-rate", "10000"][..]), ("gap.csv", &[])] {
+        let events = done(folder, &[&["monitor", "--model", "model.json", file], options].concat());
+        let summary: serde_json::Value =
+            serde_json::from_str(events.lines().last().expect("a summary")).expect("a JSON line");
+        assert_eq!(summary["faults"]["missing"], 1, "{file}: {summary}");
+        let report = done(
+            folder,
+            &[
+                &["fit", file, "--solver", "stlsq", "--nmd", "3", "--null", "0", "--json"],
+                &["--out", "x.json"][..],
+                options,
+            ]
+            .concat(),
+        );
+        let report: serde_json::Value = serde_json::from_str(&report).expect("one document");
+        let parts =
+            [&report["training"]["recordings"], &report["training"]["held_out"]].map(|v| v.to_string()).concat();
+        assert!(parts.contains("part 1") && parts.contains("part 2"), "{parts}");
+    }
+}
+
+#[test]
 fn every_command_has_a_worked_example() {
     let folder = tempfile::tempdir().expect("a folder");
     for command in ["demo", "fit", "export", "monitor", "simulate", "predict"] {

@@ -227,7 +227,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         eprintln!("{} bad rows dropped", input.skipped_rows);
     }
     let bar = bar("fit");
-    let fitted = fit(&input.series, input.sample_rate_hz, &args.config(), &|stage| {
+    let fitted = fit(&input.continuous(healthy), input.sample_rate_hz, &args.config(), &|stage| {
         bar.set_message(stage.name);
         bar.set_position((100.0 * stage.done) as u64);
     });

@@ -36,7 +36,8 @@ pub(super) struct Raw {
     pub load_n: Option<f64>,
     pub start_s: Option<f64>,
     pub unit: Option<Unit>,
-    pub skipped_rows: usize,
+    /// Of each bad row that was dropped, how many rows were kept before it.
+    pub dropped: Vec<usize>,
 }
 
 impl Default for Raw {
@@ -50,7 +51,7 @@ impl Default for Raw {
             load_n: None,
             start_s: None,
             unit: None,
-            skipped_rows: 0,
+            dropped: Vec::new(),
         }
     }
 }
@@ -89,7 +90,7 @@ impl Raw {
         };
         self.columns.iter_mut().for_each(|c| keep(&mut c.samples));
         self.time.iter_mut().for_each(|t| keep(&mut t.time_s));
-        self.skipped_rows += bad.len();
+        self.dropped.extend(bad.iter().enumerate().map(|(before, row)| row - before));
         Ok(())
     }
 }
@@ -153,7 +154,7 @@ pub(super) fn assemble(
         return Err(ReadError::Empty { path: path.clone() });
     }
     let stated = options.sample_rate_hz.or(entry.sample_rate_hz).or(raw.sample_rate_hz);
-    let (sample_rate_hz, gaps) = match (stated, raw.time) {
+    let (sample_rate_hz, mut gaps) = match (stated, raw.time) {
         (Some(rate), _) => (rate, Vec::new()),
         (None, Some(time)) => {
             let axis = time_axis::read(&time.time_s, &time.name, path, first_row)?;
@@ -161,6 +162,10 @@ pub(super) fn assemble(
         }
         (None, None) => return Err(ReadError::MissingRate { path: path.clone() }),
     };
+
+    gaps.extend(raw.dropped.iter().filter_map(|kept| kept.checked_sub(1)));
+    gaps.sort_unstable();
+    gaps.dedup();
 
     let convert = |column: Column| {
         let unit = match Quantity::of(&column.name) {
@@ -182,7 +187,7 @@ pub(super) fn assemble(
         shaft_hz: entry.shaft_hz.or(raw.shaft_hz),
         load_n: entry.load_n.or(raw.load_n),
         start_s: raw.start_s,
-        skipped_rows: raw.skipped_rows,
+        skipped_rows: raw.dropped.len(),
         gaps,
     };
     Ok(match options.resample_hz.or(entry.resample_hz) {

@@ -50,7 +50,7 @@ pub(super) fn read(
     let layout = Layout { path, separator: header.separator, columns: &columns, first_row: header.body_row, skip_bad };
     let table = table::parse(&bytes[header.body..], &layout)?;
 
-    let mut raw = Raw { first_row: header.body_row, skipped_rows: table.skipped_rows, ..Raw::default() };
+    let mut raw = Raw { first_row: header.body_row, dropped: table.dropped, ..Raw::default() };
     let names = columns.into_iter().filter(|c| c.role == Role::Value).map(|c| c.name);
     for (name, samples) in names.zip(table.columns) {
         if time_axis::is_time(&name) {

@@ -70,7 +70,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, selection: &Selection, skip_bad: b
         load_n: condition.map(|c| c.1),
         start_s: start_s(bytes, separator),
         unit: Some(Unit::StandardGravity),
-        skipped_rows: table.skipped_rows,
+        dropped: table.dropped,
         ..Raw::default()
     })
 }

@@ -89,8 +89,8 @@ pub struct Recording {
     pub start_s: Option<f64>,
     /// Rows that were dropped as bad (only with [`LoadOptions::skip_bad`]).
     pub skipped_rows: usize,
-    /// Samples after which the time column skips at least one step. The samples that are missing
-    /// are not filled in.
+    /// Samples after which at least one is missing: the time column skips a step, or a bad row was
+    /// dropped. Sorted; nothing is filled in.
     pub gaps: Vec<usize>,
 }
 

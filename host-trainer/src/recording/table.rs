@@ -44,7 +44,8 @@ pub(super) struct Layout<'a> {
 #[derive(Debug, Default)]
 pub(super) struct Table {
     pub columns: Vec<Vec<f64>>,
-    pub skipped_rows: usize,
+    /// Of each bad row that was dropped, how many rows were kept before it.
+    pub dropped: Vec<usize>,
 }
 
 /// Reads `bytes`, which begin at the first row. Blank lines may follow the last row.
@@ -53,7 +54,7 @@ pub(super) fn parse(bytes: &[u8], layout: &Layout) -> Result<Table, ReadError> {
     // A first guess at the number of rows, from the length of the first.
     let row_length = bytes.iter().position(|&b| b == b'\n').unwrap_or(bytes.len()).max(1);
     let rows = bytes.len() / row_length + 1;
-    let mut table = Table { columns: (0..wanted).map(|_| Vec::with_capacity(rows)).collect(), skipped_rows: 0 };
+    let mut table = Table { columns: (0..wanted).map(|_| Vec::with_capacity(rows)).collect(), dropped: Vec::new() };
 
     let mut at = 0;
     let mut row = layout.first_row;
@@ -76,7 +77,7 @@ pub(super) fn parse(bytes: &[u8], layout: &Layout) -> Result<Table, ReadError> {
                     table.columns.iter_mut().zip(values).for_each(|(c, v)| c.push(v));
                     kept += 1;
                 }
-                Err(_) if layout.skip_bad => table.skipped_rows += 1,
+                Err(_) if layout.skip_bad => table.dropped.push(kept),
                 Err(error) => return Err(error),
             }
             at += line.len() + 1;
@@ -237,6 +238,6 @@ mod tests {
     fn a_bad_row_leaves_no_part_of_itself_behind() {
         let table = parse_text("1,2\n3\n5,x\n\n7,inf\n9,10\n11,1e", true).unwrap();
         assert_eq!(table.columns, [[1.0, 9.0], [2.0, 10.0]]);
-        assert_eq!(table.skipped_rows, 5);
+        assert_eq!(table.dropped.len(), 5);
     }
 }

@@ -143,7 +143,7 @@ fn errors_say_what_is_there() {
     let nan = file(&[doubles("x", [3, 1], &[1.0, f64::NAN, 3.0])]);
     assert_eq!(message(&nan, None), "t.mat, row 2, column `x`: found NaN, expected a finite number");
     let skipped = read_bytes(&nan, None, true).unwrap();
-    assert_eq!((skipped.columns[0].samples.as_slice(), skipped.skipped_rows), (&[1.0, 3.0][..], 1));
+    assert_eq!((skipped.columns[0].samples.as_slice(), skipped.dropped.as_slice()), (&[1.0, 3.0][..], &[1][..]));
     assert_eq!(
         message(b"\x89HDF\r\n\x1a\n", None),
         "t.mat, byte 0: found MATLAB v7.3 (HDF5), expected a MATLAB v5 file (as `save -v7` writes)"
