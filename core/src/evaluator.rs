@@ -200,3 +200,44 @@ enum Compare {
     Predicted,
     Awaited,
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::states::{Orders, StateSpec};
+    use crate::testing::{Parts, samples};
+    use std::vec::Vec;
+
+    #[test]
+    fn given_states_evaluate_to_the_bits_of_streamed_ones() {
+        let spec = StateSpec { dimension: 3, orders: Orders::Even, alignment: Alignment::Half };
+        let (streamed, mut given) = (Parts::new(spec), Parts::new(spec));
+        given.direct = true;
+        let (streamed, given) = (streamed.model(), given.model());
+        let (mut a, mut b) = (std::vec![0.0; scratch_len(&streamed)], std::vec![0.0; scratch_len(&given)]);
+        assert!(b.len() < a.len(), "no delay lines");
+        let mut stream = Evaluator::new(&streamed, &mut a).unwrap();
+        let mut direct = Evaluator::new(&given, &mut b).unwrap();
+        assert!(direct.step(1.0).is_none(), "samples mean nothing to it");
+        let mut compared = 0;
+        for sample in samples(40) {
+            let Some(step) = stream.step(sample) else { continue };
+            let scaling = streamed.derivatives;
+            let physical: Vec<f32> = step
+                .measured
+                .iter()
+                .zip(scaling.mean.iter().zip(scaling.scale.iter()))
+                .map(|(m, (mean, scale))| m * scale + mean)
+                .collect();
+            let again = direct.step_with(step.states, &physical);
+            assert_eq!(
+                (step.latent, step.latent_rate, step.predicted),
+                (again.latent, again.latent_rate, again.predicted)
+            );
+            assert!(step.residuals().zip(again.residuals()).all(|(r, s)| (r - s).abs() < 1e-4));
+            compared += 1;
+        }
+        assert!(compared > 30);
+    }
+}

@@ -20,6 +20,8 @@ pub fn samples(count: usize) -> Vec<f32> {
 /// Owns what a [`Model`] borrows.
 pub struct Parts {
     spec: StateSpec,
+    /// Whether the states are given rather than streamed.
+    pub direct: bool,
     scales: [Vec<Word>; 5],
     encoder: (Vec<u16>, Vec<Word>),
     decoder: (Vec<u16>, Vec<Word>),
@@ -42,6 +44,7 @@ impl Parts {
         let used = [0, 1, 4, 7, 11, 15];
         Self {
             spec,
+            direct: false,
             scales: [
                 values(n, 0.0, 0.0),
                 values(n, 1.0, 1.0),
@@ -69,7 +72,7 @@ impl Parts {
         let [mean, scale, d_mean, d_scale, spread] = self.scales.each_ref().map(|words| Floats(words));
         Model::new(Model {
             sample_rate_hz: 25_600.0,
-            input: Input::VirtualStates(self.spec),
+            input: if self.direct { Input::Direct(self.spec.dimension) } else { Input::VirtualStates(self.spec) },
             states: Scaling { mean, scale },
             derivatives: Scaling { mean: d_mean, scale: d_scale },
             encoder: Network::new(&self.encoder.0, Floats(&self.encoder.1)).unwrap(),

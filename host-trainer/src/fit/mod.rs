@@ -278,10 +278,11 @@ fn check(recordings: &[Series], config: &FitConfig) -> Result<(), FitError> {
         return Err(FitError::Block { found, total });
     }
     let mut values = recordings.iter().flat_map(|s| &s.samples);
-    if let (Some(first), true) = (values.next(), total > 1) {
-        if values.all(|v| v == first) {
-            return Err(FitError::Constant { value: *first });
-        }
+    if let Some(value) = values.next().copied()
+        && total > 1
+        && values.all(|v| *v == value)
+    {
+        return Err(FitError::Constant { value });
     }
     for series in recordings {
         if let Some(index) = series.samples.iter().position(|v| !v.is_finite()) {

@@ -59,18 +59,16 @@ pub fn report(report: &Report, most_terms: usize) -> String {
 
 /// The four scores as a table of text.
 pub fn scores(s: &Scores) -> String {
-    let row = |name: &str, in_sample: &str, held_out: &str, null: &str| {
-        format!("{name:24}{in_sample:>12}{held_out:>12}{null:>20}\n")
-    };
-    let heading = row("R²", "in sample", "held out", "null");
-    let derivatives = row(
-        "derivatives (mean)",
-        &format!("{:.4}", s.in_sample.mean()),
-        &format!("{:.4}", s.held_out.mean()),
-        &null(s, |n| Some(n.held_out)),
-    );
-    let causal = row("causal, next sample", "", &optional(s.causal.next_sample), &null(s, |n| n.causal));
-    format!("\n{heading}{derivatives}{causal}")
+    let row = |name: &str, score: &str, null: &str| format!("{name:32}{score:>10}{null:>20}\n");
+    let number = |score: f64| format!("{score:.4}");
+    [
+        "\n".to_owned(),
+        row("R²", "", "null"),
+        row("in sample, derivatives (mean)", &number(s.in_sample.mean()), &null(s, |n| Some(n.in_sample))),
+        row("held out, derivatives (mean)", &number(s.held_out.mean()), &null(s, |n| Some(n.held_out))),
+        row("causal, next sample, held out", &optional(s.causal.next_sample), &null(s, |n| n.causal)),
+    ]
+    .concat()
 }
 
 /// Mean and standard deviation of one score of the surrogates.

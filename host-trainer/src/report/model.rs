@@ -34,7 +34,7 @@ pub fn scores(report: &Report) -> Section {
             "held out",
             format!("{:.4}", s.held_out.mean()),
             words::null(s, |n| Some(n.held_out)),
-            "The same on recordings that took no part in the fit: what is lost against “in sample” was learnt by heart.",
+            "The same on recordings not fitted to (they do choose thresholds and when to stop): what is lost against “in sample” was learnt by heart.",
         ),
         row(
             "causal",
