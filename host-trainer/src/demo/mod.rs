@@ -38,7 +38,7 @@ impl Config {
     pub fn new(seed: u64) -> Self {
         let train = TrainConfig { max_steps: 1500, batch: 512, ..TrainConfig::default() };
         Self {
-            plan: Plan { recordings: 60, seconds: 0.25, sample_rate_hz: 12_800.0, strength: 20.0, seed },
+            plan: Plan { recordings: 60, seconds: 0.25, sample_rate_hz: 25_600.0, depth_m: 3e-6, seed },
             healthy: 20,
             fit: FitConfig {
                 spec: StateSpec { dimension: 8, orders: Orders::Even, alignment: Alignment::Half },
@@ -68,6 +68,9 @@ pub enum DemoError {
         /// What the operating system said.
         source: std::io::Error,
     },
+    /// The rig.
+    #[error(transparent)]
+    Rig(#[from] crate::rig::RigError),
     /// The recordings, on the way out.
     #[error(transparent)]
     Write(#[from] WriteError),
@@ -121,7 +124,7 @@ struct Found {
 pub fn run(config: &Config, out: &Path, progress: &(dyn Fn(&str, f64) + Sync)) -> Result<Outcome, DemoError> {
     progress("making recordings", 0.0);
     let folder = out.join("recordings");
-    let made = generator::make(&config.plan);
+    let made = generator::make(&config.plan)?;
     recording::write::folder(&folder, &made.recordings)?;
     let found = job(&folder, config.healthy, &config.fit, out, progress)?;
     let outcome = Outcome::of(config, &made, &found);

@@ -35,10 +35,8 @@ fn scores(outcome: &Outcome, report: &Report) -> Section {
     if outcome.verdict.beyond_null {
         return section;
     }
-    // True of the generator, which is linear but for the impacts.
     section.paragraph(
-        "That is as it should be: this machine is linear and shaken by noise, so while it is healthy its spectrum is all there \
-         is to it. Its model still serves as a yardstick: what the device judges is how much the residual differs from the \
+        "So the healthy machine's spectrum is all that the model has learnt of it. Its model still serves as a yardstick: what the device judges is how much the residual differs from the \
          healthy machine's.",
     )
 }
@@ -62,8 +60,9 @@ fn story(outcome: &Outcome) -> Section {
     ];
     Section::new("What was done")
         .paragraph(format!(
-            "Recordings were made of a machine that turns at {} Hz: structural modes shaken by noise, shaft harmonics, and, from \
-             some recording on, the impacts of balls on a growing pit in the outer race, {} a second. A model was fitted to the \
+            "Recordings were made with the 5-degree-of-freedom rig: a bearing that turns at {} Hz, its housing, and a resonator \
+             that carries the sensor; and, from some recording on, a growing pit in its outer race, which {:.1} balls pass a \
+             second. A model was fitted to the \
              first {} recordings and exported; then the device's own code ran over all of them. Neither the fit nor the device \
              was told that there is a fault, or where it starts.",
             outcome.machine.shaft_hz, outcome.machine.ball_pass_hz, outcome.healthy

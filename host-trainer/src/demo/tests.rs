@@ -2,11 +2,11 @@ use super::*;
 use crate::report::html::tests::assert_well_formed;
 
 /// The same job, in a few seconds.
-fn small(strength: f64) -> Config {
+fn small(depth_m: f64) -> Config {
     let config = Config::new(5);
     let train = TrainConfig { max_steps: 150, batch: 256, ..TrainConfig::default() };
     Config {
-        plan: Plan { recordings: 30, seconds: 0.2, strength, ..config.plan },
+        plan: Plan { recordings: 30, seconds: 0.2, depth_m, ..config.plan },
         healthy: 12,
         fit: FitConfig {
             spec: StateSpec { dimension: 4, ..config.fit.spec },
@@ -40,7 +40,7 @@ fn ran(config: &Config) -> (Outcome, tempfile::TempDir) {
 
 #[test]
 fn the_alarm_comes_after_the_fault_and_not_before() {
-    let (outcome, folder) = ran(&small(30.0));
+    let (outcome, folder) = ran(&small(6e-6));
     let first = outcome.truth.first_affected.unwrap();
     let alarm = outcome.first_alarm.as_ref().expect("an alarm").recording_index as usize;
     assert!(alarm >= first && !outcome.false_alarm, "{alarm} {first}");
@@ -83,7 +83,7 @@ fn null_a_machine_that_stays_healthy_raises_no_alarm() {
 
 #[test]
 fn same_seed_same_bytes() {
-    let config = small(30.0);
+    let config = small(6e-6);
     let ((one, a), (two, b)) = (ran(&config), ran(&config));
     assert_eq!(one, two);
     for (left, right) in files(a.path()).iter().zip(files(b.path())) {

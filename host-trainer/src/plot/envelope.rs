@@ -26,7 +26,7 @@ pub fn svg(early: Named<'_>, late: Named<'_>, up_to_hz: f64, mark: Option<(&str,
             let harmonics = (1..).map(|k| (k, f64::from(k) * rate)).take_while(|(_, f)| *f < up_to_hz);
             for (k, f) in harmonics {
                 style::dashed(&mut chart, (f, 0.0), (f, top), ALARM)?;
-                let text = if k == 1 { format!("{name} {} Hz", style::tick(f)) } else { format!("{k}×") };
+                let text = if k == 1 { format!("{name} {f:.1} Hz") } else { format!("{k}×") };
                 style::word(&mut chart, &text, (f + 0.004 * up_to_hz, 0.985 * top), HPos::Left, ALARM)?;
             }
         }

@@ -61,7 +61,7 @@ impl<'i> Comparison<'i> {
             return Ok(section);
         };
         let up_to = self.ball_pass_hz.map_or(1000.0, |rate| 6.5 * rate).min(0.5 * (band.end - band.start));
-        let mark = self.ball_pass_hz.map(|rate| ("ball pass, outer race,", rate));
+        let mark = self.ball_pass_hz.map(|rate| ("BPFO", rate));
         let svg = envelope::svg((&early_name, &a), (&late_name, &b), up_to, mark)?;
         let known = match self.ball_pass_hz {
             Some(_) => "Impacts at the rate of passing balls stand as lines at the dashed marks.",
