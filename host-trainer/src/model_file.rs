@@ -80,7 +80,7 @@ struct Content {
 ///
 /// # Errors
 /// What of the model or the report cannot be written as JSON.
-pub fn to_text(path: &Path, model: &OwnedModel, report: &Report) -> Result<String, FileError> {
+fn to_text(path: &Path, model: &OwnedModel, report: &Report) -> Result<String, FileError> {
     let json = |source| FileError::Json { path: path.to_owned(), source };
     let device = model.to_json().map_err(|source| FileError::Model { path: path.to_owned(), source })?;
     let content = Content { device: RawValue::from_string(device).map_err(json)?, report: report.clone() };
@@ -99,14 +99,10 @@ pub fn write(path: &Path, model: &OwnedModel, report: &Report) -> Result<(), Fil
         .map_err(|source| FileError::Io { path: path.to_owned(), source })
 }
 
-/// Reads a file that `fit` wrote.
-///
-/// # Errors
-/// Each way to be wrong is its own variant.
-pub fn read(path: &Path) -> Result<(OwnedModel, Report), FileError> {
-    let text = std::fs::read_to_string(path).map_err(|source| FileError::Io { path: path.to_owned(), source })?;
+/// A file that `fit` wrote; each way to be wrong is its own variant.
+fn parse(path: &Path, text: &str) -> Result<(OwnedModel, Report), FileError> {
     let json = |source| FileError::Json { path: path.to_owned(), source };
-    let envelope: Envelope = serde_json::from_str(&text).map_err(json)?;
+    let envelope: Envelope = serde_json::from_str(text).map_err(json)?;
     if envelope.schema != SCHEMA {
         return Err(FileError::Schema { path: path.to_owned(), found: envelope.schema });
     }
@@ -124,22 +120,16 @@ pub fn read(path: &Path) -> Result<(OwnedModel, Report), FileError> {
 ///
 /// # Errors
 /// Those of the form that the file starts like.
-pub fn read_any(path: &Path) -> Result<(OwnedModel, Option<Report>), FileError> {
+pub fn read(path: &Path) -> Result<(OwnedModel, Option<Report>), FileError> {
     let bytes = std::fs::read(path).map_err(|source| FileError::Io { path: path.to_owned(), source })?;
     let model_error = |source| FileError::Model { path: path.to_owned(), source };
-    match bytes.iter().find(|b| !b.is_ascii_whitespace()) {
-        Some(b'{') => match read(path) {
-            Ok((model, report)) => Ok((model, Some(report))),
-            Err(error) => match std::str::from_utf8(&bytes).ok().filter(|t| t.contains("\"ballrace-device-model/")) {
-                // A `fit` file holds the device's schema as well; its own errors are the better ones.
-                Some(text) if !text.contains("\"content\"") => {
-                    Ok((OwnedModel::from_json(text).map_err(model_error)?, None))
-                }
-                _ => Err(error),
-            },
-        },
-        _ => Ok((OwnedModel::from_bytes(bytes).map_err(model_error)?, None)),
+    let text = std::str::from_utf8(&bytes).ok().filter(|text| text.trim_start().starts_with('{'));
+    let Some(text) = text else { return Ok((OwnedModel::from_bytes(bytes).map_err(model_error)?, None)) };
+    // A file of `fit` holds the device's schema as well, in its content.
+    if text.contains("\"ballrace-device-model/") && !text.contains("\"content\"") {
+        return Ok((OwnedModel::from_json(text).map_err(model_error)?, None));
     }
+    parse(path, text).map(|(model, report)| (model, Some(report)))
 }
 
 fn checksum(text: &str) -> String {

@@ -147,11 +147,8 @@ pub enum ModelError {
     JsonBufferTooSmall,
     /// The storage for the arrays of a JSON model is too short.
     StorageTooSmall,
-    /// Not JSON, or a key is missing, unknown or of the wrong type.
-    Json {
-        /// Bytes read before the error, at most.
-        before: usize,
-    },
+    /// Not JSON, or a key is missing, unknown or of the wrong type; serde-json-core does not say where.
+    Json,
     /// The JSON document names another schema.
     Schema,
 }
@@ -192,7 +189,7 @@ impl fmt::Display for ModelError {
             Self::BufferTooSmall { needed, found } => write!(f, "buffer has {found} bytes, model needs {needed}"),
             Self::JsonBufferTooSmall => f.write_str("buffer too small for the model's JSON"),
             Self::StorageTooSmall => f.write_str("storage too small for the model's arrays"),
-            Self::Json { before } => write!(f, "model JSON is wrong before byte {before}"),
+            Self::Json => f.write_str("not JSON, or a key of the model is missing, unknown or of the wrong type"),
             Self::Schema => write!(f, "model JSON has another schema, expected {:?}", super::json::SCHEMA),
         }
     }

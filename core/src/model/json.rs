@@ -150,7 +150,7 @@ pub(super) fn read<'a>(text: &str, storage: &'a mut [Word]) -> Result<Model<'a>,
     match parsed {
         Ok(parsed) => parsed.build(),
         Err(_) if arena.full => Err(ModelError::StorageTooSmall),
-        Err(_) => Err(ModelError::Json { before: text.len() }),
+        Err(_) => Err(ModelError::Json),
     }
 }
 

@@ -46,7 +46,7 @@ enum FormatName {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let (model, _) = model_file::read_any(&args.model).map_err(Failure::input)?;
+    let (model, _) = model_file::read(&args.model).map_err(Failure::input)?;
     let limits = Limits { flash_bytes: args.max_flash, ram_bytes: args.max_ram };
     let sizes = export::sizes(&model.view());
     limits.check(&sizes).map_err(Failure::input)?;

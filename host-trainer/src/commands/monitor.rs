@@ -60,7 +60,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.pace.is_some_and(|p| !(p.is_finite() && p > 0.0)) {
         return Err(Failure::Input("--pace: expected a positive factor".into()));
     }
-    let (model, fitted) = model_file::read_any(&args.model).map_err(Failure::input)?;
+    let (model, fitted) = model_file::read(&args.model).map_err(Failure::input)?;
     let input = args.input.read(fitted.as_ref().and_then(|r| r.training.channel.as_deref()))?;
 
     let mut events = Vec::new();

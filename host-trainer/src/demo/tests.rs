@@ -59,7 +59,7 @@ fn the_alarm_comes_after_the_fault_and_not_before() {
     assert!(events.lines().all(|line| serde_json::from_str::<serde_json::Value>(line).is_ok()));
     assert!(events.contains("\"anomalous\""));
     // The exported model is the one that watched.
-    let (model, _) = model_file::read_any(&folder.path().join("model.bin")).unwrap();
+    let (model, _) = model_file::read(&folder.path().join("model.bin")).unwrap();
     assert_eq!(model.bytes().len(), outcome.sizes.flash_bytes);
 }
 
