@@ -26,8 +26,8 @@ pub fn run(floor: &Floor, with_peer: bool) -> Result<(), Box<dyn std::error::Err
     let config = TrainConfig { threshold: 0.0, patience: 0, ..TrainConfig::default() };
     println!("\npaper's settings, {RECORDING}, {} epochs, {THREADS} threads, medians of {RUNS} in turn", config.epochs);
     println!(
-        "{:12}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}",
-        "alignment", "ours s", "floor s", "of floor", "torch s", "ratio", "loss"
+        "{:12}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>9}",
+        "alignment", "ours s", "floor s", "of floor", "torch s", "ratio", "loss", "R²"
     );
     for (name, alignment) in [("half", Alignment::Half), ("forward", Alignment::Forward)] {
         let samples = samples(&file, alignment)?;
