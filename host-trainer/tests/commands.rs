@@ -201,35 +201,7 @@ fn every_command_has_a_worked_example() {
     }
 }
 
-const RIG: &str = "
-[bearing]
-balls = 9
-ball_diameter_m = 0.00794
-pitch_diameter_m = 0.0385
-contact_angle_rad = 0.0
-radial_clearance_m = 2e-06
-contact_stiffness_n_per_m1_5 = 8753000000.0
-contact_exponent = 1.5
-[inner]
-mass_kg = 1.2638
-stiffness_n_per_m = 5000000.0
-damping_n_s_per_m = 1376.8
-[outer]
-mass_kg = 12.638
-stiffness_n_per_m = 15100000.0
-damping_n_s_per_m = 2210.7
-[resonator]
-mass_kg = 1.0
-stiffness_n_per_m = 1070000000.0
-damping_n_s_per_m = 1960.0
-[excitation]
-unbalance_kg_m = 0.0002
-process_force_psd_n2_per_hz = 2e-05
-[sensor]
-noise_std_m_per_s2 = 0.02
-vertical = \"resonator-y\"
-horizontal = \"outer-x\"
-";
+const RIG: &str = include_str!("../src/demo/rig.toml");
 const CONDITIONS: &str =
     "[defaults]\nsample_rate_hz = 25600.0\n[[recording]]\nfile = \"r01.csv\"\nshaft_hz = 30.0\nload_n = 400.0\n";
 
@@ -257,7 +229,7 @@ fn a_rig_is_simulated_and_its_recordings_predicted() {
     };
     assert!(power("corrected.toml", "d") > 10.0 * power("rig.toml", "c"));
 
-    file("typo.toml", &RIG.replace("mass_kg = 1.2638", "mas_kg = 1.2638"));
+    file("typo.toml", &RIG.replace("mass_kg = 1.2\n", "mas_kg = 1.2\n"));
     let error = refused(folder, &["simulate", "--rig", "typo.toml", "--manifest", "conditions.toml", "--out", "x"]);
     assert!(error.contains("typo.toml") && error.contains("mas_kg"), "{error}");
     file("no-load.toml", &CONDITIONS.replace("load_n = 400.0\n", ""));
