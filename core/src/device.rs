@@ -177,31 +177,30 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_sensor_that_breaks_again_before_the_differences_fill_ends_blind() {
+    /// What a device that saw well says of these samples, and its status afterwards.
+    fn after_good_ones(then: &[f32]) -> (Vec<Option<Vec<u32>>>, Status) {
         let parts = Parts::new(spec(Alignment::Half));
         let model = parts.model();
         let mut scratch = std::vec![0.0; Device::scratch_len(&model)];
         let mut device = Device::new(&model, &mut scratch).unwrap();
         run(&mut device, &samples(200));
         assert_ne!(device.summary().status, Status::Blind);
+        (run(&mut device, then), device.summary().status)
+    }
+
+    #[test]
+    fn a_sensor_that_breaks_again_before_the_differences_fill_ends_blind() {
         // Every fourth sample is broken, and six are needed: nothing is ever evaluated.
         let broken: Vec<f32> =
             samples(64).into_iter().enumerate().map(|(i, s)| if i % 4 == 0 { f32::NAN } else { s }).collect();
-        assert!(run(&mut device, &broken).iter().all(Option::is_none));
-        assert_eq!(device.summary().status, Status::Blind);
+        let (steps, status) = after_good_ones(&broken);
+        assert!(steps.iter().all(Option::is_none));
+        assert_eq!(status, Status::Blind);
     }
 
     #[test]
     fn a_stuck_sensor_ends_blind() {
-        let parts = Parts::new(spec(Alignment::Half));
-        let model = parts.model();
-        let mut scratch = std::vec![0.0; Device::scratch_len(&model)];
-        let mut device = Device::new(&model, &mut scratch).unwrap();
-        run(&mut device, &samples(200));
-        assert_ne!(device.summary().status, Status::Blind);
-        run(&mut device, &[1.25; 64]);
-        assert_eq!(device.summary().status, Status::Blind);
+        assert_eq!(after_good_ones(&[1.25; 64]).1, Status::Blind);
     }
 
     #[test]

@@ -112,7 +112,7 @@ fn tell(watched: &Watched, input: &Input) {
     let s = &watched.summary;
     let seconds = s.samples as f64 / input.sample_rate_hz;
     eprintln!(
-        "{} recordings, {} samples ({seconds:.1} s), {} evaluated, {} blocks in {:.2} s ({:.0} times real time)",
+        "{} recordings, {} samples ({seconds:.1} s), {} evaluated, {} blocks in {:.2} s ({:.1} times real time)",
         s.recordings,
         s.samples,
         s.evaluated,

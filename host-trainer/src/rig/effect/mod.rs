@@ -16,6 +16,7 @@ mod registry_tests;
 #[cfg(test)]
 mod sensor_tests;
 mod values;
+mod waviness;
 
 use component::Choices;
 pub use values::Values;

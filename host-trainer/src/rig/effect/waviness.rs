@@ -1,0 +1,39 @@
+//! What balls gain of their deflection over the lobes of a race.
+
+use std::f64::consts::{PI, TAU};
+
+use super::{Parameter, Scale, Usual, Values};
+use crate::rig::{
+    config::Domain,
+    plan::{Moment, Plan},
+};
+
+/// Of the lobes on either race.
+pub(super) const PARAMETERS: &[Parameter] = &[
+    Parameter::number("amplitude_m", "m", Domain::NotNegative, (1e-9, 1e-5), Scale::Log),
+    Parameter::number("lobes", "", Domain::Whole(1, 1000), (2.0, 60.0), Scale::Each),
+    Parameter::number("phase_rad", "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(Usual::Number(0.0)),
+];
+
+/// The term added to δ_j, `angle` being the ball's angle on the race in the rig's symbols.
+pub(super) fn equation(v: &Values, angle: &str) -> String {
+    let (amplitude, lobes, phase) = (v.number("amplitude_m"), v.number("lobes"), v.number("phase_rad"));
+    format!("δ_j = … − c + {amplitude:.3e} m · cos({lobes}·{angle} + {phase:.3})")
+}
+
+/// Lobes that ball 0 meets at `angle` of the race, rad.
+pub(super) fn apply(v: &Values, plan: &mut Plan, angle: fn(&Moment) -> f64) {
+    let (amplitude, lobes, phase) = (v.number("amplitude_m"), v.number("lobes"), v.number("phase_rad"));
+    if amplitude == 0.0 {
+        return;
+    }
+    plan.profile(move |at, losses| {
+        // From ball to ball by rotation: one sine and cosine for all.
+        let (s_step, c_step) = (lobes * TAU / losses.len() as f64).sin_cos();
+        let (mut s, mut c) = (lobes * angle(at) + phase).sin_cos();
+        for loss in losses {
+            *loss -= amplitude * c;
+            (s, c) = (s * c_step + c * s_step, c * c_step - s * s_step);
+        }
+    });
+}
