@@ -1,6 +1,7 @@
 //! From a vibration recording to a sparse dynamics model on a microcontroller.
 #![forbid(unsafe_code)]
 
+pub mod calibrate;
 pub mod commands;
 pub mod demo;
 pub mod export;
@@ -19,4 +20,5 @@ pub mod states;
 pub mod stlsq;
 pub mod surrogate;
 pub mod watch;
+pub mod whittle;
 pub mod window;

@@ -3,6 +3,7 @@
 //! A command parses and prints; what it does is in the library, where tests and other programs
 //! reach it.
 
+mod calibrate;
 mod demo;
 mod export;
 mod fit;
@@ -30,6 +31,7 @@ enum Command {
     Monitor(monitor::Args),
     Simulate(simulate::SimulateArgs),
     Predict(simulate::PredictArgs),
+    Calibrate(calibrate::Args),
 }
 
 /// Why a command ends without having done its work.
@@ -62,6 +64,7 @@ pub fn run() -> ExitCode {
         Command::Monitor(args) => monitor::run(&args),
         Command::Simulate(args) => simulate::simulate(&args),
         Command::Predict(args) => simulate::predict(&args),
+        Command::Calibrate(args) => calibrate::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

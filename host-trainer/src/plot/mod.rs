@@ -1,5 +1,6 @@
 //! Pictures, as SVG: a file a figure, [`style`] for what they share.
 
+pub mod comparison;
 pub mod density;
 pub mod derivative;
 pub mod envelope;

@@ -5,11 +5,12 @@
 //! | [`html`] | escaping, and a document as text |
 //! | [`model`] | sections on a fit: scores, equations, sizes |
 //! | [`signal`] | sections on recordings: spectra, prediction and residual |
-//! | [`fit`], [`monitor`] | what those commands report |
+//! | [`fit`], [`monitor`], [`calibrate`] | what those commands report |
 //!
 //! All text is escaped; pictures are the SVG of [`plot`](crate::plot). A report states no time of day
 //! and no duration, so that the same input gives the same bytes.
 
+pub mod calibrate;
 pub mod fit;
 pub mod html;
 pub mod model;

@@ -49,13 +49,14 @@ pub mod effect;
 mod error;
 pub mod kinematics;
 mod noise;
+pub mod path;
 pub mod plan;
 pub mod sdof;
 pub mod simulate;
 #[cfg(test)]
 mod simulate_tests;
 #[cfg(test)]
-mod test_support;
+pub(crate) mod test_support;
 
 pub use config::{EffectEntry, Model, Rig, Value};
 pub use error::RigError;

@@ -78,6 +78,8 @@ pub enum Stage {
     Structure,
     /// The sensor. Its noise is added after it.
     Transducer,
+    /// The structure between all that the rig has, its noise included, and the recording: a `[[path]]` of the file.
+    Path,
     /// On the way to the converter.
     Cable,
     /// The converter's range.

@@ -127,6 +127,38 @@ pub fn simulate_all(runs: &[Run]) -> Result<Vec<Result<Recording, RigError>>, Ri
     Ok(results.into_iter().map(|(_, result)| result).collect())
 }
 
+/// What the process force becomes in the random part of `ax` and `ay`: the response to 1 N during one sample, m/s², as
+/// [`bearing::response`](super::bearing) linearises the rig, through the linear part of the output chain. Ends where it
+/// has died away, after `condition.samples` at most.
+///
+/// # Errors
+///
+/// As [`simulate`].
+pub fn response_to_process_force(rig: &Rig, condition: &OperatingCondition) -> Result<[Vec<f64>; 2], RigError> {
+    rig.check()?;
+    let plan = plan_of(rig);
+    let Model::Bearing(machine) = &plan.machine else { return Err(not_a_bearing()) };
+    let [ax, ay, fx, fy] =
+        bearing::response_to_process_force(machine, condition.load_n, condition.sample_rate_hz, condition.samples);
+    let chain: Vec<_> = in_order(plan).into_iter().filter(|(stage, _)| *stage <= Stage::Transducer).collect();
+    Ok([("ax", ax, fx), ("ay", ay, fy)].map(|(channel, mut signal, path_force)| {
+        let at = Acquisition { channel, sample_rate_hz: condition.sample_rate_hz, preroll: 0, path_force: &path_force };
+        // What the chain adds to nothing at all is no response.
+        let rest = vec![0.0; signal.len()];
+        let mut offset = rest.clone();
+        for (_, alter) in &chain {
+            alter(&at, &mut signal);
+            alter(&Acquisition { path_force: &rest, ..at }, &mut offset);
+        }
+        signal.iter_mut().zip(offset).for_each(|(value, offset)| *value -= offset);
+        signal
+    }))
+}
+
+/// A transmission path starts this long before the recording: until an impulse is down to this share.
+const SETTLED: f64 = 1e-3;
+const LONGEST_SETTLING_S: f64 = 0.2;
+
 /// What a run's signals pass through.
 struct Chain {
     noise_std: f64,
@@ -157,20 +189,29 @@ fn prepare(run: &Run) -> Result<(Prepared, Chain), RigError> {
         return refuse("substeps", 0.0, "at least 1");
     }
     run.rig.check()?;
+    if let Some(path) = run.rig.paths.iter().find(|path| (path.sample_rate_hz / sample_rate_hz - 1.0).abs() > 1e-6) {
+        return Err(RigError::BadCondition {
+            field: "sample_rate_hz",
+            found: format!("{sample_rate_hz} and a path of the rig for {}", path.sample_rate_hz),
+            expected: "one rate; the path between rig and sensor was identified at it",
+        });
+    }
     let mut plan = plan_of(run.rig);
     let rig = match &plan.machine {
         Model::Bearing(rig) => rig.clone(),
-        Model::Sdof(_) => {
-            return Err(RigError::BadCondition {
-                field: "rig.kind",
-                found: "\"sdof\"".into(),
-                expected: "\"bearing-5dof\"; an sdof rig is driven by a recorded input",
-            });
-        }
+        Model::Sdof(_) => return Err(not_a_bearing()),
     };
     let prepared = Prepared::new(&rig, &mut plan, &run.condition, &run.start);
     let chain = chain(&rig, &run.start, plan);
     Ok((prepared, chain))
+}
+
+fn not_a_bearing() -> RigError {
+    RigError::BadCondition {
+        field: "rig.kind",
+        found: "\"sdof\"".into(),
+        expected: "\"bearing-5dof\"; an sdof rig is driven by a recorded input",
+    }
 }
 
 fn chain(rig: &BearingRig, start: &Start, plan: Plan) -> Chain {
@@ -194,6 +235,16 @@ pub(super) fn plan_of(rig: &Rig) -> Plan {
             (values.definition().apply)(&values, &mut plan);
         }
     }
+    for path in &rig.paths {
+        let settle = path.settles_within(SETTLED, (path.sample_rate_hz * LONGEST_SETTLING_S) as usize);
+        plan.preroll_s = plan.preroll_s.max(settle as f64 / path.sample_rate_hz);
+        let path = path.clone();
+        plan.signal(Stage::Path, move |at, signal| {
+            if at.channel == path.channel {
+                path.filter(signal);
+            }
+        });
+    }
     plan
 }
 
@@ -213,8 +264,12 @@ fn finish(run: &Run, prepared: &Prepared, chain: &Chain, signals: Signals) -> Re
         }
         if chain.noise_std > 0.0 {
             let seed_of = noise::SENSOR + index as u64;
-            let noise = noise::white(run.start.seed, seed_of, chain.noise_std, signal.len() - preroll);
-            signal[preroll..].iter_mut().zip(noise).for_each(|(value, noise)| *value += noise);
+            let noise = noise::white(run.start.seed, seed_of, chain.noise_std, signal.len());
+            // From the first sample on, then before it, so that a longer preroll does not change what is recorded.
+            let in_time = signal.len() - preroll;
+            let (before, recorded) = signal.split_at_mut(preroll);
+            recorded.iter_mut().zip(&noise).for_each(|(value, noise)| *value += noise);
+            before.iter_mut().zip(&noise[in_time..]).for_each(|(value, noise)| *value += noise);
         }
         for (_, alter) in rest {
             alter(&at, &mut signal);

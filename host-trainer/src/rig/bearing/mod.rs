@@ -4,6 +4,7 @@ mod kernel;
 mod lanes;
 mod phi;
 mod prepare;
+mod response;
 mod setup;
 mod step;
 
@@ -11,6 +12,8 @@ use pulp::{Arch, Simd, WithSimd};
 
 pub(super) use prepare::Prepared;
 pub use prepare::{GRAVITY, Turning};
+
+pub(super) use response::to_process_force as response_to_process_force;
 
 use kernel::Kernel;
 pub(super) use kernel::Signals;

@@ -176,7 +176,7 @@ impl Prepared {
     }
 }
 
-fn masses(rig: &BearingRig) -> [f64; DOFS] {
+pub(super) fn masses(rig: &BearingRig) -> [f64; DOFS] {
     [rig.inner.mass_kg, rig.outer.mass_kg, rig.inner.mass_kg, rig.outer.mass_kg, rig.resonator.mass_kg]
 }
 

@@ -11,7 +11,13 @@ const NO_FILE: &str = "rig";
 impl Rig {
     /// A rig without effects.
     pub fn new(model: Model) -> Self {
-        Self { model, unknown: Vec::new(), effects: Vec::new(), document: toml_edit::DocumentMut::new() }
+        Self {
+            model,
+            unknown: Vec::new(),
+            effects: Vec::new(),
+            paths: Vec::new(),
+            document: toml_edit::DocumentMut::new(),
+        }
     }
 
     /// The same rig with one more effect.

@@ -7,6 +7,7 @@
 mod access;
 mod effects;
 mod key;
+mod paths;
 mod read;
 #[cfg(test)]
 mod tests;
@@ -17,7 +18,7 @@ pub use key::Domain;
 
 use toml_edit::DocumentMut;
 
-use super::{kinematics::Geometry, plan};
+use super::{kinematics::Geometry, path::TransmissionPath, plan};
 
 /// A rig: the nominal machine, what is only guessed about it, and effects added to it.
 #[derive(Clone, Debug)]
@@ -28,6 +29,8 @@ pub struct Rig {
     pub unknown: Vec<String>,
     /// `[[effect]]` tables, in their order.
     pub effects: Vec<EffectEntry>,
+    /// `[[path]]` tables: the structure between rig and sensor, where it was identified; at most one a channel.
+    pub paths: Vec<TransmissionPath>,
     /// The file, so that comments and layout are there when it is written back.
     document: DocumentMut,
 }
@@ -35,7 +38,10 @@ pub struct Rig {
 impl PartialEq for Rig {
     /// Equal where the values are; comments and layout do not count.
     fn eq(&self, other: &Self) -> bool {
-        self.model == other.model && self.unknown == other.unknown && self.effects == other.effects
+        self.model == other.model
+            && self.unknown == other.unknown
+            && self.effects == other.effects
+            && self.paths == other.paths
     }
 }
 

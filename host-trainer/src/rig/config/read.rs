@@ -4,8 +4,8 @@ use std::{collections::BTreeMap, fs, path::Path};
 
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
-use super::{EffectEntry, Model, Rig, Value};
-use crate::rig::error::RigError;
+use super::{EffectEntry, Model, Rig, Value, paths};
+use crate::rig::{error::RigError, path::TransmissionPath};
 
 const KINDS: &str = "\"bearing-5dof\" or \"sdof\"";
 
@@ -35,7 +35,8 @@ impl Rig {
         let model = read.model(&document)?;
         let unknown = read.unknown(&document, &model)?;
         let effects = read.effects(&document)?;
-        let rig = Self { model, unknown, effects, document };
+        let paths = read.paths(&document)?;
+        let rig = Self { model, unknown, effects, paths, document };
         rig.check_as(path)?;
         Ok(rig)
     }
@@ -93,7 +94,7 @@ impl Read<'_> {
 
     fn refuse_unknown(&self, document: &Table, model: &Model) -> Result<(), RigError> {
         let names = || model.keys().iter().map(|key| key.name).chain(model.texts().iter().copied());
-        let mut top = vec!["kind", "unknown", "effect"];
+        let mut top = vec!["kind", "unknown", "effect", "path"];
         for name in names() {
             let section = name.split_once('.').map_or(name, |(section, _)| section);
             if !top.contains(&section) {
@@ -170,6 +171,27 @@ impl Read<'_> {
             effects.push(EffectEntry { name, parameters });
         }
         Ok(effects)
+    }
+
+    fn paths(&self, document: &Table) -> Result<Vec<TransmissionPath>, RigError> {
+        let Some(item) = document.get("path") else {
+            return Ok(Vec::new());
+        };
+        let tables = item.as_array_of_tables().ok_or_else(|| self.bad("path", item, "[[path]] tables"))?;
+        let mut found: Vec<TransmissionPath> = Vec::new();
+        for (index, table) in tables.iter().enumerate() {
+            let place = |key: &str| format!("path[{}].{key}", index + 1);
+            let path = paths::read(table).map_err(|(key, expected)| match table.get(&key) {
+                Some(_) if !paths::KEYS.contains(&key.as_str()) => self.unknown_key(&place(&key), expected),
+                Some(item) => self.bad(&place(&key), item, &expected),
+                None => self.missing(&place(&key), &expected),
+            })?;
+            if found.iter().any(|other| other.channel == path.channel) {
+                return Err(self.bad(&place("channel"), &table["channel"], "a channel that has no path yet"));
+            }
+            found.push(path);
+        }
+        Ok(found)
     }
 }
 

@@ -33,6 +33,12 @@ impl Rig {
             put(document.as_table_mut(), key, self.model.text(key).unwrap_or_default().into());
         }
         self.put_effects(document.as_table_mut());
+        if self.as_read().is_none_or(|read| read.paths != self.paths) {
+            document.remove("path");
+            if !self.paths.is_empty() {
+                document["path"] = Item::ArrayOfTables(super::paths::write(&self.paths));
+            }
+        }
         document.to_string()
     }
 
@@ -50,11 +56,13 @@ impl Rig {
         Ok(())
     }
 
+    /// What the file said before anything was changed.
+    fn as_read(&self) -> Option<Self> {
+        Self::parse(&self.document.to_string(), Path::new("")).ok()
+    }
+
     fn put_effects(&self, document: &mut Table) {
-        let as_read = Self { document: Default::default(), ..self.clone() };
-        let same =
-            super::Rig::parse(&self.document.to_string(), Path::new("")).is_ok_and(|r| r.effects == as_read.effects);
-        if same {
+        if self.as_read().is_some_and(|read| read.effects == self.effects) {
             return;
         }
         let mut tables = ArrayOfTables::new();

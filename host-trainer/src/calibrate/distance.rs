@@ -1,0 +1,43 @@
+//! How far two spectra are apart.
+
+use crate::spectrum::welch;
+
+/// Samples in a segment of the spectra that are compared.
+const SEGMENT: usize = 2048;
+/// What is this far below the greatest of the measured density is rounding.
+const FLOOR: f64 = 1e-9;
+
+/// Log-spectral distance of two recordings of a channel, dB: root mean square over frequencies of ten times the
+/// logarithm of the ratio of their power densities (A. Gray, J. Markel, "Distance measures for speech processing", IEEE
+/// Trans. ASSP 24 (1976) 380–391, eq. 5; Welch's densities, Hann windows of 2048 samples).
+///
+/// `None` for recordings of under 8 samples.
+pub fn log_spectral(measured: &[f64], predicted: &[f64], sample_rate_hz: f64) -> Option<f64> {
+    let segment = SEGMENT.min(measured.len()).min(predicted.len());
+    let density = |samples: &[f64]| {
+        let samples: Vec<f32> = samples.iter().map(|v| *v as f32).collect();
+        welch(&[&samples], sample_rate_hz, segment)
+    };
+    let (p, q) = (density(measured)?.values, density(predicted)?.values);
+    let floor = FLOOR * p.iter().copied().fold(0.0, f64::max);
+    let pairs = p.iter().zip(&q).filter(|(p, _)| **p > floor);
+    let (sum, count) = pairs.fold((0.0, 0usize), |(sum, count), (p, q)| {
+        (sum + (10.0 * ((p + 1e-30) / (q + 1e-30)).log10()).powi(2), count + 1)
+    });
+    (count > 0).then(|| (sum / count as f64).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn twice_the_amplitude_is_six_decibels_apart() {
+        let one: Vec<f64> = (0..8192u64).map(|i| ((i * i * 7919) % 1013) as f64 - 506.0).collect();
+        let two: Vec<f64> = one.iter().map(|v| 2.0 * v).collect();
+        let distance = log_spectral(&one, &two, 1000.0).unwrap();
+        assert!((distance - 20.0 * 2f64.log10()).abs() < 1e-5, "{distance}");
+        assert_eq!(log_spectral(&one, &one, 1000.0), Some(0.0));
+        assert_eq!(log_spectral(&one[..4], &two, 1000.0), None);
+    }
+}

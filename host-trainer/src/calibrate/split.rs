@@ -1,0 +1,44 @@
+//! Which recordings are fitted, and which are kept to judge the fit by.
+
+use crate::recording::{Channel, Recording};
+
+/// Share of the recordings, or of the one there is, that takes no part.
+const HELD_OUT: f64 = 0.25;
+
+/// Recordings that are fitted, and recordings that take no part.
+#[derive(Clone, Debug)]
+pub struct Split {
+    /// Fitted.
+    pub fitted: Vec<Recording>,
+    /// Kept out.
+    pub held_out: Vec<Recording>,
+}
+
+impl Split {
+    /// The last quarter of the recordings is held out; of a single one its last quarter.
+    pub fn of(recordings: &[Recording]) -> Self {
+        if let [only] = recordings {
+            let cut = ((1.0 - HELD_OUT) * only.len() as f64) as usize;
+            return Self { fitted: vec![part(only, 0..cut)], held_out: vec![part(only, cut..only.len())] };
+        }
+        let kept = recordings.len() - (HELD_OUT * recordings.len() as f64).ceil() as usize;
+        Self { fitted: recordings[..kept].to_vec(), held_out: recordings[kept..].to_vec() }
+    }
+
+    /// The held-out ones in words.
+    pub fn describe(&self) -> String {
+        match (self.fitted.as_slice(), self.held_out.as_slice()) {
+            ([one], [rest]) if one.source == rest.source => {
+                format!("the last {:.2} s of {}", rest.duration_s(), rest.name())
+            }
+            (_, [only]) => only.name(),
+            (_, [first, .., last]) => format!("{} to {}", first.name(), last.name()),
+            (_, []) => "none".into(),
+        }
+    }
+}
+
+fn part(recording: &Recording, span: std::ops::Range<usize>) -> Recording {
+    let channel = |c: &Channel| Channel { samples: c.samples[span.clone()].to_vec(), ..c.clone() };
+    Recording { channels: recording.channels.iter().map(channel).collect(), gaps: Vec::new(), ..recording.clone() }
+}

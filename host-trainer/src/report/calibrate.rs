@@ -1,0 +1,181 @@
+//! The report of `ballrace calibrate`.
+
+use super::{Cell, Document, Section, Tone};
+use crate::calibrate::bearing::{Calibration, prediction};
+use crate::plot::DrawError;
+use crate::plot::comparison::{self, Curve, Mark, Names};
+use crate::plot::style::{EARLY, LATE, MEASURED};
+use crate::recording::{Channel, Recording};
+use crate::rig::{Model, Rig};
+use crate::spectrum::welch;
+use crate::whittle::observed::{CHANNELS, accelerations};
+
+/// Samples in a segment of the broad spectrum.
+const SEGMENT: usize = 2048;
+/// Harmonics of the ball pass that the narrow picture goes up to.
+const HARMONICS: f64 = 6.0;
+/// Turns of the shaft in the picture over time.
+const TURNS: f64 = 3.0;
+
+/// Why a report cannot be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReportError {
+    /// The drawing library.
+    #[error(transparent)]
+    Draw(#[from] DrawError),
+    /// The rig.
+    #[error(transparent)]
+    Calibrate(#[from] crate::calibrate::CalibrateError),
+}
+
+/// A calibration, beside the last of the recordings.
+///
+/// # Errors
+/// What the drawing library or the simulation says.
+pub fn document(
+    before: &Rig,
+    done: &Calibration,
+    recordings: &[Recording],
+    seed: u64,
+) -> Result<Document, ReportError> {
+    let about = format!("{} recordings; held out: {}", recordings.len(), done.held_out_recordings);
+    let (tone, verdict) = verdict(done);
+    let mut document = Document::new("A rig calibrated to a healthy machine", about, tone, verdict);
+    if let Some(last) = recordings.last() {
+        document = document.section(pictures(before, &done.rig, last, seed)?);
+    }
+    Ok(document.section(held_out(done)).section(parameters(done)))
+}
+
+fn verdict(done: &Calibration) -> (Tone, String) {
+    let mean = |of: fn(&crate::calibrate::bearing::HeldOut) -> f64| {
+        done.held_out.iter().map(of).sum::<f64>() / done.held_out.len().max(1) as f64
+    };
+    let (before, after, floor) = (mean(|h| h.before_db), mean(|h| h.after_db), mean(|h| h.floor_db));
+    let what = if done.path_poles.is_empty() { "calibrated" } else { "with its transmission path identified" };
+    let tone = if after < before { Tone::Good } else { Tone::Open };
+    let text = format!(
+        "On recordings that took no part, the rig {what} is {after:.1} dB from what was measured; it was {before:.1} dB \
+         before, and two runs of the same rig are {floor:.1} dB apart."
+    );
+    (tone, text)
+}
+
+fn pictures(before: &Rig, after: &Rig, recording: &Recording, seed: u64) -> Result<Section, ReportError> {
+    let mut section = Section::new(format!("{}, measured and simulated", recording.name()));
+    let (old, new) = (prediction(before, recording, seed)?, prediction(after, recording, seed)?);
+    let rate = recording.sample_rate_hz;
+    let marks = marks(after, recording);
+    let pass_hz = marks.first().map_or(rate / 20.0, |(_, f)| *f);
+    for (channel, measured) in accelerations(recording).into_iter().enumerate() {
+        let Some(measured) = measured else { continue };
+        let of = |r: &Recording| r.channel(CHANNELS[channel]).cloned().unwrap_or_default();
+        let signals = [
+            ("measured", measured.clone(), MEASURED),
+            ("rig before", of(&old), LATE),
+            ("rig calibrated", of(&new), EARLY),
+        ];
+        let narrow_segment = (recording.len() / 2).clamp(8, 16 * SEGMENT);
+        let (broad, narrow) =
+            (spectra(&signals, rate, SEGMENT.min(recording.len())), spectra(&signals, rate, narrow_segment));
+        let names = Names { x: "frequency, Hz", y: "density, dB re 1 (m/s²)²/Hz" };
+        section = section
+            .figure(
+                comparison::svg(&broad, 0.0..0.5 * rate, names, &[])?,
+                format!("{}: power spectral density.", measured.name),
+            )
+            .figure(
+                comparison::svg(&narrow, 0.0..(HARMONICS + 0.5) * pass_hz, names, &marks)?,
+                format!("{}: its lowest part, finer; harmonics of the balls' passing are marked.", measured.name),
+            );
+        if after.paths.is_empty() {
+            let until = TURNS / recording.shaft_hz.unwrap_or(1.0).max(1e-3);
+            let over_time = |(name, channel, color): &(&'static str, Channel, _)| Curve {
+                name,
+                points: channel.samples.iter().enumerate().map(|(i, v)| (i as f64 / rate, *v)).collect(),
+                color: *color,
+            };
+            let shown: Vec<Curve<'_>> = [&signals[0], &signals[2]].into_iter().map(over_time).collect();
+            let names = Names { x: "time, s", y: "acceleration, m/s²" };
+            section = section.figure(
+                comparison::svg(&shown, 0.0..until, names, &[])?,
+                format!("{}: the first {TURNS:.0} turns of the shaft; the angles at the start are fitted, the noise is not.", measured.name),
+            );
+        }
+    }
+    Ok(section)
+}
+
+fn spectra(
+    signals: &[(&'static str, Channel, plotters::style::RGBColor)],
+    rate: f64,
+    segment: usize,
+) -> Vec<Curve<'static>> {
+    let curve = |(name, channel, color): &(&'static str, Channel, _)| {
+        let samples: Vec<f32> = channel.samples.iter().map(|v| *v as f32).collect();
+        let spectrum = welch(&[&samples], rate, segment)?;
+        // The mean is taken out before: its bins are not of the machine.
+        let points = spectrum.points().skip(2).map(|(f, v)| (f, 10.0 * v.max(1e-30).log10())).collect();
+        Some(Curve { name, points, color: *color })
+    };
+    signals.iter().filter_map(curve).collect()
+}
+
+fn marks(rig: &Rig, recording: &Recording) -> Vec<Mark> {
+    let (Model::Bearing(machine), Some(shaft_hz)) = (&rig.model, recording.shaft_hz) else { return Vec::new() };
+    let pass = machine.bearing.geometry().orders().bpfo * shaft_hz;
+    let name = |k: i32| if k == 1 { format!("BPFO {pass:.1} Hz") } else { format!("{k}×") };
+    (1..=HARMONICS as i32).map(|k| (name(k), f64::from(k) * pass)).collect()
+}
+
+fn held_out(done: &Calibration) -> Section {
+    let row = |h: &crate::calibrate::bearing::HeldOut| {
+        let numbers = [h.before_db, h.after_db, h.floor_db].map(|v| Cell::number(format!("{v:.2}")));
+        [Cell::text(&h.recording), Cell::text(h.channel)].into_iter().chain(numbers).collect()
+    };
+    Section::new("Recordings that took no part")
+        .paragraph(
+            "Log-spectral distance between what was measured and what the rig gives, mean over eight runs with noise of \
+             their own; the floor is the distance of two runs of the calibrated rig.",
+        )
+        .table("", &["recording", "channel", "before, dB", "calibrated, dB", "floor, dB"], done.held_out.iter().map(row).collect())
+}
+
+fn parameters(done: &Calibration) -> Section {
+    let mut section = Section::new("Parameters");
+    for (channel, poles) in &done.path_poles {
+        section = section.paragraph(format!(
+            "The rig alone does not come near {channel}: between it and the sensor is an all-pole filter of {poles} poles, \
+             chosen on recordings that it was not taken from. What passes through an unknown structure says nothing of the \
+             rig's own parameters; they stay as they were."
+        ));
+    }
+    if !done.parameters.is_empty() {
+        let row = |p: &crate::calibrate::estimate::Estimate| {
+            let interval = format!("{:.4e} to {:.4e}", p.interval95[0], p.interval95[1]);
+            vec![
+                Cell::text(&p.key),
+                Cell::number(format!("{:.4e}", p.before)),
+                Cell::number(format!("{:.4e}", p.value)),
+                Cell::number(interval),
+                Cell::text(if p.determined { "" } else { "not determined" }),
+            ]
+        };
+        let rows = done.parameters.iter().map(row).collect();
+        section = section.table("", &["parameter", "before", "calibrated", "95 % interval", ""], rows);
+    }
+    for free in &done.undetermined {
+        section = section.paragraph(format!("The recordings do not determine {}.", free.free));
+    }
+    for e in &done.explained {
+        section = section.paragraph(format!(
+            "{}: the rig's turning, fixed by its angles, is {:.1} % of the power; the power of the rest is within {:.2} dB \
+             of what process force and sensor noise give (RMS over bands).",
+            e.channel,
+            100.0 * e.deterministic,
+            e.residual_db
+        ));
+    }
+    section
+}

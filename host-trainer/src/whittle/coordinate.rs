@@ -1,0 +1,94 @@
+//! The numbers of a rig that are sought, as a search sees them.
+
+use crate::rig::config::Domain;
+use crate::rig::{Rig, RigError};
+
+/// A number of a rig by its dotted name, on a scale on which its steps are about 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coordinate {
+    /// Name, such as `outer.mass_kg` or `effect[1].depth_m`.
+    pub key: String,
+    /// How value and coordinate belong together.
+    pub scale: Scale,
+}
+
+/// How a value and its coordinate belong together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scale {
+    /// value = sign · eᵘ: for what has a sign and no size of its own.
+    Log {
+        /// 1 or −1.
+        sign: f64,
+    },
+    /// value = u · unit.
+    Linear {
+        /// A step that matters, in the value's unit.
+        unit: f64,
+    },
+}
+
+impl Coordinate {
+    /// The number of this name, from where it stands: logarithmic where it has a sign and is not 0, otherwise linear in
+    /// the unit that its name ends in.
+    ///
+    /// `None` for a name that is none, or that holds whole numbers.
+    pub fn of(rig: &Rig, key: &str) -> Option<Self> {
+        let value = rig.get(key)?;
+        let signed = matches!(rig.domain(key)?, Domain::Positive | Domain::NotNegative | Domain::NotPositive);
+        let scale = match rig.domain(key)? {
+            Domain::Whole(..) => return None,
+            _ if signed && value != 0.0 => Scale::Log { sign: value.signum() },
+            _ => Scale::Linear { unit: unit(key) },
+        };
+        Some(Self { key: key.into(), scale })
+    }
+
+    /// The coordinate of a value.
+    pub fn from_value(&self, value: f64) -> f64 {
+        match self.scale {
+            Scale::Log { sign } => (value * sign).max(f64::MIN_POSITIVE).ln(),
+            Scale::Linear { unit } => value / unit,
+        }
+    }
+
+    /// The value at a coordinate.
+    pub fn to_value(&self, coordinate: f64) -> f64 {
+        match self.scale {
+            Scale::Log { sign } => sign * coordinate.exp(),
+            Scale::Linear { unit } => coordinate * unit,
+        }
+    }
+
+    /// Puts the value into a rig.
+    ///
+    /// # Errors
+    /// A value that it cannot have.
+    pub fn put(&self, rig: &mut Rig, coordinate: f64) -> Result<(), RigError> {
+        rig.set(&self.key, self.to_value(coordinate))
+    }
+
+    /// Whether D depends on it.
+    pub fn moves_mean(&self) -> bool {
+        !matches!(self.key.as_str(), "excitation.process_force_psd_n2_per_hz" | "sensor.noise_std_m_per_s2")
+    }
+
+    /// Whether S depends on it.
+    pub fn moves_variance(&self) -> bool {
+        self.key != "excitation.unbalance_kg_m"
+    }
+}
+
+/// A step that matters in a number that may be 0, by the unit in its name.
+fn unit(key: &str) -> f64 {
+    const UNITS: [(&str, f64); 8] = [
+        ("clearance_m", 1e-6),
+        ("_n_per_m", 1e6),
+        ("_n_s_per_m", 100.0),
+        ("_n_per_m2", 1e11),
+        ("_n_per_m3", 1e16),
+        ("_kg_m", 1e-4),
+        ("_n", 10.0),
+        ("_m", 1e-6),
+    ];
+    UNITS.iter().find(|(end, _)| key.ends_with(end)).map_or(1.0, |(_, unit)| *unit)
+}

@@ -1,0 +1,91 @@
+//! How likely recordings are under a rig.
+//!
+//! A recording is the rig's answer to its turning, which angles and parameters fix to the last sample, and a random part:
+//! process force through the structure, and sensor noise. In the frequency domain (P. Whittle, "Estimation and
+//! information in stationary time series", Arkiv för Matematik 2 (1953) 423–434) both are judged at once: with X the
+//! recording's Fourier coefficients, D those of the silent rig and S the variance of the random part,
+//!
+//! −ln L = Σ_k ln S_k + |X_k − D_k|²/S_k
+//!
+//! so that phases count where they are fixed and only powers where they are random. Gradient and expected information
+//! (D. R. Brillinger, "Time Series", 1981, section 5) are
+//! g_a = Σ −2 Re(E* ∂_a D)/S + (1 − |E|²/S) ∂_a ln S, and I_ab = Σ 2 Re(∂_a D* ∂_b D)/S + ∂_a ln S ∂_b ln S.
+
+use rayon::prelude::*;
+use realfft::num_complex::Complex;
+
+use super::observed::{CHANNELS, Coefficients, Observed, coefficients, padded};
+use crate::rig::simulate::{response_to_process_force, simulate_all};
+use crate::rig::{Model, OperatingCondition, Rig, RigError, Run, Start};
+
+/// What a rig says of one recording.
+#[derive(Clone, Debug)]
+pub struct Expected {
+    /// D of `ax` and `ay`.
+    pub mean: [Coefficients; 2],
+    /// S of `ax` and `ay`.
+    pub variance: [Vec<f64>; 2],
+}
+
+/// S of both channels at the frequencies of a recording of this length: sensor noise, and the process force through the
+/// structure.
+///
+/// # Errors
+/// What the rig's check refuses.
+pub fn variance(rig: &Rig, condition: &OperatingCondition) -> Result<[Vec<f64>; 2], RigError> {
+    let (psd, noise) = match &rig.model {
+        Model::Bearing(bearing) => {
+            (bearing.excitation.process_force_psd_n2_per_hz, bearing.sensor.noise_std_m_per_s2.powi(2))
+        }
+        Model::Sdof(_) => (0.0, 0.0),
+    };
+    let response = response_to_process_force(rig, condition)?;
+    let force = 0.5 * psd * condition.sample_rate_hz;
+    let mut variance = response.map(|h| -> Vec<f64> {
+        let h = padded(&h, condition.samples, 1.0);
+        h.iter().map(|h| (noise + force * h.norm_sqr()).max(f64::MIN_POSITIVE)).collect()
+    });
+    for path in &rig.paths {
+        for (_, variance) in CHANNELS.iter().zip(&mut variance).filter(|(channel, _)| **channel == path.channel) {
+            variance.iter_mut().zip(path.power(condition.samples)).for_each(|(s, h)| *s *= h);
+        }
+    }
+    Ok(variance)
+}
+
+/// D of many runs: silent simulations.
+///
+/// # Errors
+/// What the simulation refuses; one that diverges is an error of its own in the list.
+pub fn means(
+    runs: &[(&Rig, OperatingCondition, [f64; 2])],
+    substeps: Option<usize>,
+) -> Result<Vec<Result<[Coefficients; 2], RigError>>, RigError> {
+    let runs: Vec<Run> = runs
+        .iter()
+        .map(|&(rig, condition, [cage, shaft])| Run {
+            rig,
+            condition,
+            start: Start { substeps, ..Start::silent(cage, shaft) },
+        })
+        .collect();
+    let transform = |recording: crate::recording::Recording| {
+        CHANNELS.map(|name| recording.channel(name).map_or_else(Vec::new, |c| coefficients(&c.samples)))
+    };
+    Ok(simulate_all(&runs)?.into_par_iter().map(|run| run.map(transform)).collect())
+}
+
+/// Bins that are judged: all but the mean and half the sample rate, whose coefficients are real.
+pub fn judged(spectrum: &[Complex<f64>]) -> std::ops::Range<usize> {
+    1..spectrum.len().saturating_sub(1)
+}
+
+/// −ln L of a recording.
+pub fn misfit(observed: &Observed, expected: &Expected) -> f64 {
+    let channel = |c: usize| {
+        let Some(x) = &observed.spectra[c] else { return 0.0 };
+        let (d, s) = (&expected.mean[c], &expected.variance[c]);
+        judged(x).map(|k| s[k].ln() + (x[k] - d[k]).norm_sqr() / s[k]).sum::<f64>()
+    };
+    channel(0) + channel(1)
+}

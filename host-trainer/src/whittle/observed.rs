@@ -1,0 +1,99 @@
+//! A recording of the two channels that a bearing rig has, in the frequency domain.
+
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
+
+use crate::recording::{Channel, Recording};
+use crate::rig::OperatingCondition;
+
+/// The names that a simulated recording gives its accelerations.
+pub const CHANNELS: [&str; 2] = ["ax", "ay"];
+
+/// Fourier coefficients of a channel, from frequency 0 to half the sample rate, scaled so that white noise of variance
+/// σ² has E|X|² = σ² in every one of them.
+pub type Coefficients = Vec<Complex<f64>>;
+
+/// A recording to be explained.
+#[derive(Clone, Debug)]
+pub struct Observed {
+    /// What to call it.
+    pub name: String,
+    /// Under what it was recorded.
+    pub condition: OperatingCondition,
+    /// `ax` and `ay`, where they were recorded.
+    pub spectra: [Option<Coefficients>; 2],
+    /// The shaft's angle at t = 0, rad, where a tachometer tells it.
+    pub shaft_angle0_rad: Option<f64>,
+}
+
+/// Why a recording cannot be explained by a bearing rig.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{recording}: found {found}, expected {expected}")]
+pub struct NotObserved {
+    /// The recording.
+    pub recording: String,
+    /// What is there.
+    pub found: String,
+    /// What must be.
+    pub expected: &'static str,
+}
+
+/// `ax` and `ay` of a recording: by these names, at the places where the rig's sensors sit by default, as FEMTO names
+/// them, or, of a recording with one acceleration, that one as `ay`, in the direction of the load.
+pub fn accelerations(recording: &Recording) -> [Option<&Channel>; 2] {
+    let by_name = |names: [&str; 3]| names.iter().find_map(|name| recording.channel(name));
+    let found = [by_name(["ax", "outer-x", "horizontal"]), by_name(["ay", "resonator-y", "vertical"])];
+    let measured: Vec<_> = recording.channels.iter().filter(|c| c.name != "tacho").collect();
+    match (found, measured.as_slice()) {
+        ([None, None], [only]) => [None, Some(only)],
+        _ => found,
+    }
+}
+
+impl Observed {
+    /// A recording with its speed and load.
+    ///
+    /// # Errors
+    /// A recording without acceleration, speed or load.
+    pub fn of(recording: &Recording) -> Result<Self, NotObserved> {
+        let name = recording.source.to_string();
+        let refuse = |found: &str, expected| NotObserved { recording: name.clone(), found: found.into(), expected };
+        let channels = accelerations(recording);
+        if channels.iter().all(Option::is_none) {
+            let there: Vec<_> = recording.channels.iter().map(|c| c.name.as_str()).collect();
+            return Err(refuse(
+                &format!("channels {}", there.join(", ")),
+                "`ax` or `ay`; `channels = { name = \"resonator-y\" }` in the manifest says which is which",
+            ));
+        }
+        let shaft_hz = recording.shaft_hz.ok_or_else(|| refuse("no shaft_hz", "the shaft's speed in the manifest"))?;
+        let load_n = recording.load_n.ok_or_else(|| refuse("no load_n", "the load in the manifest"))?;
+        if recording.len() < 64 {
+            return Err(refuse(&format!("{} samples", recording.len()), "at least 64"));
+        }
+        let condition =
+            OperatingCondition { shaft_hz, load_n, sample_rate_hz: recording.sample_rate_hz, samples: recording.len() };
+        let spectra = channels.map(|channel| channel.map(|c| coefficients(&c.samples)));
+        let first_turn = recording.channel("tacho").and_then(|c| c.samples.iter().position(|v| *v > 0.5));
+        // The turn began within the sample before, on average half a sample ago.
+        let angle =
+            |sample: usize| -std::f64::consts::TAU * shaft_hz * (sample as f64 - 0.5) / recording.sample_rate_hz;
+        Ok(Self { name: recording.name(), condition, spectra, shaft_angle0_rad: first_turn.map(angle) })
+    }
+}
+
+/// Fourier coefficients of a signal.
+pub fn coefficients(samples: &[f64]) -> Coefficients {
+    padded(samples, samples.len(), 1.0 / (samples.len() as f64).sqrt())
+}
+
+/// Fourier transform of a signal that is 0 after its samples, at the frequencies of `length` samples, times `scale`.
+pub fn padded(samples: &[f64], length: usize, scale: f64) -> Coefficients {
+    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let mut buffer: Vec<f64> = samples.iter().map(|v| v * scale).collect();
+    buffer.resize(length, 0.0);
+    let mut out = transform.make_output_vec();
+    // Both buffers are made to the transform's measure.
+    transform.process(&mut buffer, &mut out).unwrap_or_default();
+    out
+}

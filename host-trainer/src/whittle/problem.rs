@@ -1,0 +1,237 @@
+//! Recordings, a rig and what is sought of it: likelihood, gradient and information at a point.
+
+use faer::Mat;
+use rayon::prelude::*;
+use realfft::num_complex::Complex;
+
+use super::align;
+use super::coordinate::Coordinate;
+use super::likelihood::{Expected, judged, means, misfit, variance};
+use super::observed::{Coefficients, Observed};
+use crate::rig::{Rig, RigError};
+
+/// Step of a difference quotient in a coordinate, and in an angle, rad: the square root of what rounding and the
+/// integrator leave, for D's highest harmonics turn some hundred times as fast as the cage.
+const STEP: f64 = 1e-4;
+const ANGLE_STEP: f64 = 2e-6;
+
+/// What is to be explained, by what.
+#[derive(Clone, Debug)]
+pub struct Problem<'o> {
+    /// The recordings.
+    pub observed: &'o [Observed],
+    /// The rig; its values at `coordinates` are replaced.
+    pub rig: Rig,
+    /// What is sought.
+    pub coordinates: Vec<Coordinate>,
+    /// Steps of the simulation for each sample.
+    pub substeps: Option<usize>,
+}
+
+/// A choice of everything that is sought.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// One for each of the problem's coordinates.
+    pub coordinates: Vec<f64>,
+    /// Angle of cage and shaft at t = 0 of each recording, rad.
+    pub angles: Vec<[f64; 2]>,
+}
+
+/// The likelihood around a point. Unknowns are the coordinates, then both angles of each recording.
+#[derive(Clone, Debug)]
+pub struct Expansion {
+    /// −ln L of each recording.
+    pub misfits: Vec<f64>,
+    /// Its gradient.
+    pub gradient: Vec<f64>,
+    /// Expected information.
+    pub information: Mat<f64>,
+}
+
+impl Expansion {
+    /// −ln L of all recordings.
+    pub fn misfit(&self) -> f64 {
+        self.misfits.iter().sum()
+    }
+}
+
+impl Problem<'_> {
+    /// The rig's own values, with the angles that suit the recordings best.
+    ///
+    /// # Errors
+    /// What the simulation refuses.
+    pub fn start(&self) -> Result<Point, RigError> {
+        let coordinates: Vec<f64> =
+            self.coordinates.iter().map(|c| c.from_value(self.rig.get(&c.key).unwrap_or_default())).collect();
+        let angles = self.aligned(&self.rig)?;
+        Ok(Point { coordinates, angles })
+    }
+
+    /// The angles with which a rig suits the recordings best.
+    ///
+    /// # Errors
+    /// What the simulation refuses.
+    pub fn aligned(&self, rig: &Rig) -> Result<Vec<[f64; 2]>, RigError> {
+        align::angles(rig, self.observed, &self.variances(rig)?, self.substeps)
+    }
+
+    /// The rig at a point.
+    ///
+    /// # Errors
+    /// A value that it cannot have.
+    pub fn rig_at(&self, coordinates: &[f64]) -> Result<Rig, RigError> {
+        let mut rig = self.rig.clone();
+        self.coordinates.iter().zip(coordinates).try_for_each(|(c, u)| c.put(&mut rig, *u))?;
+        rig.check()?;
+        Ok(rig)
+    }
+
+    fn variances(&self, rig: &Rig) -> Result<Vec<[Vec<f64>; 2]>, RigError> {
+        self.observed.par_iter().map(|o| variance(rig, &o.condition)).collect()
+    }
+
+    /// What the rig says of each recording.
+    ///
+    /// # Errors
+    /// What the simulation refuses, a run that diverges among it.
+    pub fn expected(&self, point: &Point) -> Result<Vec<Expected>, RigError> {
+        let rig = self.rig_at(&point.coordinates)?;
+        let runs: Vec<_> = self.observed.iter().zip(&point.angles).map(|(o, a)| (&rig, o.condition, *a)).collect();
+        let variances = self.variances(&rig)?;
+        let means = means(&runs, self.substeps)?;
+        means.into_iter().zip(variances).map(|(mean, variance)| Ok(Expected { mean: mean?, variance })).collect()
+    }
+
+    /// −ln L of each recording.
+    ///
+    /// # Errors
+    /// As [`Problem::expected`].
+    pub fn misfits(&self, point: &Point) -> Result<Vec<f64>, RigError> {
+        let expected = self.expected(point)?;
+        Ok(self.observed.iter().zip(&expected).map(|(o, e)| misfit(o, e)).collect())
+    }
+
+    /// Likelihood, gradient and information, by difference quotients of D and ln S.
+    ///
+    /// # Errors
+    /// As [`Problem::expected`].
+    pub fn expand(&self, point: &Point) -> Result<Expansion, RigError> {
+        let base = self.rig_at(&point.coordinates)?;
+        let moved: Vec<Rig> = (0..self.coordinates.len())
+            .map(|a| {
+                let mut coordinates = point.coordinates.clone();
+                coordinates[a] += STEP;
+                self.rig_at(&coordinates)
+            })
+            .collect::<Result<_, _>>()?;
+        // Of each recording: as it is, with each coordinate that moves D moved, with each angle moved.
+        let mean_of: Vec<usize> = (0..moved.len()).filter(|a| self.coordinates[*a].moves_mean()).collect();
+        let mut runs = Vec::new();
+        for (o, &[cage, shaft]) in self.observed.iter().zip(&point.angles) {
+            runs.push((&base, o.condition, [cage, shaft]));
+            runs.extend(mean_of.iter().map(|a| (&moved[*a], o.condition, [cage, shaft])));
+            runs.push((&base, o.condition, [cage + ANGLE_STEP, shaft]));
+            runs.push((&base, o.condition, [cage, shaft + ANGLE_STEP]));
+        }
+        let means = means(&runs, self.substeps)?.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let count = self.coordinates.len();
+        let unknowns = count + 2 * self.observed.len();
+        let pieces: Vec<_> = self
+            .observed
+            .par_iter()
+            .enumerate()
+            .zip(means.par_chunks(mean_of.len() + 3))
+            .map(|((index, o), means)| {
+                let at = variance(&base, &o.condition)?;
+                let mut local = Local::new(count + 2);
+                for channel in 0..2 {
+                    let Some(x) = &o.spectra[channel] else { continue };
+                    let mut slopes: Vec<Slope> = vec![Slope::default(); count + 2];
+                    for (place, a) in mean_of.iter().enumerate() {
+                        slopes[*a].mean = quotient(&means[0][channel], &means[1 + place][channel], STEP);
+                    }
+                    for angle in 0..2 {
+                        let moved = &means[mean_of.len() + 1 + angle][channel];
+                        slopes[count + angle].mean = quotient(&means[0][channel], moved, ANGLE_STEP);
+                    }
+                    for (a, rig) in moved.iter().enumerate().filter(|(a, _)| self.coordinates[*a].moves_variance()) {
+                        let there = variance(rig, &o.condition)?;
+                        let pairs = at[channel].iter().zip(&there[channel]);
+                        slopes[a].log_variance = pairs.map(|(s, t)| (t / s).ln() / STEP).collect();
+                    }
+                    local.add(x, &means[0][channel], &at[channel], &slopes);
+                }
+                Ok((index, local))
+            })
+            .collect::<Result<_, RigError>>()?;
+        let mut out = Expansion {
+            misfits: vec![0.0; self.observed.len()],
+            gradient: vec![0.0; unknowns],
+            information: Mat::zeros(unknowns, unknowns),
+        };
+        for (index, local) in pieces {
+            let global = |a: usize| if a < count { a } else { count + 2 * index + a - count };
+            out.misfits[index] = local.misfit;
+            for a in 0..count + 2 {
+                out.gradient[global(a)] += local.gradient[a];
+                for b in 0..count + 2 {
+                    out.information[(global(a), global(b))] += local.information[(a, b)];
+                }
+            }
+        }
+        Ok(out)
+    }
+}
+
+/// How D and ln S change with one unknown; empty where they do not.
+#[derive(Clone, Debug, Default)]
+struct Slope {
+    mean: Coefficients,
+    log_variance: Vec<f64>,
+}
+
+fn quotient(from: &[Complex<f64>], to: &[Complex<f64>], step: f64) -> Coefficients {
+    from.iter().zip(to).map(|(a, b)| (b - a) / step).collect()
+}
+
+/// One recording's part of an [`Expansion`].
+struct Local {
+    misfit: f64,
+    gradient: Vec<f64>,
+    information: Mat<f64>,
+}
+
+impl Local {
+    fn new(unknowns: usize) -> Self {
+        Self { misfit: 0.0, gradient: vec![0.0; unknowns], information: Mat::zeros(unknowns, unknowns) }
+    }
+
+    fn add(&mut self, x: &[Complex<f64>], d: &[Complex<f64>], s: &[f64], slopes: &[Slope]) {
+        let bins = judged(x);
+        self.misfit += bins.clone().map(|k| s[k].ln() + (x[k] - d[k]).norm_sqr() / s[k]).sum::<f64>();
+        for (a, slope) in slopes.iter().enumerate() {
+            for k in bins.clone() {
+                let residual = x[k] - d[k];
+                if let Some(mean) = slope.mean.get(k) {
+                    self.gradient[a] -= 2.0 * (residual.conj() * mean).re / s[k];
+                }
+                if let Some(log) = slope.log_variance.get(k) {
+                    self.gradient[a] += (1.0 - residual.norm_sqr() / s[k]) * log;
+                }
+            }
+            for (b, other) in slopes[..=a].iter().enumerate() {
+                let mut sum = 0.0;
+                if !slope.mean.is_empty() && !other.mean.is_empty() {
+                    sum += bins.clone().map(|k| 2.0 * (slope.mean[k].conj() * other.mean[k]).re / s[k]).sum::<f64>();
+                }
+                if !slope.log_variance.is_empty() && !other.log_variance.is_empty() {
+                    sum += bins.clone().map(|k| slope.log_variance[k] * other.log_variance[k]).sum::<f64>();
+                }
+                self.information[(a, b)] += sum;
+                if a != b {
+                    self.information[(b, a)] += sum;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,101 @@
+use std::f64::consts::TAU;
+
+use super::coordinate::Coordinate;
+use super::likelihood::judged;
+use super::observed::Observed;
+use super::problem::{Point, Problem};
+use super::search::{Limits, search};
+use crate::rig::test_support::{condition, nominal};
+use crate::rig::{Rig, Run, Start, simulate_many};
+
+fn observed(rig: &Rig, loads: &[f64], seed: u64) -> Vec<Observed> {
+    let run = |(i, load): (usize, &f64)| Run {
+        rig,
+        condition: condition(30.0 + 3.0 * i as f64, *load, 12_800),
+        start: Start::seeded(seed + i as u64),
+    };
+    let runs: Vec<Run> = loads.iter().enumerate().map(run).collect();
+    simulate_many(&runs).unwrap().iter().map(|r| Observed::of(r).unwrap()).collect()
+}
+
+fn problem<'o>(observed: &'o [Observed], rig: &Rig, keys: &[&str]) -> Problem<'o> {
+    let coordinates = keys.iter().map(|k| Coordinate::of(rig, k).unwrap()).collect();
+    Problem { observed, rig: rig.clone(), coordinates, substeps: Some(1) }
+}
+
+#[test]
+fn the_angles_of_the_start_are_found() {
+    let rig = nominal();
+    let observed = observed(&rig, &[300.0, 600.0], 7);
+    let problem = problem(&observed, &rig, &[]);
+    let found = search(&problem, problem.start().unwrap(), &Limits::default()).unwrap();
+    for (i, [cage, shaft]) in found.point.angles.iter().enumerate() {
+        let truth = Start::seeded(7 + i as u64);
+        // Balls are alike: the cage is known but for a pitch.
+        let off = |a: f64, b: f64, period: f64| (a - b + 0.5 * period).rem_euclid(period) - 0.5 * period;
+        let pitch = TAU / 9.0;
+        assert!(off(*cage, truth.cage_angle0_rad, pitch).abs() < 0.002, "cage {cage}, {truth:?}");
+        assert!(off(*shaft, truth.shaft_angle0_rad, TAU).abs() < 0.02, "shaft {shaft}, {truth:?}");
+    }
+}
+
+/// What is left after D is white over S: its mean is 1 in every band, for a contact that is always and one that is hardly
+/// loaded.
+#[test]
+fn invariant_the_residual_of_the_true_rig_is_as_large_as_it_says() {
+    let rig = nominal();
+    let observed = observed(&rig, &[120.0, 900.0], 3);
+    let problem = problem(&observed, &rig, &[]);
+    let found = search(&problem, problem.start().unwrap(), &Limits::default()).unwrap();
+    for (o, e) in observed.iter().zip(problem.expected(&found.point).unwrap()) {
+        for channel in 0..2 {
+            let x = o.spectra[channel].as_ref().unwrap();
+            let bins: Vec<usize> = judged(x).collect();
+            for band in bins.chunks(bins.len() / 12) {
+                let power = |k: &usize| (x[*k] - e.mean[channel][*k]).norm_sqr() / e.variance[channel][*k];
+                let mean = band.iter().map(power).sum::<f64>() / band.len() as f64;
+                let deviation = 1.0 / (band.len() as f64).sqrt();
+                assert!((mean - 1.0).abs() < 4.5 * deviation, "{mean} from bin {}", band[0]);
+            }
+        }
+    }
+}
+
+#[test]
+fn invariant_the_gradient_is_that_of_the_misfit() {
+    let mut rig = nominal();
+    rig.set("outer.stiffness_n_per_m", 1.52e7).unwrap();
+    let observed = observed(&nominal(), &[400.0], 5);
+    let keys = ["outer.stiffness_n_per_m", "inner.damping_n_s_per_m", "sensor.noise_std_m_per_s2"];
+    let problem = problem(&observed, &rig, &keys);
+    let start = problem.start().unwrap();
+    let expansion = problem.expand(&start).unwrap();
+    let misfit = |point: &Point| problem.misfits(point).unwrap()[0];
+    let step = 1e-4;
+    for (a, key) in keys.iter().enumerate() {
+        let mut moved = [start.clone(), start.clone()];
+        moved[0].coordinates[a] -= step;
+        moved[1].coordinates[a] += step;
+        let slope = (misfit(&moved[1]) - misfit(&moved[0])) / (2.0 * step);
+        let scale = slope.abs().max(expansion.information[(a, a)].sqrt());
+        assert!((expansion.gradient[a] - slope).abs() < 0.02 * scale, "{key}: {} {slope}", expansion.gradient[a]);
+    }
+}
+
+#[test]
+fn a_guess_that_is_off_by_a_third_comes_right() {
+    let truth = nominal();
+    let observed = observed(&truth, &[400.0, 600.0], 11);
+    let keys = ["outer.stiffness_n_per_m", "bearing.contact_stiffness_n_per_m1_5", "inner.damping_n_s_per_m"];
+    let mut rig = truth.clone();
+    for (key, factor) in keys.iter().zip([1.33, 0.75, 1.33]) {
+        rig.set(key, truth.get(key).unwrap() * factor).unwrap();
+    }
+    let problem = problem(&observed, &rig, &keys);
+    let found = search(&problem, problem.start().unwrap(), &Limits::default()).unwrap();
+    let calibrated = problem.rig_at(&found.point.coordinates).unwrap();
+    for key in keys {
+        let ratio = calibrated.get(key).unwrap() / truth.get(key).unwrap();
+        assert!((ratio - 1.0).abs() < 0.03, "{key}: {ratio}");
+    }
+}
