@@ -181,7 +181,7 @@ fn fit<'o>(rig: &Rig, observed: &'o [Observed]) -> Result<(Problem<'o>, Found), 
     }
     let all = sought(&rig)?;
     let noise_only = all.iter().filter(|c| NOISE.contains(&c.key.as_str())).cloned().collect();
-    let mut problem = Problem { observed, rig, coordinates: noise_only, substeps: Some(1) };
+    let mut problem = Problem { observed, rig, coordinates: noise_only };
     let quick = Limits { change: 2.0, ..Limits::default() };
     let found = search(&problem, problem.start()?, &quick)?;
     problem.rig = problem.rig_at(&found.point.coordinates)?;
@@ -282,7 +282,7 @@ fn held_out(before: &Rig, after: &Rig, recordings: &[Recording], seed: u64) -> R
 /// As [`calibrate`].
 pub fn prediction(rig: &Rig, recording: &Recording, seed: u64) -> Result<Recording, CalibrateError> {
     let observed = [Observed::of(recording)?];
-    let problem = Problem { observed: &observed, rig: rig.clone(), coordinates: Vec::new(), substeps: Some(1) };
+    let problem = Problem { observed: &observed, rig: rig.clone(), coordinates: Vec::new() };
     let found = search(&problem, problem.start()?, &Limits::default())?;
     let [cage_angle0_rad, shaft_angle0_rad] = found.point.angles[0];
     let start = Start { cage_angle0_rad, shaft_angle0_rad, ..Start::seeded(seed) };

@@ -1,11 +1,12 @@
 //! From a rig and an operating condition to a recording.
 
 use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
 
 use rayon::prelude::*;
 
 use super::{
-    bearing::{self, Prepared, Signals, Turning},
+    bearing::{self, Prepared, Signals, Turning, Visited},
     config::{BearingRig, Model, Rig},
     effect::Values,
     error::RigError,
@@ -137,9 +138,14 @@ pub fn simulate_all(runs: &[Run]) -> Result<Vec<Result<Recording, RigError>>, Ri
 pub fn response_to_process_force(rig: &Rig, condition: &OperatingCondition) -> Result<[Vec<f64>; 2], RigError> {
     rig.check()?;
     let plan = plan_of(rig);
-    let Model::Bearing(machine) = &plan.machine else { return Err(not_a_bearing()) };
+    let machine = &bearing_of(&plan)?;
+    let tangent = if plan.forces.is_empty() {
+        bearing::at_rest(machine, condition.load_n)
+    } else {
+        bearing::along(machine, &plan.forces, &visited(rig, condition)?)
+    };
     let [ax, ay, fx, fy] =
-        bearing::response_to_process_force(machine, condition.load_n, condition.sample_rate_hz, condition.samples);
+        bearing::to_process_force(machine, &tangent, condition.sample_rate_hz, condition.samples);
     let chain: Vec<_> = in_order(plan).into_iter().filter(|(stage, _)| *stage <= Stage::Transducer).collect();
     Ok([("ax", ax, fx), ("ay", ay, fy)].map(|(channel, mut signal, path_force)| {
         let at = Acquisition { channel, sample_rate_hz: condition.sample_rate_hz, preroll: 0, path_force: &path_force };
@@ -155,9 +161,54 @@ pub fn response_to_process_force(rig: &Rig, condition: &OperatingCondition) -> R
     }))
 }
 
+/// Steps for each sample that are enough where errors of 1e-5 m/s² do not matter, as beside any real noise: the linear
+/// modes are exact at any step, the contact follows at one step a sample, and only an effect can be too fast for that.
+pub fn fewest_substeps(rig: &Rig, sample_rate_hz: f64) -> usize {
+    let plan = plan_of(rig);
+    (plan.rate_rad_per_s / (sample_rate_hz * FASTEST_PER_STEP)).ceil().clamp(1.0, 256.0) as usize
+}
+
+/// Rate of an effect times step that an explicit method of order four follows, inside its stability limit of 2.7.
+const FASTEST_PER_STEP: f64 = 1.2;
+
+/// States, some hundred, of a short run with its noise: where the rig is linearised.
+fn visited(rig: &Rig, condition: &OperatingCondition) -> Result<Vec<Visited>, RigError> {
+    let samples = condition.samples.min((LINEARISED_OVER_S * condition.sample_rate_hz) as usize).max(1);
+    let substeps = Some(fewest_substeps(rig, condition.sample_rate_hz));
+    let start = Start { substeps, settle_s: LINEARISED_AFTER_S, ..Start::seeded(LINEARISED_WITH) };
+    let run = Run { rig, condition: OperatingCondition { samples, ..*condition }, start };
+    let mut plan = plan_of(rig);
+    let kept: Arc<Mutex<Vec<Visited>>> = Arc::default();
+    let keep = Arc::clone(&kept);
+    let interval_s = samples as f64 / condition.sample_rate_hz / LINEARISED_AT as f64;
+    let next = Mutex::new(0.0);
+    plan.force(move |at, q, v, _| {
+        if let (Ok(mut next), Ok(mut keep)) = (next.lock(), keep.lock())
+            && at.time_s >= *next
+        {
+            *next += interval_s;
+            keep.push((*at, *q, *v));
+        }
+    });
+    let machine = bearing_of(&plan)?;
+    let prepared = Prepared::new(&machine, &mut plan, &run.condition, &run.start);
+    bearing::integrate(&[prepared]);
+    let visited = kept.lock().map(|mut kept| std::mem::take(&mut *kept)).unwrap_or_default();
+    match visited.iter().find(|(_, q, v)| q.iter().chain(v).any(|x| !x.is_finite())) {
+        Some((at, ..)) => Err(RigError::Diverged { time_s: at.time_s }),
+        None => Ok(visited),
+    }
+}
+
 /// A transmission path starts this long before the recording: until an impulse is down to this share.
 const SETTLED: f64 = 1e-3;
 const LONGEST_SETTLING_S: f64 = 0.2;
+
+/// The rig is linearised over this long, after this long, at so many states, with the noise of this seed.
+const LINEARISED_OVER_S: f64 = 0.15;
+const LINEARISED_AFTER_S: f64 = 0.2;
+const LINEARISED_AT: usize = 300;
+const LINEARISED_WITH: u64 = 1;
 
 /// What a run's signals pass through.
 struct Chain {
@@ -197,20 +248,20 @@ fn prepare(run: &Run) -> Result<(Prepared, Chain), RigError> {
         });
     }
     let mut plan = plan_of(run.rig);
-    let rig = match &plan.machine {
-        Model::Bearing(rig) => rig.clone(),
-        Model::Sdof(_) => return Err(not_a_bearing()),
-    };
+    let rig = bearing_of(&plan)?;
     let prepared = Prepared::new(&rig, &mut plan, &run.condition, &run.start);
     let chain = chain(&rig, &run.start, plan);
     Ok((prepared, chain))
 }
 
-fn not_a_bearing() -> RigError {
-    RigError::BadCondition {
-        field: "rig.kind",
-        found: "\"sdof\"".into(),
-        expected: "\"bearing-5dof\"; an sdof rig is driven by a recorded input",
+fn bearing_of(plan: &Plan) -> Result<BearingRig, RigError> {
+    match &plan.machine {
+        Model::Bearing(rig) => Ok(rig.clone()),
+        Model::Sdof(_) => Err(RigError::BadCondition {
+            field: "rig.kind",
+            found: "\"sdof\"".into(),
+            expected: "\"bearing-5dof\"; an sdof rig is driven by a recorded input",
+        }),
     }
 }
 

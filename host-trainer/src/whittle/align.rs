@@ -11,6 +11,7 @@ use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 use super::observed::{CHANNELS, Observed};
+use crate::rig::simulate::fewest_substeps;
 use crate::rig::{Model, OperatingCondition, Rig, RigError, Run, Start, simulate_many};
 
 /// Time that a run is searched over, in turns of the shaft: some hundred positions of the balls, each at another angle
@@ -26,13 +27,13 @@ pub fn angles(
     rig: &Rig,
     observed: &[Observed],
     variances: &[[Vec<f64>; 2]],
-    substeps: Option<usize>,
 ) -> Result<Vec<[f64; 2]>, RigError> {
     let runs: Vec<Run> = observed
         .iter()
         .map(|o| {
             let more = TURNS / o.condition.shaft_hz.max(1.0) * o.condition.sample_rate_hz;
             let samples = o.condition.samples + more.min(4.0 * o.condition.samples as f64).ceil() as usize;
+            let substeps = Some(fewest_substeps(rig, o.condition.sample_rate_hz));
             let start = Start { substeps, ..Start::silent(0.0, 0.0) };
             Run { rig, condition: OperatingCondition { samples, ..o.condition }, start }
         })

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use realfft::num_complex::Complex;
 
 use super::observed::{CHANNELS, Coefficients, Observed, coefficients, padded};
-use crate::rig::simulate::{response_to_process_force, simulate_all};
+use crate::rig::simulate::{fewest_substeps, response_to_process_force, simulate_all};
 use crate::rig::{Model, OperatingCondition, Rig, RigError, Run, Start};
 
 /// What a rig says of one recording.
@@ -59,14 +59,12 @@ pub fn variance(rig: &Rig, condition: &OperatingCondition) -> Result<[Vec<f64>; 
 /// What the simulation refuses; one that diverges is an error of its own in the list.
 pub fn means(
     runs: &[(&Rig, OperatingCondition, [f64; 2])],
-    substeps: Option<usize>,
 ) -> Result<Vec<Result<[Coefficients; 2], RigError>>, RigError> {
     let runs: Vec<Run> = runs
         .iter()
-        .map(|&(rig, condition, [cage, shaft])| Run {
-            rig,
-            condition,
-            start: Start { substeps, ..Start::silent(cage, shaft) },
+        .map(|&(rig, condition, [cage, shaft])| {
+            let substeps = Some(fewest_substeps(rig, condition.sample_rate_hz));
+            Run { rig, condition, start: Start { substeps, ..Start::silent(cage, shaft) } }
         })
         .collect();
     let transform = |recording: crate::recording::Recording| {

@@ -24,8 +24,6 @@ pub struct Problem<'o> {
     pub rig: Rig,
     /// What is sought.
     pub coordinates: Vec<Coordinate>,
-    /// Steps of the simulation for each sample.
-    pub substeps: Option<usize>,
 }
 
 /// A choice of everything that is sought.
@@ -72,7 +70,7 @@ impl Problem<'_> {
     /// # Errors
     /// What the simulation refuses.
     pub fn aligned(&self, rig: &Rig) -> Result<Vec<[f64; 2]>, RigError> {
-        align::angles(rig, self.observed, &self.variances(rig)?, self.substeps)
+        align::angles(rig, self.observed, &self.variances(rig)?)
     }
 
     /// The rig at a point.
@@ -98,7 +96,7 @@ impl Problem<'_> {
         let rig = self.rig_at(&point.coordinates)?;
         let runs: Vec<_> = self.observed.iter().zip(&point.angles).map(|(o, a)| (&rig, o.condition, *a)).collect();
         let variances = self.variances(&rig)?;
-        let means = means(&runs, self.substeps)?;
+        let means = means(&runs)?;
         means.into_iter().zip(variances).map(|(mean, variance)| Ok(Expected { mean: mean?, variance })).collect()
     }
 
@@ -133,7 +131,7 @@ impl Problem<'_> {
             runs.push((&base, o.condition, [cage + ANGLE_STEP, shaft]));
             runs.push((&base, o.condition, [cage, shaft + ANGLE_STEP]));
         }
-        let means = means(&runs, self.substeps)?.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let means = means(&runs)?.into_iter().collect::<Result<Vec<_>, _>>()?;
         let count = self.coordinates.len();
         let unknowns = count + 2 * self.observed.len();
         let pieces: Vec<_> = self

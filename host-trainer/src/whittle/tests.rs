@@ -20,7 +20,7 @@ fn observed(rig: &Rig, loads: &[f64], seed: u64) -> Vec<Observed> {
 
 fn problem<'o>(observed: &'o [Observed], rig: &Rig, keys: &[&str]) -> Problem<'o> {
     let coordinates = keys.iter().map(|k| Coordinate::of(rig, k).unwrap()).collect();
-    Problem { observed, rig: rig.clone(), coordinates, substeps: Some(1) }
+    Problem { observed, rig: rig.clone(), coordinates }
 }
 
 #[test]

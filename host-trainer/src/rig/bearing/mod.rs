@@ -13,7 +13,7 @@ use pulp::{Arch, Simd, WithSimd};
 pub(super) use prepare::Prepared;
 pub use prepare::{GRAVITY, Turning};
 
-pub(super) use response::to_process_force as response_to_process_force;
+pub(super) use response::{Visited, along, at_rest, to_process_force};
 
 use kernel::Kernel;
 pub(super) use kernel::Signals;
