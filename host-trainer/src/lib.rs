@@ -4,6 +4,7 @@
 pub mod calibrate;
 pub mod commands;
 pub mod demo;
+pub mod diagnose;
 pub mod export;
 pub mod files;
 pub mod fit;

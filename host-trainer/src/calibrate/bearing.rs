@@ -181,7 +181,7 @@ fn fit<'o>(rig: &Rig, observed: &'o [Observed]) -> Result<(Problem<'o>, Found), 
     }
     let all = sought(&rig)?;
     let noise_only = all.iter().filter(|c| NOISE.contains(&c.key.as_str())).cloned().collect();
-    let mut problem = Problem { observed, rig, coordinates: noise_only };
+    let mut problem = Problem { observed, rig, coordinates: noise_only, band: 1.0 };
     let quick = Limits { change: 2.0, ..Limits::default() };
     let found = search(&problem, problem.start()?, &quick)?;
     problem.rig = problem.rig_at(&found.point.coordinates)?;
@@ -204,7 +204,7 @@ fn explained(problem: &Problem, found: &Found) -> Result<Vec<Explained>, Calibra
         let mut bands = [(0.0, 0usize); BANDS];
         for (o, e) in problem.observed.iter().zip(&expected) {
             let Some(x) = &o.spectra[channel] else { continue };
-            let bins = judged(x);
+            let bins = judged(x, 1.0);
             for k in bins.clone() {
                 let residual = (x[k] - e.mean[channel][k]).norm_sqr();
                 total += x[k].norm_sqr();
@@ -282,7 +282,7 @@ fn held_out(before: &Rig, after: &Rig, recordings: &[Recording], seed: u64) -> R
 /// As [`calibrate`].
 pub fn prediction(rig: &Rig, recording: &Recording, seed: u64) -> Result<Recording, CalibrateError> {
     let observed = [Observed::of(recording)?];
-    let problem = Problem { observed: &observed, rig: rig.clone(), coordinates: Vec::new() };
+    let problem = Problem { observed: &observed, rig: rig.clone(), coordinates: Vec::new(), band: 1.0 };
     let found = search(&problem, problem.start()?, &Limits::default())?;
     let [cage_angle0_rad, shaft_angle0_rad] = found.point.angles[0];
     let start = Start { cage_angle0_rad, shaft_angle0_rad, ..Start::seeded(seed) };

@@ -7,52 +7,70 @@
 
 use std::f64::consts::TAU;
 
+use rayon::prelude::*;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 use super::observed::{CHANNELS, Observed};
-use crate::rig::simulate::fewest_substeps;
+use crate::recording::Recording;
+use crate::rig::simulate::{fewest_substeps, simulate_all};
 use crate::rig::{Model, OperatingCondition, Rig, RigError, Run, Start, simulate_many};
 
 /// Time that a run is searched over, in turns of the shaft: some hundred positions of the balls, each at another angle
 /// of the shaft.
-const TURNS: f64 = 40.0;
+const TURNS: f64 = 24.0;
 
 /// Angles of cage and shaft at t = 0, rad, for each recording: those with which the silent rig is most like it, weighted
-/// by the variance of its random part, `spectra[recording][channel]`.
+/// by the variance of its random part, `variances[recording][channel]`.
 ///
 /// # Errors
 /// What the simulation refuses.
-pub fn angles(
-    rig: &Rig,
+pub fn angles(rig: &Rig, observed: &[Observed], variances: &[[Vec<f64>; 2]]) -> Result<Vec<[f64; 2]>, RigError> {
+    let (runs, cage_per_shaft) = (long_runs(rig, observed), cage_per_shaft(rig));
+    let long = simulate_many(&runs)?;
+    Ok(observed.iter().zip(variances).zip(&long).map(|((o, v), run)| best(o, v, run, cage_per_shaft)).collect())
+}
+
+/// The same for many rigs side by side; nothing for a rig whose simulation diverges.
+///
+/// # Errors
+/// What the simulation refuses before it runs.
+pub fn angles_of_many(
+    rigs: &[&Rig],
     observed: &[Observed],
     variances: &[[Vec<f64>; 2]],
-) -> Result<Vec<[f64; 2]>, RigError> {
-    let runs: Vec<Run> = observed
-        .iter()
-        .map(|o| {
-            let more = TURNS / o.condition.shaft_hz.max(1.0) * o.condition.sample_rate_hz;
-            let samples = o.condition.samples + more.min(4.0 * o.condition.samples as f64).ceil() as usize;
-            let substeps = Some(fewest_substeps(rig, o.condition.sample_rate_hz));
-            let start = Start { substeps, ..Start::silent(0.0, 0.0) };
-            Run { rig, condition: OperatingCondition { samples, ..o.condition }, start }
-        })
-        .collect();
-    let long = simulate_many(&runs)?;
-    let cage_per_shaft = match &rig.model {
+) -> Result<Vec<Option<Vec<[f64; 2]>>>, RigError> {
+    let runs: Vec<Run> = rigs.iter().flat_map(|rig| long_runs(rig, observed)).collect();
+    let long = simulate_all(&runs)?;
+    let of = |(rig, runs): (&&Rig, &[Result<Recording, RigError>])| {
+        let found = observed.iter().zip(variances).zip(runs);
+        found.map(|((o, v), run)| Some(best(o, v, run.as_ref().ok()?, cage_per_shaft(rig)))).collect()
+    };
+    Ok(rigs.par_iter().zip(long.par_chunks(observed.len().max(1))).map(of).collect())
+}
+
+fn long_runs<'r>(rig: &'r Rig, observed: &[Observed]) -> Vec<Run<'r>> {
+    let run = |o: &Observed| {
+        let more = TURNS / o.condition.shaft_hz.max(1.0) * o.condition.sample_rate_hz;
+        let samples = o.condition.samples + more.min(4.0 * o.condition.samples as f64).ceil() as usize;
+        let substeps = Some(fewest_substeps(rig, o.condition.sample_rate_hz));
+        let start = Start { substeps, ..Start::silent(0.0, 0.0) };
+        Run { rig, condition: OperatingCondition { samples, ..o.condition }, start }
+    };
+    observed.iter().map(run).collect()
+}
+
+fn cage_per_shaft(rig: &Rig) -> f64 {
+    match &rig.model {
         Model::Bearing(machine) => machine.bearing.geometry().orders().ftf,
         Model::Sdof(_) => 0.0,
-    };
-    Ok(observed
-        .iter()
-        .zip(variances)
-        .zip(&long)
-        .map(|((o, variance), run)| {
-            let lag = best_lag(o, variance, &CHANNELS.map(|c| run.channel(c).map_or(&[][..], |c| &c.samples)));
-            let shaft = TAU * o.condition.shaft_hz * lag as f64 / o.condition.sample_rate_hz;
-            [(cage_per_shaft * shaft).rem_euclid(TAU), shaft.rem_euclid(TAU)]
-        })
-        .collect())
+    }
+}
+
+fn best(o: &Observed, variance: &[Vec<f64>; 2], run: &Recording, cage_per_shaft: f64) -> [f64; 2] {
+    let lag = best_lag(o, variance, &CHANNELS.map(|c| run.channel(c).map_or(&[][..], |c| &c.samples)));
+    let shaft = TAU * o.condition.shaft_hz * lag as f64 / o.condition.sample_rate_hz;
+    [(cage_per_shaft * shaft).rem_euclid(TAU), shaft.rem_euclid(TAU)]
 }
 
 /// The lag at which the misfit Σ|X − D|²/S is least.

@@ -10,7 +10,28 @@ pub struct Coordinate {
     pub key: String,
     /// How value and coordinate belong together.
     pub scale: Scale,
+    /// Whether D depends on it.
+    pub moves_mean: bool,
+    /// Whether S depends on it.
+    pub moves_variance: bool,
 }
+
+/// Numbers of the rig that only the noise depends on.
+const NOISE: [&str; 2] = ["excitation.process_force_psd_n2_per_hz", "sensor.noise_std_m_per_s2"];
+/// Effects that push or shape, and leave the rig as it is for small motions.
+pub const DETERMINISTIC: [&str; 11] = [
+    "outer-race-defect",
+    "inner-race-defect",
+    "ball-defect",
+    "outer-race-waviness",
+    "inner-race-waviness",
+    "unbalance",
+    "misalignment",
+    "load-step",
+    "speed-drift",
+    "shock",
+    "cage-slip",
+];
 
 /// How a value and its coordinate belong together.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,7 +61,15 @@ impl Coordinate {
             _ if signed && value != 0.0 => Scale::Log { sign: value.signum() },
             _ => Scale::Linear { unit: unit(key) },
         };
-        Some(Self { key: key.into(), scale })
+        let number = key.strip_prefix("effect[").and_then(|rest| rest.split_once(']'));
+        let effect = number.and_then(|(n, _)| rig.effects.get(n.parse::<usize>().ok()?.checked_sub(1)?));
+        let steady = effect.is_some_and(|e| DETERMINISTIC.contains(&e.name.as_str()));
+        Some(Self {
+            key: key.into(),
+            scale,
+            moves_mean: !NOISE.contains(&key),
+            moves_variance: !steady && key != "excitation.unbalance_kg_m",
+        })
     }
 
     /// The coordinate of a value.
@@ -65,16 +94,6 @@ impl Coordinate {
     /// A value that it cannot have.
     pub fn put(&self, rig: &mut Rig, coordinate: f64) -> Result<(), RigError> {
         rig.set(&self.key, self.to_value(coordinate))
-    }
-
-    /// Whether D depends on it.
-    pub fn moves_mean(&self) -> bool {
-        !matches!(self.key.as_str(), "excitation.process_force_psd_n2_per_hz" | "sensor.noise_std_m_per_s2")
-    }
-
-    /// Whether S depends on it.
-    pub fn moves_variance(&self) -> bool {
-        self.key != "excitation.unbalance_kg_m"
     }
 }
 

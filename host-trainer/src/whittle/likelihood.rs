@@ -73,17 +73,19 @@ pub fn means(
     Ok(simulate_all(&runs)?.into_par_iter().map(|run| run.map(transform)).collect())
 }
 
-/// Bins that are judged: all but the mean and half the sample rate, whose coefficients are real.
-pub fn judged(spectrum: &[Complex<f64>]) -> std::ops::Range<usize> {
-    1..spectrum.len().saturating_sub(1)
+/// Bins that are judged, up to a share of half the sample rate: all but the mean and the last, whose coefficients are
+/// real.
+pub fn judged(spectrum: &[Complex<f64>], band: f64) -> std::ops::Range<usize> {
+    let last = spectrum.len().saturating_sub(1);
+    1..((band * last as f64) as usize).clamp(1, last.max(1))
 }
 
-/// −ln L of a recording.
-pub fn misfit(observed: &Observed, expected: &Expected) -> f64 {
+/// −ln L of a recording, up to a share of half the sample rate.
+pub fn misfit(observed: &Observed, expected: &Expected, band: f64) -> f64 {
     let channel = |c: usize| {
         let Some(x) = &observed.spectra[c] else { return 0.0 };
         let (d, s) = (&expected.mean[c], &expected.variance[c]);
-        judged(x).map(|k| s[k].ln() + (x[k] - d[k]).norm_sqr() / s[k]).sum::<f64>()
+        judged(x, band).map(|k| s[k].ln() + (x[k] - d[k]).norm_sqr() / s[k]).sum::<f64>()
     };
     channel(0) + channel(1)
 }

@@ -1,5 +1,7 @@
 //! Recordings, a rig and what is sought of it: likelihood, gradient and information at a point.
 
+use std::ops::Range;
+
 use faer::Mat;
 use rayon::prelude::*;
 use realfft::num_complex::Complex;
@@ -24,6 +26,9 @@ pub struct Problem<'o> {
     pub rig: Rig,
     /// What is sought.
     pub coordinates: Vec<Coordinate>,
+    /// Highest frequency that counts, as a share of half the sample rate. Below 1 for the first steps of a search: what
+    /// turns slowly has few wrong places to end at.
+    pub band: f64,
 }
 
 /// A choice of everything that is sought.
@@ -106,7 +111,7 @@ impl Problem<'_> {
     /// As [`Problem::expected`].
     pub fn misfits(&self, point: &Point) -> Result<Vec<f64>, RigError> {
         let expected = self.expected(point)?;
-        Ok(self.observed.iter().zip(&expected).map(|(o, e)| misfit(o, e)).collect())
+        Ok(self.observed.iter().zip(&expected).map(|(o, e)| misfit(o, e, self.band)).collect())
     }
 
     /// Likelihood, gradient and information, by difference quotients of D and ln S.
@@ -123,7 +128,7 @@ impl Problem<'_> {
             })
             .collect::<Result<_, _>>()?;
         // Of each recording: as it is, with each coordinate that moves D moved, with each angle moved.
-        let mean_of: Vec<usize> = (0..moved.len()).filter(|a| self.coordinates[*a].moves_mean()).collect();
+        let mean_of: Vec<usize> = (0..moved.len()).filter(|a| self.coordinates[*a].moves_mean).collect();
         let mut runs = Vec::new();
         for (o, &[cage, shaft]) in self.observed.iter().zip(&point.angles) {
             runs.push((&base, o.condition, [cage, shaft]));
@@ -152,12 +157,12 @@ impl Problem<'_> {
                         let moved = &means[mean_of.len() + 1 + angle][channel];
                         slopes[count + angle].mean = quotient(&means[0][channel], moved, ANGLE_STEP);
                     }
-                    for (a, rig) in moved.iter().enumerate().filter(|(a, _)| self.coordinates[*a].moves_variance()) {
+                    for (a, rig) in moved.iter().enumerate().filter(|(a, _)| self.coordinates[*a].moves_variance) {
                         let there = variance(rig, &o.condition)?;
                         let pairs = at[channel].iter().zip(&there[channel]);
                         slopes[a].log_variance = pairs.map(|(s, t)| (t / s).ln() / STEP).collect();
                     }
-                    local.add(x, &means[0][channel], &at[channel], &slopes);
+                    local.add(judged(x, self.band), x, &means[0][channel], &at[channel], &slopes);
                 }
                 Ok((index, local))
             })
@@ -204,8 +209,7 @@ impl Local {
         Self { misfit: 0.0, gradient: vec![0.0; unknowns], information: Mat::zeros(unknowns, unknowns) }
     }
 
-    fn add(&mut self, x: &[Complex<f64>], d: &[Complex<f64>], s: &[f64], slopes: &[Slope]) {
-        let bins = judged(x);
+    fn add(&mut self, bins: Range<usize>, x: &[Complex<f64>], d: &[Complex<f64>], s: &[f64], slopes: &[Slope]) {
         self.misfit += bins.clone().map(|k| s[k].ln() + (x[k] - d[k]).norm_sqr() / s[k]).sum::<f64>();
         for (a, slope) in slopes.iter().enumerate() {
             for k in bins.clone() {

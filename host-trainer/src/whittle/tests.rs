@@ -20,7 +20,7 @@ fn observed(rig: &Rig, loads: &[f64], seed: u64) -> Vec<Observed> {
 
 fn problem<'o>(observed: &'o [Observed], rig: &Rig, keys: &[&str]) -> Problem<'o> {
     let coordinates = keys.iter().map(|k| Coordinate::of(rig, k).unwrap()).collect();
-    Problem { observed, rig: rig.clone(), coordinates }
+    Problem { observed, rig: rig.clone(), coordinates, band: 1.0 }
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn invariant_the_residual_of_the_true_rig_is_as_large_as_it_says() {
     for (o, e) in observed.iter().zip(problem.expected(&found.point).unwrap()) {
         for channel in 0..2 {
             let x = o.spectra[channel].as_ref().unwrap();
-            let bins: Vec<usize> = judged(x).collect();
+            let bins: Vec<usize> = judged(x, 1.0).collect();
             for band in bins.chunks(bins.len() / 12) {
                 let power = |k: &usize| (x[*k] - e.mean[channel][*k]).norm_sqr() / e.variance[channel][*k];
                 let mean = band.iter().map(power).sum::<f64>() / band.len() as f64;

@@ -1,0 +1,279 @@
+//! What could be the matter: every effect of the vocabulary that a bearing rig can have, with places to start a search.
+//!
+//! Sizes follow from the rig: a pit is judged against the contact's deflection, a spring's curvature against its static
+//! deflection. What happens at a time or a frequency of its own starts where the residual points ([`Pointers`]).
+
+use crate::rig::config::BearingRig;
+use crate::rig::{EffectEntry, Model, Rig, Value};
+
+/// A place to start from.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// The effect, with the values it starts at.
+    pub effect: EffectEntry,
+    /// Its numbers that are fitted.
+    pub free: &'static [&'static str],
+}
+
+impl Start {
+    /// A number of the effect; 0 where it has none of this name.
+    pub fn number(&self, key: &str) -> f64 {
+        match self.effect.parameters.get(key) {
+            Some(Value::Number(value)) => *value,
+            _ => 0.0,
+        }
+    }
+
+    /// The same with another number.
+    #[must_use]
+    pub fn with(&self, key: &str, value: f64) -> Self {
+        let mut start = self.clone();
+        start.effect.parameters.insert(key.into(), Value::Number(value));
+        start
+    }
+}
+
+/// One explanation: an effect, at one component or channel where it has one.
+#[derive(Clone, Debug)]
+pub struct Hypothesis {
+    /// Name in the vocabulary.
+    pub name: &'static str,
+    /// Where: `outer`, `ay`, `5 lobes`; empty where there is no choice.
+    pub place: String,
+    /// Where to start from, at least one.
+    pub starts: Vec<Start>,
+}
+
+impl Hypothesis {
+    /// Whether it is a pit.
+    pub fn is_pit(&self) -> bool {
+        self.name.ends_with("-defect")
+    }
+
+    /// Whether it happens at a time of its own, so that a part of a recording may miss it.
+    pub fn timed(&self) -> bool {
+        ["load-step", "shock", "speed-drift", "dropped-samples", "cage-slip"].contains(&self.name)
+    }
+}
+
+/// What the residual of the nominal rig points at.
+#[derive(Clone, Debug, Default)]
+pub struct Pointers {
+    /// Frequencies at which the residual's power rises above its surroundings, Hz, highest first.
+    pub resonances_hz: Vec<f64>,
+    /// Times at which the residual changes or has its greatest burst, s.
+    pub times_s: Vec<f64>,
+    /// Fractions by which the cage may be slow.
+    pub slips: Vec<f64>,
+    /// Rates at which the speed may drift, 1/s.
+    pub drifts_per_s: Vec<f64>,
+    /// Line frequency with power at it and its odd harmonics in every recording, Hz, and its amplitude.
+    pub mains: Vec<(f64, f64)>,
+    /// Value at which each channel is cut, where it is.
+    pub clipped: [Option<f64>; 2],
+    /// Samples lost, and when.
+    pub dropped: Vec<(f64, usize)>,
+}
+
+/// Sizes that the rig sets.
+struct Sizes {
+    load: f64,
+    /// Deflection of the most loaded contact, m.
+    contact: f64,
+    /// Static deflection of inner and outer support, m.
+    supports: [f64; 2],
+}
+
+impl Sizes {
+    fn of(rig: &BearingRig, load_n: f64) -> Self {
+        let contact = (load_n.abs() / rig.bearing.contact_stiffness_n_per_m1_5).powf(1.0 / rig.bearing.contact_exponent);
+        // Both springs carry the load together, as far apart as the contact lets them be.
+        let together = load_n.abs() / (rig.inner.stiffness_n_per_m + rig.outer.stiffness_n_per_m).max(1.0);
+        Self { load: load_n.abs().max(1.0), contact, supports: [together, together] }
+    }
+}
+
+struct Builder {
+    out: Vec<Hypothesis>,
+}
+
+impl Builder {
+    fn add(&mut self, name: &'static str, place: impl Into<String>, free: &'static [&'static str], effects: Vec<EffectEntry>) {
+        let starts = effects.into_iter().map(|effect| Start { effect, free }).collect::<Vec<_>>();
+        if !starts.is_empty() {
+            self.out.push(Hypothesis { name, place: place.into(), starts });
+        }
+    }
+}
+
+fn entry(name: &str, numbers: &[(&str, f64)]) -> EffectEntry {
+    EffectEntry::new(name, numbers)
+}
+
+/// All explanations of a mismatch of this rig under this load.
+pub fn all(rig: &Rig, load_n: f64, pointers: &Pointers) -> Vec<Hypothesis> {
+    let Model::Bearing(machine) = &rig.model else { return Vec::new() };
+    let sizes = Sizes::of(machine, load_n);
+    let mut b = Builder { out: Vec::new() };
+    pits(&mut b, &sizes);
+    races(&mut b, machine, &sizes);
+    springs(&mut b, machine, &sizes);
+    linear(&mut b, machine);
+    dissipation(&mut b, machine, &sizes);
+    in_time(&mut b, &sizes, pointers);
+    sensors(&mut b, pointers);
+    b.out
+}
+
+fn pits(b: &mut Builder, sizes: &Sizes) {
+    let depths = [0.06, 0.3].map(|share| share * sizes.contact);
+    let widths = [0.025, 0.06, 0.14];
+    let grid = |name: &str, key: &str, angles: &[f64]| -> Vec<EffectEntry> {
+        let of = |depth, width, angle| entry(name, &[("depth_m", depth), ("width_rad", width), (key, angle)]);
+        let depths = depths.iter();
+        depths.flat_map(|d| widths.iter().flat_map(move |w| angles.iter().map(move |a| of(*d, *w, *a)))).collect()
+    };
+    let down = std::f64::consts::FRAC_PI_2;
+    let angles: Vec<f64> = (-4..=4).map(|k| down + 0.2 * f64::from(k)).collect();
+    let outer = grid("outer-race-defect", "angle_rad", &angles);
+    b.add("outer-race-defect", "", &["depth_m", "width_rad", "angle_rad"], outer);
+    b.add("inner-race-defect", "", &["depth_m", "width_rad", "angle_rad"], grid("inner-race-defect", "angle_rad", &[0.0]));
+    let spins = [0.0, 1.57, 3.14, -1.57];
+    b.add("ball-defect", "", &["depth_m", "width_rad", "spin_rad"], grid("ball-defect", "spin_rad", &spins));
+}
+
+fn races(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
+    for name in ["outer-race-waviness", "inner-race-waviness"] {
+        for lobes in 2..=(2 * rig.bearing.balls + 3) {
+            let of = |share: f64, phase: f64| {
+                let amplitude = share * sizes.contact;
+                entry(name, &[("amplitude_m", amplitude), ("lobes", lobes as f64), ("phase_rad", phase)])
+            };
+            let starts = [0.0, 2.1, -2.1].map(|phase| of(0.03, phase)).to_vec();
+            b.add(name, format!("{lobes} lobes"), &["amplitude_m", "phase_rad"], starts);
+        }
+    }
+    let unbalance = rig.excitation.unbalance_kg_m.max(1e-5);
+    let of = |factor: f64| entry("unbalance", &[("unbalance_kg_m", factor * unbalance)]);
+    b.add("unbalance", "", &["unbalance_kg_m"], [0.3, 2.5, 10.0].map(of).to_vec());
+    let of = |phase: f64| entry("misalignment", &[("force_n", 0.03 * sizes.load), ("phase_rad", phase)]);
+    b.add("misalignment", "", &["force_n", "phase_rad"], [0.0, 1.57, 3.14, -1.57].map(of).to_vec());
+    let clearance = rig.bearing.radial_clearance_m;
+    let of = |more: f64| entry("excess-clearance", &[("radial_clearance_m", clearance + more * sizes.contact)]);
+    b.add("excess-clearance", "", &["radial_clearance_m"], [0.1, 0.4, 1.5, 4.0].map(of).to_vec());
+    let exponent = rig.bearing.contact_exponent;
+    let of = |by: f64| entry("contact-exponent", &[("exponent", exponent + by)]);
+    b.add("contact-exponent", "", &["exponent"], [-0.1, -0.03, 0.03, 0.1].map(of).to_vec());
+}
+
+fn springs(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
+    for (component, support, static_m) in
+        [("inner", &rig.inner, sizes.supports[0]), ("outer", &rig.outer, sizes.supports[1])]
+    {
+        let k = support.stiffness_n_per_m;
+        if k <= 0.0 || static_m <= 0.0 {
+            continue;
+        }
+        // A share of the spring's slope at its static deflection.
+        let cubic = |share: f64| share * k / (3.0 * static_m * static_m);
+        let of = |name: &str, key: &str, value: f64| entry(name, &[(key, value)]).with_text("component", component);
+        let hard = [0.1, 0.5, 2.0].map(|s| of("hardening-stiffness", "cubic_n_per_m3", cubic(s))).to_vec();
+        b.add("hardening-stiffness", component, &["cubic_n_per_m3"], hard);
+        let soft = [0.05, 0.2, 0.5].map(|s| of("softening-stiffness", "cubic_n_per_m3", -cubic(s))).to_vec();
+        b.add("softening-stiffness", component, &["cubic_n_per_m3"], soft);
+        let square = |share: f64| share * k / (2.0 * static_m);
+        let skew = [-0.3, -0.08, 0.1, 0.5].map(|s| of("asymmetric-stiffness", "quadratic_n_per_m2", square(s))).to_vec();
+        b.add("asymmetric-stiffness", component, &["quadratic_n_per_m2"], skew);
+        let of = |share: f64| entry("backlash", &[("width_m", share * 2.0 * static_m)]).with_text("component", component);
+        b.add("backlash", component, &["width_m"], [0.1, 0.4, 0.8].map(of).to_vec());
+        let vertical = if component == "inner" { "inner-y" } else { "outer-y" };
+        let of = |gap: f64, stiffer: f64| {
+            entry("end-stop-contact", &[("gap_m", gap * static_m), ("stiffness_n_per_m", stiffer * k)])
+                .with_text("component", vertical)
+        };
+        let stops = [0.5, 0.9, 1.0, 1.1].into_iter().flat_map(|gap| [0.3, 3.0].map(|s| of(gap, s))).collect();
+        b.add("end-stop-contact", vertical, &["gap_m", "stiffness_n_per_m"], stops);
+        let of = |share: f64| entry("constant-force", &[("force_n", share * sizes.load)]).with_text("component", vertical);
+        b.add("constant-force", vertical, &["force_n"], [-0.3, -0.08, 0.08, 0.3].map(of).to_vec());
+    }
+}
+
+fn linear(b: &mut Builder, rig: &BearingRig) {
+    let contact = rig.bearing.contact_stiffness_n_per_m1_5;
+    let sections = [("inner", Some(&rig.inner)), ("outer", Some(&rig.outer)), ("resonator", Some(&rig.resonator)), ("bearing", None)];
+    for (component, support) in sections {
+        let mut change = |name: &'static str, nominal: f64, factors: &[f64]| {
+            let of = |f: &f64| entry(name, &[("value", f * nominal)]).with_text("component", component);
+            if nominal > 0.0 {
+                b.add(name, component, &["value"], factors.iter().map(of).collect());
+            }
+        };
+        change("stiffness-change", support.map_or(contact, |s| s.stiffness_n_per_m), &[0.6, 0.85, 1.15, 1.6]);
+        if let Some(support) = support {
+            change("damping-change", support.damping_n_s_per_m, &[0.3, 0.7, 1.5, 4.0]);
+            change("mass-change", support.mass_kg, &[0.6, 0.85, 1.15, 1.6]);
+        }
+    }
+}
+
+/// Rate of dry friction near standstill that is simulated, 1/s.
+const FASTEST_FRICTION_PER_S: f64 = 6e4;
+
+fn dissipation(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
+    for component in ["outer", "inner", "resonator"] {
+        let mass = match component {
+            "outer" => rig.outer.mass_kg,
+            "inner" => rig.inner.mass_kg,
+            _ => rig.resonator.mass_kg,
+        };
+        let of = |share: f64| {
+            let force = share * sizes.load;
+            // No faster than a few steps a sample follow; slower than that it slides as well.
+            let rounded = (force / (mass * FASTEST_FRICTION_PER_S)).max(2e-6);
+            entry("coulomb-friction", &[("force_n", force), ("regularisation_m_per_s", rounded)]).with_text("component", component)
+        };
+        b.add("coulomb-friction", component, &["force_n"], [2e-4, 1e-3, 5e-3, 2e-2].map(of).to_vec());
+        let damping = match component {
+            "outer" => rig.outer.damping_n_s_per_m,
+            "inner" => rig.inner.damping_n_s_per_m,
+            _ => rig.resonator.damping_n_s_per_m,
+        };
+        if component != "resonator" {
+            // As strong as the damper at 0.1 to 10 mm/s.
+            let of = |speed: f64| entry("quadratic-drag", &[("drag_n_s2_per_m2", damping.max(1.0) / speed)]).with_text("component", component);
+            b.add("quadratic-drag", component, &["drag_n_s2_per_m2"], [1e-2, 1e-3, 1e-4].map(of).to_vec());
+        }
+        if damping == 0.0 {
+            let of = |c: f64| entry("viscous-friction", &[("damping_n_s_per_m", c)]).with_text("component", component);
+            b.add("viscous-friction", component, &["damping_n_s_per_m"], [10.0, 300.0].map(of).to_vec());
+        }
+    }
+    let of = |c: f64| entry("viscous-friction", &[("damping_n_s_per_m", c)]).with_text("component", "bearing");
+    b.add("viscous-friction", "bearing", &["damping_n_s_per_m"], [30.0, 300.0, 3000.0].map(of).to_vec());
+}
+
+fn in_time(b: &mut Builder, sizes: &Sizes, pointers: &Pointers) {
+    let of = |(time, share): (f64, f64)| entry("load-step", &[("time_s", time), ("change_n", share * sizes.load)]);
+    let times = pointers.times_s.iter().flat_map(|t| [-0.3, -0.1, 0.1, 0.3].map(|share| (*t, share)));
+    b.add("load-step", "", &["time_s", "change_n"], times.map(of).collect());
+    let of = |(time, impulse): (f64, f64)| entry("shock", &[("time_s", time), ("impulse_n_s", impulse), ("duration_s", 2e-4)]);
+    let times = pointers.times_s.iter().flat_map(|t| [1e-3, 1e-2, 0.1].map(|impulse| (t - 1e-4, impulse)));
+    b.add("shock", "", &["time_s", "impulse_n_s", "duration_s"], times.map(of).collect());
+    b.add("cage-slip", "", &["fraction"], pointers.slips.iter().map(|f| entry("cage-slip", &[("fraction", *f)])).collect());
+    b.add("speed-drift", "", &["rate_per_s"], pointers.drifts_per_s.iter().map(|r| entry("speed-drift", &[("rate_per_s", *r)])).collect());
+}
+
+fn sensors(b: &mut Builder, pointers: &Pointers) {
+    let modes = pointers.resonances_hz.iter().flat_map(|f| {
+        [(0.01, 3.0), (0.03, 3.0), (0.03, -3.0), (0.1, 3.0)].map(|(ratio, gain)| {
+            entry("structural-resonance", &[("frequency_hz", *f), ("damping_ratio", ratio), ("gain", gain)])
+        })
+    });
+    b.add("structural-resonance", "ay", &["frequency_hz", "damping_ratio", "gain"], modes.collect());
+    let all = |v: f64| entry("sensor-gain", &[("value", v)]);
+    b.add("sensor-gain", "all", &["value"], [0.5, 0.8, 1.25, 2.0].map(all).to_vec());
+    for channel in ["ax", "ay"] {
+        let of = |name: &str, value: f64| entry(name, &[("value", value)]).with_text("channel", channel);
+        b.add("sensor-gain", channel, &["value"], [0.5, 0.8, 1.25, 2.0].map(|v| of("sensor-gain", v)).to_vec());
+    }
+}
