@@ -15,6 +15,7 @@ pub mod report;
 pub mod rig;
 pub mod signal;
 pub mod sindy_nn;
+pub mod spectra;
 pub mod states;
 pub mod stlsq;
 pub mod surrogate;

@@ -9,6 +9,7 @@ mod fit;
 mod input;
 mod monitor;
 mod simulate;
+mod spectra;
 
 use std::process::ExitCode;
 
@@ -30,6 +31,7 @@ enum Command {
     Monitor(monitor::Args),
     Simulate(simulate::SimulateArgs),
     Predict(simulate::PredictArgs),
+    Spectra(spectra::Args),
 }
 
 /// Why a command ends without having done its work.
@@ -62,6 +64,7 @@ pub fn run() -> ExitCode {
         Command::Monitor(args) => monitor::run(&args),
         Command::Simulate(args) => simulate::simulate(&args),
         Command::Predict(args) => simulate::predict(&args),
+        Command::Spectra(args) => spectra::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
