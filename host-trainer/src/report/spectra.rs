@@ -135,7 +135,10 @@ fn speed(analysis: &Analysis, section: Section) -> Section {
                 ),
             ));
             rows.extend(estimate.slip.map(|(slip, error)| {
-                row("slip of the cage", format!("{:.2} ± {:.2} % behind pure rolling", 100.0 * slip, 100.0 * error))
+                row(
+                    "cage behind pure rolling",
+                    format!("{:.3} ± {:.3} %", 100.0 * slip, 100.0 * error).replace('-', "−"),
+                )
             }));
         }
         (None, Some(why)) => rows.push(row("by the recording's lines", format!("not determinable: {why}"))),

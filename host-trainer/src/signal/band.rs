@@ -3,7 +3,7 @@
 //! Kurtosis asks whether a band is impulsive, and one shock answers for all. This asks for what a fault does:
 //! modulate the power at its own rate. The measure is that of second-order cyclostationarity, lines of the squared
 //! envelope's spectrum over its mean (ICS2: A. Raad, J. Antoni, M. Sidahmed, Mechanical Systems and Signal
-//! Processing 22 (2008) 574–603), each line here over the noise around it, as in J. Antoni, "The infogram", Mechanical
+//! Processing 22 (2008) 574–587), each line here over the noise around it. As in J. Antoni, "The infogram", Mechanical
 //! Systems and Signal Processing 74 (2016) 73–94, the band must stand out of what noise gives.
 
 use std::ops::Range;
@@ -34,12 +34,15 @@ pub struct LineBand {
     pub strength: f64,
     /// ln of the probability that noise gives as much in any of the bands tried, at any of the factors.
     pub log_p_value: f64,
-    /// Of each line in the order asked for: its power over the noise around, 0 where the band is too narrow.
+    /// Of each line in the order asked for: its power over the noise around, 0 where it is beyond the whole spectrum.
     pub ratios: Vec<f64>,
 }
 
 /// The band of the kurtogram's tree whose squared envelope shows `lines_hz` most surely; a common factor within
 /// `1 ± tolerance` is allowed for, as balls slip by a percent or so.
+///
+/// Only bands that can show all the lines and whose middle is above them: where a few of the shaft's own harmonics
+/// make up a band, their beats are lines as well, and no impacts.
 ///
 /// `None` for no lines, or a recording too short for a band.
 pub fn band_for_lines<S: Sample>(
@@ -48,13 +51,13 @@ pub fn band_for_lines<S: Sample>(
     lines_hz: &[f64],
     tolerance: f64,
 ) -> Option<LineBand> {
-    let lowest = lines_hz.iter().copied().min_by(f64::total_cmp).filter(|f| *f > 0.0)?;
-    let highest = lines_hz.iter().copied().max_by(f64::total_cmp)?;
+    let highest = lines_hz.iter().copied().max_by(f64::total_cmp).filter(|f| *f > 0.0)?;
     let bank = Bank::new(samples, sample_rate_hz)?;
     let step_hz = 1.0 / bank.counted_s();
     let steps = (tolerance * highest / (SCALE_STEP * step_hz)).ceil() as i32;
     let scales: Vec<f64> = (-steps..=steps).map(|k| 1.0 + tolerance * f64::from(k) / f64::from(steps.max(1))).collect();
-    let tree = bank.tree(lowest / SEEN);
+    let mut tree = bank.tree(highest * (1.0 + tolerance) / SEEN);
+    tree.retain(|(_, band)| 0.5 * (band.start + band.end) > highest);
     let trials = (tree.len() * scales.len()) as f64;
     let bands = tree.into_par_iter().filter_map(|(level, band_hz)| {
         let spectrum = squared_envelope(&bank, &band_hz)?;

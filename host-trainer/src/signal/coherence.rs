@@ -4,8 +4,7 @@
 //! Mechanical Systems and Signal Processing 92 (2017) 248–277: products of short-time spectra p frequency steps apart
 //! are transformed along time, and the scans p = 0…P are added and divided by the window's own response, so that
 //! rates far beyond the frequency resolution are reached. The coherence is the correlation of the recording whitened
-//! by its own spectrum. Summed over frequency its square is the enhanced envelope spectrum (same paper, and A. Mauricio
-//! and others, Mechanical Systems and Signal Processing 136 (2020) 106360, on choosing the frequencies).
+//! by its own spectrum. Summed over frequency its square is the enhanced envelope spectrum (same paper).
 
 use std::f64::consts::TAU;
 use std::ops::Range;

@@ -14,9 +14,8 @@
 //!    by least squares. Balls slip by a percent or so, so that ball passes alone do not tell the speed better: they
 //!    count with that doubt, shaft harmonics and sidebands without it.
 //!
-//! In the manner of R. B. Randall, J. Antoni, W. A. Smith, "A survey of the application of the cepstrum to structural
-//! modal analysis", and of comb filters of instantaneous-speed methods reviewed by S. Lu and others, "Tacholess speed
-//! estimation in order tracking", IEEE Transactions on Instrumentation and Measurement 68 (2019) 2407–2422.
+//! Related methods: S. Lu and others, "Tacholess speed estimation in order tracking: a review with application to
+//! rotating machine fault diagnosis", IEEE Transactions on Instrumentation and Measurement 68 (2019) 2315 ff.
 
 mod evidence;
 mod refine;
