@@ -195,7 +195,7 @@ fn what_a_recording_lacks_is_missing_to_the_device_and_a_break_to_the_fit() {
 #[test]
 fn every_command_has_a_worked_example() {
     let folder = tempfile::tempdir().expect("a folder");
-    for command in ["demo", "fit", "export", "monitor", "simulate", "predict"] {
+    for command in ["demo", "fit", "export", "monitor", "simulate", "predict", "spectra"] {
         let help = done(folder.path(), &[command, "--help"]);
         assert!(help.contains(&format!("Example:\n  ballrace {command} ")), "{command}: {help}");
     }
@@ -235,4 +235,52 @@ fn a_rig_is_simulated_and_its_recordings_predicted() {
     file("no-load.toml", &CONDITIONS.replace("load_n = 400.0\n", ""));
     let error = refused(folder, &["simulate", "--rig", "rig.toml", "--manifest", "no-load.toml", "--out", "x"]);
     assert!(error.contains("load_n"), "{error}");
+}
+
+#[test]
+fn spectra_shows_a_pit_where_it_is_and_tells_what_it_cannot_use() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let file = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("written");
+    let effect = "[[effect]]\nname = \"outer-race-defect\"\ndepth_m = 1e-5\nwidth_rad = 0.05\nangle_rad = 1.5\n";
+    file("rig.toml", RIG);
+    file("pitted.toml", &format!("{RIG}{effect}"));
+    file("conditions.toml", CONDITIONS);
+    done(folder, &["simulate", "--rig", "pitted.toml", "--manifest", "conditions.toml", "--out", "data"]);
+    let spectra = ["spectra", "data", "--rig", "rig.toml", "--channel", "ay"];
+    let told = done(folder, &[&spectra[..], &["--out", "page.html", "--json"]].concat());
+    let document: serde_json::Value = serde_json::from_str(&told).expect("one document");
+    let first = &document["recordings"][0];
+    let line = |name: &str| {
+        let lines = first["lines"].as_array().expect("lines");
+        lines.iter().find(|l| l["name"] == name).unwrap_or_else(|| panic!("{name}")).clone()
+    };
+    let ratio = |name: &str| line(name)["signal_to_background"].as_f64().expect("a number");
+    assert!(ratio("BPFO") > 100.0 && ratio("BPFO") > 10.0 * ratio("BPFI"), "{first}");
+    assert!(
+        (line("BPFO")["frequency_hz"].as_f64().expect("a number")
+            / line("BPFO")["expected_hz"].as_f64().expect("a number")
+            - 1.0)
+            .abs()
+            < 0.01
+    );
+    assert!((first["speed"]["tachometer_hz"].as_f64().expect("a number") - 30.0).abs() < 0.01, "{first}");
+    assert_eq!(first["band"]["chosen_by"]["lines"], "outer", "{first}");
+    assert!(first["synchronous"]["turns"].as_u64().expect("a number") > 25);
+    let page = std::fs::read_to_string(folder.join("page.html")).expect("written");
+    for heading in ["Where impacts are", "Envelope", "Orders of the shaft", "What repeats with the shaft"] {
+        assert!(page.contains(heading), "{heading}");
+    }
+    assert!(!page.contains("NaN") && page.matches("<svg").count() >= 6);
+    let stated = done(folder, &[&spectra[..], &["--out", "page.html", "--json", "--band", "2000:4000"]].concat());
+    let stated: serde_json::Value = serde_json::from_str(&stated).expect("one document");
+    assert_eq!(stated["recordings"][0]["band"]["low_hz"], 2000.0);
+
+    let refused = |more: &[&str]| refused(folder, &[&spectra[..], &["--out", "x.html"], more].concat());
+    assert!(refused(&["--band", "4000:2000"]).contains("--band: found 4000:2000"));
+    assert!(refused(&["--band", "2000:40000"]).contains("Nyquist"));
+    assert!(refused(&["--shaft-hz=-3"]).contains("--shaft-hz: found -3"));
+    assert!(!folder.join("x.html").exists(), "nothing is left of a refusal");
+    let error = self::refused(folder, &["spectra", "data", "--channel", "az", "--out", "x.html"]);
+    assert!(error.contains("expected `az`") && error.contains("tacho"), "{error}");
 }

@@ -1,6 +1,6 @@
 //! How far two spectra are apart.
 
-use crate::spectrum::welch;
+use crate::signal::spectrum::welch;
 
 /// Samples in a segment of the spectra that are compared.
 const SEGMENT: usize = 2048;
@@ -14,10 +14,7 @@ const FLOOR: f64 = 1e-9;
 /// `None` for recordings of under 8 samples.
 pub fn log_spectral(measured: &[f64], predicted: &[f64], sample_rate_hz: f64) -> Option<f64> {
     let segment = SEGMENT.min(measured.len()).min(predicted.len());
-    let density = |samples: &[f64]| {
-        let samples: Vec<f32> = samples.iter().map(|v| *v as f32).collect();
-        welch(&[&samples], sample_rate_hz, segment)
-    };
+    let density = |samples: &[f64]| welch(&[samples], sample_rate_hz, segment);
     let (p, q) = (density(measured)?.values, density(predicted)?.values);
     let floor = FLOOR * p.iter().copied().fold(0.0, f64::max);
     let pairs = p.iter().zip(&q).filter(|(p, _)| **p > floor);

@@ -5,7 +5,7 @@ use realfft::num_complex::Complex;
 
 use crate::recording::Recording;
 use crate::rig::path::TransmissionPath;
-use crate::spectrum::{Spectrum, welch};
+use crate::signal::spectrum::{Spectrum, welch};
 use crate::whittle::observed::{CHANNELS, accelerations};
 
 /// Samples in a segment of the densities.
@@ -22,16 +22,12 @@ pub fn identify(measured: &[Recording], simulated: &[Recording]) -> Vec<Transmis
 
 fn of_channel(measured: &[Recording], simulated: &[Recording], channel: usize) -> Option<TransmissionPath> {
     let rate = measured.first()?.sample_rate_hz;
-    let signals = |recordings: &[Recording]| -> Vec<Vec<f32>> {
-        let found = recordings.iter().filter_map(|r| accelerations(r)[channel]);
-        found.map(|c| c.samples.iter().map(|v| *v as f32).collect()).collect()
-    };
-    let (measured, simulated) = (signals(measured), signals(simulated));
-    let shortest = measured.iter().map(Vec::len).min()?;
+    let (measured, simulated) = (signals(measured, channel), signals(simulated, channel));
+    let shortest = measured.iter().map(|s| s.len()).min()?;
     let segment = SEGMENT.min(shortest / 2);
-    let density = |signals: &[&[f32]]| welch(signals, rate, segment);
-    let rig = density(&simulated.iter().map(Vec::as_slice).collect::<Vec<_>>())?;
-    let half = |from: usize| -> Vec<&[f32]> {
+    let density = |signals: &[&[f64]]| welch(signals, rate, segment);
+    let rig = density(&simulated)?;
+    let half = |from: usize| -> Vec<&[f64]> {
         measured.iter().map(|s| if from == 0 { &s[..s.len() / 2] } else { &s[s.len() / 2..] }).collect()
     };
     let (first, second) = (density(&half(0))?, density(&half(1))?);
@@ -47,6 +43,10 @@ fn of_channel(measured: &[Recording], simulated: &[Recording], channel: usize) -
     let poles = POLES.into_iter().filter(|p| 4 * p < segment).min_by(|a, b| misfit(a).total_cmp(&misfit(b)))?;
     let all: Vec<f64> = first.iter().zip(&second).map(|(a, b)| 0.5 * (a + b)).collect();
     Some(filter(&all, poles))
+}
+
+fn signals(recordings: &[Recording], channel: usize) -> Vec<&[f64]> {
+    recordings.iter().filter_map(|r| accelerations(r)[channel]).map(|c| c.samples.as_slice()).collect()
 }
 
 /// The power whose logarithm has no finer structure than as many cosines: what is left of lines, which are the machine's

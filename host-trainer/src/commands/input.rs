@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Failure;
 use crate::input::Input;
-use crate::recording::{LoadOptions, Unit, load};
+use crate::recording::{LoadOptions, Recording, Unit, load};
 
 /// Where recordings come from and how they are to be read.
 #[derive(clap::Args, Debug, Clone)]
@@ -38,15 +38,21 @@ pub struct Recordings {
 impl Recordings {
     /// Reads one channel; `default_channel` where the user named none.
     pub fn read(&self, default_channel: Option<&str>) -> Result<Input, Failure> {
+        let channel = self.channel.as_deref().or(default_channel);
+        let recordings = self.load(channel.map(|c| vec![c.to_owned()]))?;
+        Input::of(&recordings, channel).map_err(Failure::input)
+    }
+
+    /// Reads some channels, or all.
+    pub fn load(&self, channels: Option<Vec<String>>) -> Result<Vec<Recording>, Failure> {
         let bar = bar("reading");
         let shown = bar.clone();
-        let channel = self.channel.as_deref().or(default_channel);
         let options = LoadOptions {
             skip_bad: self.skip_bad,
             sample_rate_hz: self.sample_rate,
             unit: self.unit.as_deref().map(parse_unit).transpose()?,
             variable: self.variable.clone(),
-            channels: channel.map(|c| vec![c.to_owned()]),
+            channels,
             resample_hz: self.resample,
             progress: Some(Arc::new(move |p| {
                 shown.set_length(p.total as u64);
@@ -59,7 +65,7 @@ impl Recordings {
         for error in &loaded.skipped {
             eprintln!("skipped: {error}");
         }
-        Input::of(&loaded.recordings, channel).map_err(Failure::input)
+        Ok(loaded.recordings)
     }
 }
 

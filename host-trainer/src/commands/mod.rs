@@ -10,6 +10,7 @@ mod fit;
 mod input;
 mod monitor;
 mod simulate;
+mod spectra;
 
 use std::process::ExitCode;
 
@@ -32,6 +33,7 @@ enum Command {
     Simulate(simulate::SimulateArgs),
     Predict(simulate::PredictArgs),
     Calibrate(calibrate::Args),
+    Spectra(spectra::Args),
 }
 
 /// Why a command ends without having done its work.
@@ -65,6 +67,7 @@ pub fn run() -> ExitCode {
         Command::Simulate(args) => simulate::simulate(&args),
         Command::Predict(args) => simulate::predict(&args),
         Command::Calibrate(args) => calibrate::run(&args),
+        Command::Spectra(args) => spectra::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -120,7 +120,7 @@ fn ball_pass_order(rig: &Rig) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spectrum::envelope_spectrum;
+    use crate::signal::envelope::envelope_spectrum;
 
     const PLAN: Plan = Plan { recordings: 12, seconds: 0.4, sample_rate_hz: 25_600.0, depth_m: 4e-6, seed: 3 };
 

@@ -6,6 +6,7 @@ use plotters::style::RGBColor;
 use plotters::style::text_anchor::HPos;
 
 use super::DrawError;
+use super::lines::Mark;
 use super::style::{self, ALARM, Axes, Entry, HEIGHT};
 
 /// A named curve.
@@ -28,9 +29,6 @@ pub struct Names<'t> {
     pub y: &'t str,
 }
 
-/// A place on the horizontal axis, with its name; an empty name for a mark without one.
-pub type Mark = (String, f64);
-
 /// All curves within `x`, later ones above earlier ones.
 ///
 /// # Errors
@@ -47,7 +45,7 @@ pub fn svg(curves: &[Curve<'_>], x: Range<f64>, names: Names<'_>, marks: &[Mark]
         let axes = Axes { x: x.clone(), y: y.clone(), x_name: names.x, y_name: names.y };
         let mut chart = style::chart(area, &axes, &legend)?;
         let width = x.end - x.start;
-        for (name, at) in marks.iter().filter(|(_, at)| x.contains(at)) {
+        for Mark { name, at } in marks.iter().filter(|m| x.contains(&m.at)) {
             style::dashed(&mut chart, (*at, y.start), (*at, y.end), ALARM)?;
             let top = y.end - 0.015 * (y.end - y.start);
             style::word(&mut chart, name, (at + 0.004 * width, top), HPos::Left, ALARM)?;

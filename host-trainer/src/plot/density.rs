@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::DrawError;
 use super::style::{self, Axes, EARLY, Entry, HEIGHT, INK, LATE};
-use crate::spectrum::Spectrum;
+use crate::signal::spectrum::Spectrum;
 
 /// A density and what to call it.
 pub type Named<'s> = (&'s str, &'s Spectrum);

@@ -1,9 +1,12 @@
 //! Pictures, as SVG: a file a figure, [`style`] for what they share.
 
 pub mod comparison;
+pub mod cycle;
 pub mod density;
 pub mod derivative;
 pub mod envelope;
+pub mod kurtogram;
+pub mod lines;
 pub mod residual;
 pub mod style;
 pub mod trend;

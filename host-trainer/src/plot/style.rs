@@ -77,6 +77,28 @@ pub type Entry<'t> = (&'t str, RGBColor);
 /// # Errors
 /// What the drawing library says.
 pub fn chart<'a>(area: &Area<'a>, axes: &Axes<'_>, legend: &[Entry<'_>]) -> Result<Chart<'a>, DrawError> {
+    chart_of(area, axes, legend, None)
+}
+
+/// The same with a name in the middle of each row of height 1 instead of numbers, and no grid.
+///
+/// # Errors
+/// What the drawing library says.
+pub fn chart_with_rows<'a>(
+    area: &Area<'a>,
+    axes: &Axes<'_>,
+    legend: &[Entry<'_>],
+    rows: &[String],
+) -> Result<Chart<'a>, DrawError> {
+    chart_of(area, axes, legend, Some(rows))
+}
+
+fn chart_of<'a>(
+    area: &Area<'a>,
+    axes: &Axes<'_>,
+    legend: &[Entry<'_>],
+    rows: Option<&[String]>,
+) -> Result<Chart<'a>, DrawError> {
     let (top, below) = area.split_vertically(LEGEND_HEIGHT);
     let font = ("sans-serif", LABEL).into_font().color(&INK).pos(Pos::new(HPos::Left, VPos::Center));
     let mut x = (EDGE + LEFT) as i32 + 4;
@@ -96,21 +118,32 @@ pub fn chart<'a>(area: &Area<'a>, axes: &Axes<'_>, legend: &[Entry<'_>]) -> Resu
         .y_label_area_size(LEFT)
         .build_cartesian_2d(axes.x.clone(), axes.y.clone())
         .map_err(DrawError::of)?;
-    chart
-        .configure_mesh()
-        .max_light_lines(0)
+    let mut mesh = chart.configure_mesh();
+    let number = |v: &f64| if rows.is_some() { String::new() } else { tick(*v) };
+    if rows.is_some() {
+        mesh.disable_mesh();
+    }
+    mesh.max_light_lines(0)
         .bold_line_style(GRID)
         .axis_style(INK.mix(0.5))
         .x_labels(11)
         .y_labels(if below.dim_in_pixel().1 < 200 { 5 } else { 7 })
         .x_label_formatter(&|v| tick(*v))
-        .y_label_formatter(&|v| tick(*v))
+        .y_label_formatter(&number)
         .x_desc(axes.x_name)
         .y_desc(axes.y_name)
         .label_style(("sans-serif", LABEL, &INK))
         .axis_desc_style(("sans-serif", LABEL + 1, &INK))
         .draw()
         .map_err(DrawError::of)?;
+    drop(mesh);
+    for (row, name) in rows.unwrap_or(&[]).iter().enumerate() {
+        let (x, y) = chart.backend_coord(&(axes.x.start, row as f64 + 0.5));
+        let font = ("sans-serif", LABEL).into_font().color(&INK).pos(Pos::new(HPos::Right, VPos::Center));
+        // Places of the whole picture, as the backend counts them.
+        let (left, above) = area.get_base_pixel();
+        area.draw(&Text::new(name.clone(), (x - 8 - left, y - above), font)).map_err(DrawError::of)?;
+    }
     Ok(chart)
 }
 

@@ -3,11 +3,12 @@
 use super::{Cell, Document, Section, Tone};
 use crate::calibrate::bearing::{Calibration, prediction};
 use crate::plot::DrawError;
-use crate::plot::comparison::{self, Curve, Mark, Names};
+use crate::plot::comparison::{self, Curve, Names};
+use crate::plot::lines::Mark;
 use crate::plot::style::{EARLY, LATE, MEASURED};
 use crate::recording::{Channel, Recording};
 use crate::rig::{Model, Rig};
-use crate::spectrum::welch;
+use crate::signal::spectrum::welch;
 use crate::whittle::observed::{CHANNELS, accelerations};
 
 /// Samples in a segment of the broad spectrum.
@@ -67,7 +68,7 @@ fn pictures(before: &Rig, after: &Rig, recording: &Recording, seed: u64) -> Resu
     let (old, new) = (prediction(before, recording, seed)?, prediction(after, recording, seed)?);
     let rate = recording.sample_rate_hz;
     let marks = marks(after, recording);
-    let pass_hz = marks.first().map_or(rate / 20.0, |(_, f)| *f);
+    let pass_hz = marks.first().map_or(rate / 20.0, |mark| mark.at);
     for (channel, measured) in accelerations(recording).into_iter().enumerate() {
         let Some(measured) = measured else { continue };
         let of = |r: &Recording| r.channel(CHANNELS[channel]).cloned().unwrap_or_default();
@@ -113,8 +114,7 @@ fn spectra(
     segment: usize,
 ) -> Vec<Curve<'static>> {
     let curve = |(name, channel, color): &(&'static str, Channel, _)| {
-        let samples: Vec<f32> = channel.samples.iter().map(|v| *v as f32).collect();
-        let spectrum = welch(&[&samples], rate, segment)?;
+        let spectrum = welch(&[&channel.samples], rate, segment)?;
         // The mean is taken out before: its bins are not of the machine.
         let points = spectrum.points().skip(2).map(|(f, v)| (f, 10.0 * v.max(1e-30).log10())).collect();
         Some(Curve { name, points, color: *color })
@@ -126,7 +126,7 @@ fn marks(rig: &Rig, recording: &Recording) -> Vec<Mark> {
     let (Model::Bearing(machine), Some(shaft_hz)) = (&rig.model, recording.shaft_hz) else { return Vec::new() };
     let pass = machine.bearing.geometry().orders().bpfo * shaft_hz;
     let name = |k: i32| if k == 1 { format!("BPFO {pass:.1} Hz") } else { format!("{k}×") };
-    (1..=HARMONICS as i32).map(|k| (name(k), f64::from(k) * pass)).collect()
+    (1..=HARMONICS as i32).map(|k| Mark { name: name(k), at: f64::from(k) * pass }).collect()
 }
 
 fn held_out(done: &Calibration) -> Section {

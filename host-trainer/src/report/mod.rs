@@ -5,7 +5,7 @@
 //! | [`html`] | escaping, and a document as text |
 //! | [`model`] | sections on a fit: scores, equations, sizes |
 //! | [`signal`] | sections on recordings: spectra, prediction and residual |
-//! | [`fit`], [`monitor`], [`calibrate`] | what those commands report |
+//! | [`fit`], [`monitor`], [`calibrate`], [`spectra`] | what those commands report |
 //!
 //! All text is escaped; pictures are the SVG of [`plot`](crate::plot). A report states no time of day
 //! and no duration, so that the same input gives the same bytes.
@@ -16,6 +16,7 @@ pub mod html;
 pub mod model;
 pub mod monitor;
 pub mod signal;
+pub mod spectra;
 
 /// What a verdict is to the reader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,7 +6,8 @@ use super::Section;
 use crate::fit::Series;
 use crate::input::Input;
 use crate::plot::{DrawError, density, derivative, envelope, residual};
-use crate::spectrum::{band_of_most_gain, envelope_spectrum, welch};
+use crate::signal::envelope::envelope_spectrum;
+use crate::signal::spectrum::{band_of_most_gain, welch};
 use crate::window::Window;
 
 /// Recordings that a spectrum is averaged over.

@@ -1,9 +1,11 @@
-//! Spectra for people to look at: power density (Welch 1967) and the spectrum of the envelope.
+//! Power density (Welch 1967) and amplitude spectrum.
 
 use std::ops::Range;
 
 use realfft::RealFftPlanner;
-use realfft::num_complex::Complex;
+
+use super::Sample;
+use super::transform::hann;
 
 /// A quantity over evenly spaced frequencies from 0 on.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,21 +31,16 @@ impl Spectrum {
 /// Share of the band up to Nyquist's frequency that a converter's filter leaves alone.
 pub const USABLE: f64 = 0.8;
 
-/// Symmetric over a period, so that half-overlapping windows add up evenly.
-fn hann(length: usize) -> Vec<f64> {
-    (0..length).map(|i| 0.5 - 0.5 * (std::f64::consts::TAU * i as f64 / length as f64).cos()).collect()
-}
-
-fn windowed(samples: &[f32], window: &[f64]) -> Vec<f64> {
-    let mean = samples.iter().map(|v| f64::from(*v)).sum::<f64>() / samples.len().max(1) as f64;
-    samples.iter().zip(window).map(|(v, w)| (f64::from(*v) - mean) * w).collect()
+fn windowed<S: Sample>(samples: &[S], window: &[f64]) -> Vec<f64> {
+    let mean = samples.iter().map(|v| (*v).into()).sum::<f64>() / samples.len().max(1) as f64;
+    samples.iter().zip(window).map(|(v, w)| ((*v).into() - mean) * w).collect()
 }
 
 /// One-sided power spectral density in (unit of the samples)²/Hz: segments overlap by half, each
 /// without its mean and under a Hann window, averaged over all segments of all recordings.
 ///
 /// `None` where `segment` is under 8 samples, or no recording has as many.
-pub fn welch(recordings: &[&[f32]], sample_rate_hz: f64, segment: usize) -> Option<Spectrum> {
+pub fn welch<S: Sample>(recordings: &[&[S]], sample_rate_hz: f64, segment: usize) -> Option<Spectrum> {
     if segment < 8 {
         return None;
     }
@@ -73,48 +70,22 @@ pub fn welch(recordings: &[&[f32]], sample_rate_hz: f64, segment: usize) -> Opti
     Some(Spectrum { step_hz: sample_rate_hz / segment as f64, values })
 }
 
-/// Envelope of the recording in a band: the magnitude of its analytic signal.
+/// Amplitude spectrum in the unit of the samples (peak, not RMS): a tone a·cos shows as a. Hann window over
+/// the whole length, its mean removed, powers averaged over recordings, all cut to the shortest.
 ///
-/// The band has sharp edges, and the transform takes the recording for periodic: the first and last
-/// few periods of the band's width are not to be trusted, and a window over them is wise.
-pub fn envelope(samples: &[f32], sample_rate_hz: f64, band_hz: &Range<f64>) -> Option<Vec<f64>> {
-    let n = samples.len();
-    if n < 8 {
-        return None;
-    }
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
-    let mut real: Vec<f64> = samples.iter().map(|v| f64::from(*v)).collect();
-    let mut bins = forward.make_output_vec();
-    forward.process(&mut real, &mut bins).ok()?;
-    let last = bins.len() - 1;
-    for (k, bin) in bins.iter_mut().enumerate() {
-        // The mean and Nyquist's frequency have no quadrature.
-        let inside = band_hz.contains(&(k as f64 * sample_rate_hz / n as f64)) && k != 0 && k != last;
-        *bin = if inside { *bin / n as f64 } else { Complex::default() };
-    }
-    let mut quadrature_bins: Vec<_> = bins.iter().map(|b| b * Complex::new(0.0, -1.0)).collect();
-    let mut quadrature = vec![0.0; n];
-    inverse.process(&mut bins, &mut real).ok()?;
-    inverse.process(&mut quadrature_bins, &mut quadrature).ok()?;
-    Some(real.iter().zip(&quadrature).map(|(a, b)| a.hypot(*b)).collect())
-}
-
-/// Amplitude spectrum of the envelope in a band, in the unit of the samples (peak, not RMS): a tone
-/// that modulates with amplitude a shows as a. Hann window, mean removed, powers averaged over
-/// recordings, all cut to the shortest.
-pub fn envelope_spectrum(recordings: &[&[f32]], sample_rate_hz: f64, band_hz: &Range<f64>) -> Option<Spectrum> {
-    let length = recordings.iter().map(|r| r.len()).min()?;
+/// `None` where there is no recording, or one of under 8 samples.
+pub fn amplitudes<S: Sample>(recordings: &[&[S]], sample_rate_hz: f64) -> Option<Spectrum> {
+    let length = recordings.iter().map(|r| r.len()).min().filter(|length| *length >= 8)?;
     let window = hann(length);
+    let weight = window.iter().sum::<f64>();
     let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
     let mut bins = transform.make_output_vec();
     let mut values = vec![0.0; bins.len()];
     for recording in recordings {
-        let envelope = envelope(recording.get(..length)?, sample_rate_hz, band_hz)?;
-        let weight = window.iter().sum::<f64>();
+        let samples = || recording.iter().zip(&window).map(|(v, w)| ((*v).into(), w));
         // The mean under the window, so that none of it leaks to the lowest frequencies.
-        let mean = envelope.iter().zip(&window).map(|(e, w)| e * w).sum::<f64>() / weight;
-        let mut shaped: Vec<f64> = envelope.iter().zip(&window).map(|(e, w)| (e - mean) * w * 2.0 / weight).collect();
+        let mean = samples().map(|(v, w)| v * w).sum::<f64>() / weight;
+        let mut shaped: Vec<f64> = samples().map(|(v, w)| (v - mean) * w * 2.0 / weight).collect();
         transform.process(&mut shaped, &mut bins).ok()?;
         values.iter_mut().zip(&bins).for_each(|(v, b)| *v += b.norm_sqr() / recordings.len() as f64);
     }
@@ -184,22 +155,7 @@ mod tests {
         assert!((around - 4.5).abs() < 1e-3, "{around}");
         assert!(spectrum.integral(&(0.0..900.0)) < 1e-3);
         assert_eq!(welch(&[&samples[..100]], RATE, 1024), None);
-        assert_eq!(welch(&[], RATE, 1024), None);
-    }
-
-    #[test]
-    fn the_envelope_of_a_modulated_carrier_is_its_modulation() {
-        let modulation = |t: f64| 2.0 + 0.5 * (TAU * 90.0 * t).cos();
-        let samples = signal(12_800, |t| modulation(t) * (TAU * 3000.0 * t).sin() + 9.0 * (TAU * 400.0 * t).sin());
-        let band = 2000.0..4000.0;
-        let got = envelope(&samples, RATE, &band).unwrap();
-        for (i, v) in got.iter().enumerate() {
-            assert!((v - modulation(i as f64 / RATE)).abs() < 1e-4, "{i} {v}");
-        }
-        let spectrum = envelope_spectrum(&[&samples, &samples], RATE, &band).unwrap();
-        assert!((spectrum.values[90] - 0.5).abs() < 1e-4, "{}", spectrum.values[90]);
-        let elsewhere = spectrum.points().filter(|(f, _)| (f - 90.0).abs() > 2.5).map(|(_, v)| v).fold(0.0, f64::max);
-        assert!(elsewhere < 1e-3, "{elsewhere}");
+        assert_eq!(welch::<f32>(&[], RATE, 1024), None);
     }
 
     #[test]

@@ -1,0 +1,234 @@
+//! The report of `ballrace spectra`.
+
+use super::{Cell, Document, Section, Tone};
+use crate::plot::lines::{Labels, Mark};
+use crate::plot::{DrawError, cycle, density, kurtogram, lines};
+use crate::signal::characteristic::Family;
+use crate::spectra::{Analysis, Choice, Found, SpeedSource};
+
+/// Everything on some recordings.
+///
+/// # Errors
+/// What the drawing library says.
+pub fn document(analyses: &[Analysis]) -> Result<Document, DrawError> {
+    let about = match analyses {
+        [one] => format!("{}, channel {}, {:.2} s at {} Hz", one.file, one.channel, one.duration_s, one.sample_rate_hz),
+        many => format!("{} recordings", many.len()),
+    };
+    let verdict: Vec<String> = analyses.iter().map(verdict).collect();
+    let mut document = Document::new("What the recording shows", about, Tone::Open, verdict.join(" "));
+    for analysis in analyses {
+        document = document.sections(sections(analysis, analyses.len() > 1)?);
+    }
+    Ok(document)
+}
+
+/// What stands out, in a sentence. Not a diagnosis: that asks what else would explain it.
+pub fn verdict(analysis: &Analysis) -> String {
+    match analysis.strongest() {
+        Some(found) => format!(
+            "{}: strongest in the envelope of {}: {} at {:.1} Hz, {:.0} dB over the background.",
+            analysis.name,
+            band(analysis),
+            found.characteristic.name,
+            found.line.frequency_hz,
+            decibels(found)
+        ),
+        None if analysis.lines.is_empty() => {
+            format!(
+                "{}: no characteristic frequency is known to look for; envelope of {}.",
+                analysis.name,
+                band(analysis)
+            )
+        }
+        None => {
+            format!("{}: no characteristic frequency stands out of the envelope of {}.", analysis.name, band(analysis))
+        }
+    }
+}
+
+fn band(analysis: &Analysis) -> String {
+    let band = &analysis.band.band_hz;
+    format!("{:.0} to {:.0} Hz", band.start, band.end)
+}
+
+fn decibels(found: &Found) -> f64 {
+    10.0 * found.line.ratio.max(f64::MIN_POSITIVE).log10()
+}
+
+/// Why the band was chosen.
+fn why(analysis: &Analysis) -> String {
+    match (analysis.band.choice, analysis.band.log_p_value) {
+        (Choice::Stated, _) => "as stated".into(),
+        (Choice::Lines(family), Some(p)) => format!(
+            "chosen because its squared envelope shows {} and its harmonics most surely (noise would in one case of 10^{:.0})",
+            family.name(),
+            -p / std::f64::consts::LN_10
+        ),
+        (Choice::Lines(family), None) => format!("chosen because it shows {}", family.name()),
+        (Choice::Kurtosis, _) => "chosen because its kurtosis is the greatest of all".into(),
+        (Choice::Nothing, _) => "as nothing stands out: all that a converter's filter leaves alone".into(),
+    }
+}
+
+fn sections(analysis: &Analysis, many: bool) -> Result<Vec<Section>, DrawError> {
+    let heading = |text: &str| if many { format!("{}: {text}", analysis.name) } else { text.to_owned() };
+    let mut out = vec![speed(analysis, Section::new(heading("Speed of the shaft")))];
+    let svg = density::svg((&analysis.name, &analysis.density), None, Some(&analysis.band.band_hz))?;
+    out.push(Section::new(heading("Spectrum")).figure(
+        svg,
+        format!(
+            "Power spectral density (Welch, {:.1} Hz apart); shaded, the band of the envelope.",
+            analysis.density.step_hz
+        ),
+    ));
+    if let Some(tree) = &analysis.kurtogram {
+        let best = match tree.best() {
+            Some(cell) => format!(
+                "The greatest is {:.1}, at {:.0} Hz in a band of {:.0} Hz.",
+                cell.kurtosis, cell.centre_hz, cell.bandwidth_hz
+            ),
+            None => "None is beyond what noise gives.".into(),
+        };
+        out.push(Section::new(heading("Where impacts are")).figure(
+            kurtogram::svg(tree, Some(&analysis.band.band_hz))?,
+            format!(
+                "Fast kurtogram (Antoni 2007): kurtosis of the envelope in bands, as many to a row as stands at its left. {best} \
+                 Red, the band of the envelope below. A single shock has a great kurtosis as well as repeated impacts."
+            ),
+        ));
+    }
+    out.push(envelope(analysis, Section::new(heading("Envelope")))?);
+    out.extend(orders(analysis, Section::new(heading("Orders of the shaft")))?);
+    if let Some(found) = &analysis.synchronous {
+        out.push(Section::new(heading("What repeats with the shaft")).figure(
+            cycle::svg(&found.average, found.period_turns)?,
+            format!(
+                "Average over {} turns by the tachometer's pulses. It explains {:.1} % of the recording's variance, less what \
+                 noise alone would give; what bearings do is not in it, as their orders are no whole numbers.",
+                found.periods,
+                100.0 * found.explained.max(0.0)
+            ),
+        ));
+    }
+    Ok(out)
+}
+
+fn speed(analysis: &Analysis, section: Section) -> Section {
+    let speed = &analysis.speed;
+    let row = |name: &str, value: String| vec![Cell::text(name), Cell::text(value)];
+    let mut rows = Vec::new();
+    rows.extend(speed.nominal_hz.map(|hz| row("nominal", format!("{hz:.3} Hz"))));
+    rows.extend(speed.tachometer_hz.map(|hz| row("by the tachometer", format!("{hz:.4} Hz"))));
+    rows.extend(speed.tachometer_error.as_ref().map(|why| row("by the tachometer", why.clone())));
+    match (&speed.estimate, &speed.not_determined) {
+        (Some(estimate), _) => {
+            rows.push(row(
+                "by the recording's lines",
+                format!(
+                    "{:.4} ± {:.4} Hz, from {} lines{}; combs moved by chance do as well in at most {:.1} % of trials",
+                    estimate.shaft_hz,
+                    estimate.standard_error_hz,
+                    estimate.lines.len(),
+                    estimate.family.map_or(String::new(), |f| format!(" of the shaft and of {}", f.name())),
+                    100.0 * estimate.p_value
+                ),
+            ));
+            rows.extend(estimate.slip.map(|(slip, error)| {
+                row(
+                    "cage behind pure rolling",
+                    format!("{:.3} ± {:.3} %", 100.0 * slip, 100.0 * error).replace('-', "−"),
+                )
+            }));
+        }
+        (None, Some(why)) => rows.push(row("by the recording's lines", format!("not determinable: {why}"))),
+        (None, None) => {}
+    }
+    let used = match (speed.used_hz, speed.source) {
+        (Some(hz), Some(SpeedSource::Tachometer)) => format!("{hz:.4} Hz, by the tachometer"),
+        (Some(hz), Some(SpeedSource::Estimate)) => format!("{hz:.4} Hz, by the recording's lines"),
+        (Some(hz), _) => format!("{hz:.4} Hz, the nominal one"),
+        (None, _) => "none: no frequencies are marked".into(),
+    };
+    rows.push(row("used below", used));
+    section.table("", &[], rows)
+}
+
+fn envelope(analysis: &Analysis, section: Section) -> Result<Section, DrawError> {
+    let up_to = analysis.shown_hz();
+    // Sidebands have no room for their names, nor has more than one turn of the cage.
+    let own = analysis.lines.iter().filter(|l| l.characteristic.sideband == 0);
+    let own = own.filter(|l| l.characteristic.family != Family::Cage || l.characteristic.harmonic == 1);
+    let marks: Vec<Mark> =
+        own.map(|l| Mark { at: l.characteristic.frequency_hz, name: l.characteristic.name.clone() }).collect();
+    let points: Vec<(f64, f64)> = analysis.envelope.points().collect();
+    let labels = Labels { legend: "envelope spectrum", x_name: "frequency, Hz", y_name: "envelope amplitude, m/s²" };
+    let caption = format!(
+        "Spectrum of the envelope of {}, {}. Dashed, the characteristic frequencies at the speed used.",
+        band(analysis),
+        why(analysis)
+    );
+    let mut section = section.figure(lines::svg(&points, up_to, &labels, &marks)?, caption);
+    if let Some(coherence) = &analysis.coherence {
+        let points: Vec<(f64, f64)> = coherence.points().collect();
+        let labels =
+            Labels { legend: "cyclic coherence", x_name: "cyclic frequency, Hz", y_name: "mean squared coherence" };
+        if let Ok(svg) = lines::svg(&points, up_to.min(points.last().map_or(0.0, |p| p.0)), &labels, &marks) {
+            section = section.figure(
+                svg,
+                "Enhanced envelope spectrum of the same band (Antoni, Xin, Hamzaoui 2017): how much of the power is modulated at \
+                 a rate, whatever the spectrum's shape. Strong lines and single shocks count no more here than weak ones.",
+            );
+        }
+    }
+    let listed = analysis.lines.iter().filter(|l| l.characteristic.sideband == 0 || l.characteristic.harmonic == 1);
+    let rows: Vec<Vec<Cell>> = listed
+        .map(|l| {
+            vec![
+                Cell::text(l.characteristic.name.clone()),
+                Cell::number(format!("{:.2}", l.characteristic.frequency_hz)),
+                Cell::number(format!("{:.2}", l.line.frequency_hz)),
+                Cell::number(format!("{:.4}", l.line.amplitude)),
+                Cell::number(format!("{:.1}", decibels(l))),
+                Cell::number(if l.line.p_value < 1e-6 { "< 1e-6".into() } else { format!("{:.1e}", l.line.p_value) }),
+            ]
+        })
+        .collect();
+    if rows.is_empty() {
+        return Ok(section);
+    }
+    let head = ["line", "expected, Hz", "found, Hz", "amplitude, m/s²", "over background, dB", "by chance"];
+    Ok(section.table("Lines of the envelope's spectrum", &head, rows))
+}
+
+fn orders(analysis: &Analysis, section: Section) -> Result<Option<Section>, DrawError> {
+    let (Some(spectrum), Some(shaft_hz)) = (&analysis.orders, analysis.speed.used_hz) else { return Ok(None) };
+    let base = |family: Family| {
+        let own = |l: &&Found| {
+            let c = &l.characteristic;
+            c.family == family && c.harmonic == 1 && c.sideband == 0
+        };
+        analysis.lines.iter().find(own).map(|l| l.characteristic.frequency_hz / shaft_hz)
+    };
+    let families = [Family::Shaft, Family::Outer, Family::Inner, Family::Ball];
+    let marks: Vec<Mark> = families
+        .iter()
+        .filter_map(|family| Some(Mark { at: base(*family)?, name: family.name().to_owned() }))
+        .collect();
+    let up_to = base(Family::Inner).map_or(20.0, |order| 2.2 * order);
+    let last = spectrum.points().last().map_or(up_to, |(order, _)| order);
+    let points: Vec<(f64, f64)> = spectrum.points().collect();
+    let labels = Labels { legend: "order spectrum", x_name: "order of the shaft", y_name: "amplitude, m/s²" };
+    let Ok(svg) = lines::svg(&points, up_to.min(last), &labels, &marks) else { return Ok(None) };
+    let by = match analysis.speed.source {
+        Some(SpeedSource::Tachometer) => "by the tachometer's pulses",
+        _ => "at the constant speed used",
+    };
+    Ok(Some(section.figure(
+        svg,
+        format!(
+            "The recording sampled again at even angles of the shaft, {by}; amplitudes over orders, {:.3} apart.",
+            spectrum.step
+        ),
+    )))
+}

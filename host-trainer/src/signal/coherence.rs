@@ -1,0 +1,186 @@
+//! Cyclic spectral coherence: at which frequencies, and how strongly, a recording's power is modulated at a rate.
+//!
+//! The fast spectral correlation of J. Antoni, G. Xin, N. Hamzaoui, "Fast computation of the spectral correlation",
+//! Mechanical Systems and Signal Processing 92 (2017) 248–277: products of short-time spectra p frequency steps apart
+//! are transformed along time, and the scans p = 0…P are added and divided by the window's own response, so that
+//! rates far beyond the frequency resolution are reached. The coherence is the correlation of the recording whitened
+//! by its own spectrum. Summed over frequency its square is the enhanced envelope spectrum (same paper).
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use rayon::prelude::*;
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
+
+use super::Sample;
+use super::spectrum::Spectrum;
+use super::transform::{forward, hann};
+
+/// Windows overlap at least so often.
+const OVERLAP: usize = 4;
+
+/// Squared magnitude of the cyclic coherence.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coherence {
+    /// Hz from one cyclic frequency to the next; the first is 0.
+    pub cyclic_step_hz: f64,
+    /// Hz from one carrier frequency to the next; the first is 0.
+    pub step_hz: f64,
+    /// For each carrier frequency the |γ|² at every cyclic frequency up to the highest asked for, 0…1.
+    pub squares: Vec<Vec<f64>>,
+}
+
+impl Coherence {
+    /// Mean over carrier frequencies in a band: the enhanced envelope spectrum of it. The first value, of no
+    /// modulation, is 0.
+    pub fn enhanced_envelope_spectrum(&self, band_hz: &Range<f64>) -> Spectrum {
+        let inside = |k: &usize| band_hz.contains(&(*k as f64 * self.step_hz));
+        let rows: Vec<&Vec<f64>> = (0..self.squares.len()).filter(inside).map(|k| &self.squares[k]).collect();
+        let length = rows.first().map_or(0, |row| row.len());
+        let mean = |a: usize| rows.iter().map(|row| row[a]).sum::<f64>() / rows.len() as f64;
+        let values = (0..length).map(|a| if a == 0 { 0.0 } else { mean(a) }).collect();
+        Spectrum { step_hz: self.cyclic_step_hz, values }
+    }
+
+    /// For each carrier frequency the mean of |γ|² at cyclic frequencies: where these are carried.
+    pub fn carriers(&self, cyclic_hz: &[f64]) -> Spectrum {
+        let at = |row: &Vec<f64>| {
+            let values = cyclic_hz.iter().filter_map(|f| row.get((f / self.cyclic_step_hz).round() as usize));
+            values.sum::<f64>() / cyclic_hz.len().max(1) as f64
+        };
+        Spectrum { step_hz: self.step_hz, values: self.squares.iter().map(at).collect() }
+    }
+}
+
+/// The coherence of a recording over carriers 0…Nyquist's frequency, `window` samples resolving them, and cyclic
+/// frequencies up to `highest_hz`.
+///
+/// `None` where the window is under 16 samples, the recording shorter than eight of them, or `highest_hz` beyond a
+/// quarter of the rate.
+pub fn coherence<S: Sample>(samples: &[S], sample_rate_hz: f64, window: usize, highest_hz: f64) -> Option<Coherence> {
+    if window < 16 || samples.len() < 8 * window || !(highest_hz > 0.0 && highest_hz <= 0.25 * sample_rate_hz) {
+        return None;
+    }
+    // Twice as often as the highest rate asks for: products of neighbouring steps reach beyond it.
+    let hop = ((0.25 * sample_rate_hz / highest_hz) as usize).clamp(1, window / OVERLAP);
+    let shape = hann(window);
+    let mut spectra = short_time(samples, &shape, hop);
+    spectra.iter_mut().for_each(|row| whiten(row));
+    let frames = spectra.first()?.len();
+    let step_hz = sample_rate_hz / window as f64;
+    let cyclic_step_hz = sample_rate_hz / (hop * frames) as f64;
+    let count = (highest_hz / cyclic_step_hz) as usize + 1;
+    let scans = (highest_hz / step_hz) as usize + 1;
+    let response = |cyclic_hz: f64| {
+        let angle = TAU * cyclic_hz / sample_rate_hz;
+        let middle = window as f64 / 2.0;
+        shape.iter().enumerate().map(|(n, w)| w * w * (angle * (n as f64 - middle)).cos()).sum::<f64>()
+    };
+    let whole = response(0.0);
+    let gains: Vec<f64> = (0..count)
+        .map(|a| a as f64 * cyclic_step_hz)
+        .map(|f| whole / (0..=scans).map(|p| response(f - p as f64 * step_hz)).sum::<f64>())
+        .collect();
+    // A rate between two of those computed would else lose up to 36 % of its amplitude.
+    let along: Vec<f64> = hann(frames).iter().map(|w| 2.0 * w / frames as f64).collect();
+    let squares = (0..spectra.len()).into_par_iter().map(|k| {
+        let mut sum = vec![Complex::ZERO; count];
+        for p in 0..=scans.min(k) {
+            let products = spectra[k].iter().zip(&spectra[k - p]).map(|(a, b)| a * b.conj());
+            let scan = transform_along_time(products.zip(&along).map(|(v, w)| v * w), frames);
+            sum.iter_mut().zip(scan).for_each(|(s, v)| *s += v);
+        }
+        sum.iter().zip(&gains).map(|(s, g)| (s * g).norm_sqr().min(1.0)).collect()
+    });
+    Some(Coherence { cyclic_step_hz, step_hz, squares: squares.collect() })
+}
+
+/// For each frequency of the window the spectrum over time, phases counted from the middle of the window.
+fn short_time<S: Sample>(samples: &[S], shape: &[f64], hop: usize) -> Vec<Vec<Complex<f64>>> {
+    let window = shape.len();
+    let mean = samples.iter().map(|v| (*v).into()).sum::<f64>() / samples.len() as f64;
+    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(window);
+    let mut bins = transform.make_output_vec();
+    let frames = (samples.len() - window) / hop + 1;
+    let mut out = vec![Vec::with_capacity(frames); bins.len()];
+    for frame in samples.windows(window).step_by(hop) {
+        let mut shaped: Vec<f64> = frame.iter().zip(shape).map(|(v, w)| ((*v).into() - mean) * w).collect();
+        transform.process(&mut shaped, &mut bins).expect("buffers are the plan's own");
+        for (k, (row, bin)) in out.iter_mut().zip(&bins).enumerate() {
+            // exp(πik) moves the origin to the middle of a window of even length.
+            let phase =
+                Complex::from_polar(1.0, std::f64::consts::PI * k as f64 * (window / 2 * 2) as f64 / window as f64);
+            row.push(bin * phase);
+        }
+    }
+    out
+}
+
+/// Mean power 1 at a frequency; a frequency with no power stays without.
+fn whiten(row: &mut [Complex<f64>]) {
+    let power = row.iter().map(Complex::norm_sqr).sum::<f64>() / row.len().max(1) as f64;
+    if power > 0.0 {
+        row.iter_mut().for_each(|v| *v /= power.sqrt());
+    }
+}
+
+/// Bins 0 to n/2 of a complex series.
+fn transform_along_time(values: impl Iterator<Item = Complex<f64>>, count: usize) -> Vec<Complex<f64>> {
+    let (mut re, mut im) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    values.for_each(|v| {
+        re.push(v.re);
+        im.push(v.im);
+    });
+    let turned = Complex::new(0.0, 1.0);
+    forward(&mut re).iter().zip(forward(&mut im)).map(|(a, b)| a + turned * b).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_signals::{gaussian, impacts};
+    use super::*;
+
+    const RATE: f64 = 12_000.0;
+
+    /// White noise whose amplitude is modulated: the coherence is known in closed form.
+    #[test]
+    fn literature_modulated_noise_has_the_coherence_of_its_modulation() {
+        // (1 + m cos αt) noise: power 1 + m²/2 + 2m cos αt/… ; γ at α is m/(1 + m²/2), at 2α m²/4/(1 + m²/2).
+        let (m, rate) = (0.8, 250.0);
+        let samples: Vec<f64> = gaussian(240_000, 1)
+            .iter()
+            .enumerate()
+            .map(|(i, v)| v * (1.0 + m * (TAU * rate * i as f64 / RATE).cos()))
+            .collect();
+        let found = coherence(&samples, RATE, 128, 600.0).unwrap().enhanced_envelope_spectrum(&(1000.0..5000.0));
+        let at = |f: f64| {
+            let k = (f / found.step_hz).round() as usize;
+            found.values[k - 1..=k + 1].iter().fold(0.0, |a: f64, b| a.max(*b)).sqrt()
+        };
+        let power = 1.0 + 0.5 * m * m;
+        assert!((at(rate) - m / power).abs() < 0.06, "{} {}", at(rate), m / power);
+        assert!((at(2.0 * rate) - 0.25 * m * m / power).abs() < 0.06, "{}", at(2.0 * rate));
+        let elsewhere = found.points().filter(|(f, _)| *f > 5.0 && (f / rate - (f / rate).round()).abs() > 0.02);
+        assert!(elsewhere.map(|(_, v)| v).fold(0.0, f64::max).sqrt() < 0.1);
+    }
+
+    #[test]
+    fn carriers_of_impacts_are_their_resonance() {
+        let samples: Vec<f64> =
+            impacts(24_000, RATE, 97.3, 3800.0, 150.0).iter().zip(gaussian(24_000, 2)).map(|(a, b)| a + b).collect();
+        let carriers = coherence(&samples, RATE, 128, 400.0).unwrap().carriers(&[97.3, 194.6, 291.9]);
+        let best = carriers.points().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+        assert!((best.0 - 3800.0).abs() < 200.0, "{best:?}");
+    }
+
+    #[test]
+    fn null_stationary_noise_has_none() {
+        // Coloured: the whitening must not make any.
+        let noise = gaussian(60_000, 3);
+        let samples: Vec<f64> = noise.windows(3).map(|w| w[0] + 1.6 * w[1] + 0.8 * w[2]).collect();
+        let found = coherence(&samples, RATE, 128, 300.0).unwrap().enhanced_envelope_spectrum(&(0.0..6000.0));
+        let most = found.points().skip(4).map(|(_, v)| v).fold(0.0, f64::max);
+        assert!(most < 0.02, "{most}");
+    }
+}

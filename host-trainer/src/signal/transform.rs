@@ -1,0 +1,69 @@
+//! Fourier transforms of the sizes and kinds that this module needs, from real ones.
+
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
+
+/// Symmetric over a period, so that half-overlapping windows add up evenly.
+pub(super) fn hann(length: usize) -> Vec<f64> {
+    (0..length).map(|i| 0.5 - 0.5 * (std::f64::consts::TAU * i as f64 / length as f64).cos()).collect()
+}
+
+/// Bins 0 to n/2 of n real values.
+pub(super) fn forward(values: &mut [f64]) -> Vec<Complex<f64>> {
+    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(values.len());
+    let mut bins = transform.make_output_vec();
+    transform.process(values, &mut bins).expect("buffers are the plan's own");
+    bins
+}
+
+/// Sum over k of `bins[k]` exp(2πi kt/n) for t = 0…n−1, n being the number of bins; no scaling.
+pub(super) fn inverse_complex(bins: &[Complex<f64>]) -> Vec<Complex<f64>> {
+    let n = bins.len();
+    if n < 2 {
+        return bins.to_vec();
+    }
+    let transform = RealFftPlanner::<f64>::new().plan_fft_inverse(n);
+    let mirrored = |k: usize| bins[(n - k) % n].conj();
+    // Real and imaginary part each have a Hermitian spectrum.
+    let part = |of: &dyn Fn(usize) -> Complex<f64>| {
+        let mut half: Vec<_> = (0..=n / 2).map(of).collect();
+        half[0].im = 0.0;
+        if n.is_multiple_of(2) {
+            half[n / 2].im = 0.0;
+        }
+        let mut out = transform.make_output_vec();
+        transform.process(&mut half, &mut out).expect("buffers are the plan's own");
+        out
+    };
+    let re = part(&|k| 0.5 * (bins[k] + mirrored(k)));
+    let im = part(&|k| Complex::new(0.0, -0.5) * (bins[k] - mirrored(k)));
+    re.into_iter().zip(im).map(|(re, im)| Complex::new(re, im)).collect()
+}
+
+/// Median; values are put in another order. `None` where there are none.
+pub(super) fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return None;
+    }
+    Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    #[test]
+    fn invariant_the_inverse_is_the_sum_that_it_is_said_to_be() {
+        for n in [2, 5, 8] {
+            let bins: Vec<_> = (0..n).map(|k| Complex::new(k as f64 - 1.3, (k * k) as f64 * 0.2)).collect();
+            for (t, got) in inverse_complex(&bins).iter().enumerate() {
+                let term =
+                    |(k, b): (usize, &Complex<f64>)| b * Complex::from_polar(1.0, TAU * (k * t) as f64 / n as f64);
+                let expected: Complex<f64> = bins.iter().enumerate().map(term).sum();
+                assert!((got - expected).norm() < 1e-12, "{n} {t} {got} {expected}");
+            }
+        }
+    }
+}
