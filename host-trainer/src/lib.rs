@@ -6,6 +6,7 @@ pub mod demo;
 pub mod export;
 pub mod files;
 pub mod fit;
+pub mod force_balance;
 pub mod input;
 pub mod model;
 pub mod model_file;

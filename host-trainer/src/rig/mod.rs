@@ -55,7 +55,7 @@ pub mod simulate;
 #[cfg(test)]
 mod simulate_tests;
 #[cfg(test)]
-mod test_support;
+pub(crate) mod test_support;
 
 pub use config::{EffectEntry, Model, Rig, Value};
 pub use error::RigError;

@@ -1,0 +1,66 @@
+//! Whether the input was held from sample to sample or sampled itself.
+
+use super::{
+    equation::{Equation, Parameter},
+    error::BalanceError,
+    regression, shooting,
+    states::{Sensed, States},
+};
+use crate::rig::Rig;
+
+/// Share of the other's error that an input which was not held must leave at most.
+const CLEARER: f64 = 0.98;
+
+impl States {
+    /// Sets [`States::held`] by what leaves less: the balance with all parameters and the commonest nonlinear terms free,
+    /// or for accelerations, in which a held input shows at once either way, the simulation.
+    ///
+    /// # Errors
+    ///
+    /// A rig of another kind.
+    pub fn learn_hold(&mut self, rig: &Rig) -> Result<(), BalanceError> {
+        let mut left = [0.0; 2];
+        for (left, held) in left.iter_mut().zip([false, true]) {
+            self.held = held;
+            *left = match self.sensed {
+                Sensed::Position => self.left_of_balance(rig)?,
+                Sensed::Acceleration => self.left_of_simulation(rig),
+            };
+        }
+        self.held = left[0] >= CLEARER * left[1];
+        Ok(())
+    }
+
+    fn left_of_simulation(&self, rig: &Rig) -> f64 {
+        let free = [Parameter::Mass, Parameter::Damping, Parameter::Stiffness];
+        let keys: Vec<String> = free.iter().map(|p| p.key().to_owned()).collect();
+        shooting::refine(rig, &keys, self, Some(self.short_window())).map_or(f64::MAX, |refined| refined.rms)
+    }
+
+    fn left_of_balance(&self, rig: &Rig) -> Result<f64, BalanceError> {
+        let equation = Equation::new(rig, self)?;
+        let (largest_q, largest_v) = self.amplitudes();
+        let term = |of: fn(f64, f64) -> f64| {
+            self.column(|t| {
+                let states = t.position.iter().zip(&t.velocity);
+                states.map(|(q, v)| of(q / largest_q.max(1e-300), v / largest_v.max(1e-300))).collect()
+            })
+        };
+        let own = [Parameter::Mass, Parameter::Damping, Parameter::Stiffness, Parameter::Gravity];
+        let mut columns: Vec<Vec<f64>> = own.iter().map(|p| equation.column(*p).to_vec()).collect();
+        columns.extend([term(|q, _| q), term(|q, _| q * q), term(|q, _| q * q * q)]);
+        columns.extend([term(|_, v| v * v.abs()), term(|_, v| (100.0 * v).tanh())]);
+        let target: Vec<f64> = equation.column(Parameter::Gain).iter().map(|x| -x).collect();
+        // Dependent ones go, the later first.
+        let mut kept: Vec<Vec<f64>> = Vec::new();
+        for column in columns {
+            kept.push(column);
+            if !regression::undetermined(&kept).is_empty() {
+                kept.pop();
+            }
+        }
+        let groups: Vec<usize> = self.tracks.iter().map(|t| t.rows.len()).collect();
+        let fit = regression::least_squares(&kept, &target, &groups, 1);
+        Ok(fit.map_or(f64::MAX, |fit| regression::norm(&fit.residual)))
+    }
+}
