@@ -182,7 +182,7 @@ pub fn balance(equation: &Equation, unknown: &[Parameter], states: &States) -> O
 }
 
 /// The parameters that can be fitted together, and sentences on the others.
-fn determined(equation: &Equation, unknown: &[Parameter]) -> (Vec<Parameter>, Vec<String>) {
+pub fn determined(equation: &Equation, unknown: &[Parameter]) -> (Vec<Parameter>, Vec<String>) {
     let (mut left, mut sentences) = (unknown.to_vec(), Vec::new());
     // The last of a dependent set keeps its value: the gain before the mass.
     loop {

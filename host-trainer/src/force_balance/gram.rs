@@ -112,11 +112,6 @@ impl Gram {
         Self { blocks, total, counts, scales }
     }
 
-    /// Rows.
-    pub fn rows(&self) -> usize {
-        self.counts.iter().sum()
-    }
-
     /// Least squares of column 0 on others over all blocks but some. `None` where they are dependent.
     pub fn solve(&self, active: &[usize], without: &[usize]) -> Option<Vec<f64>> {
         let sums = |i: usize, j: usize| {
@@ -150,11 +145,11 @@ impl Gram {
         sum.max(0.0) * self.scales[0] * self.scales[0]
     }
 
-    /// What each block keeps when it is predicted from the others: folds take whole recordings where there are enough,
-    /// else every fourth block. `fold` says for each block which fold it is in.
-    pub fn held_out(&self, active: &[usize], fold: &[usize]) -> Option<Vec<f64>> {
+    /// What each block keeps when it is predicted from the blocks of other folds; `fold` says for each block which it is
+    /// in. Blocks of fold `folds` and beyond are always fitted to, and keep nothing.
+    pub fn held_out(&self, active: &[usize], fold: &[usize], folds: usize) -> Option<Vec<f64>> {
         let mut left = vec![0.0; self.blocks.len()];
-        for number in 0..=fold.iter().copied().max()? {
+        for number in 0..folds {
             let out: Vec<usize> = (0..fold.len()).filter(|b| fold[*b] == number).collect();
             let values = self.solve(active, &out)?;
             out.iter().for_each(|b| left[*b] = self.left(active, &values, *b));

@@ -21,7 +21,7 @@ pub struct Band {
 /// Power in each of `segment/2 + 1` frequencies, normalised so that white noise of variance s² has s² in each;
 /// segments overlap by half under a Blackman–Harris window, whose side lobes lie 92 dB down (F. J. Harris, Proc. IEEE 66
 /// (1978) 51–83): position spectra fall as steeply as f⁻⁴.
-fn power(signals: &[&[f64]], segment: usize) -> Vec<f64> {
+pub fn power(signals: &[&[f64]], segment: usize) -> Vec<f64> {
     let window: Vec<f64> = (0..segment)
         .map(|i| {
             let x = std::f64::consts::TAU * i as f64 / segment as f64;

@@ -95,6 +95,13 @@ pub fn error(rig: &Rig, states: &States, window: Option<usize>) -> Option<f64> {
     refine(rig, &[], states, window).map(|refined| refined.rms)
 }
 
+/// What a rig's simulation gives for the only recording, from the start that leaves least. `None` where it diverges.
+pub fn follow(rig: &Rig, states: &States) -> Option<Vec<f64>> {
+    let left = refine(rig, &[], states, None)?.fit.residual;
+    let track = states.tracks.first()?;
+    Some(track.sensed.iter().zip(left).map(|(measured, left)| measured - left).collect())
+}
+
 fn cut(states: &States, window: Option<usize>) -> Vec<Window<'_>> {
     let mut windows = Vec::new();
     for track in &states.tracks {
