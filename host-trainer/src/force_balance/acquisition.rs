@@ -5,6 +5,7 @@
 use std::f64::consts::TAU;
 
 use super::{
+    error::BalanceError,
     finding::{CauseParameter, FoundCause},
     states::{States, Track},
 };
@@ -50,39 +51,44 @@ impl Fault {
 }
 
 /// Finds faults in the first `count` recordings, and takes out or marks what they have touched.
-pub fn clean(states: &mut States, count: usize) -> Vec<Fault> {
+///
+/// # Errors
+///
+/// As [`States::learn_band`].
+pub fn clean(states: &mut States, count: usize) -> Result<Vec<Fault>, BalanceError> {
     let mut faults = Vec::new();
     faults.extend(clipping(&mut states.tracks[..count]));
     faults.extend(mains(states, count));
     if !faults.is_empty() {
-        states.prepare();
+        states.learn_band()?;
     }
-    faults
+    Ok(faults)
 }
 
-/// Plateaus of equal samples at the same largest magnitude.
+/// Plateaus of equal samples at a recording's largest magnitude.
 fn clipping(tracks: &mut [Track]) -> Option<Fault> {
-    let level = tracks.iter().flat_map(|t| &t.sensed).fold(0.0f64, |largest, x| largest.max(x.abs()));
-    let at = |x: f64| x.abs() >= level * (1.0 - 1e-9);
-    let (mut plateaus, mut clipped, mut equal, mut total) = (0, 0, 0, 0);
-    for track in tracks.iter() {
-        let mut run = 0;
-        for pair in track.sensed.windows(2) {
-            total += 1;
-            equal += usize::from(pair[0] == pair[1] && !at(pair[0]));
-            run = if at(pair[0]) && at(pair[1]) { run + 1 } else { 0 };
-            plateaus += usize::from(run == PLATEAU - 1);
-        }
-        clipped += track.sensed.iter().filter(|x| at(**x)).count();
-    }
-    if plateaus < PLATEAUS || equal as f64 > EQUAL * total as f64 || level == 0.0 {
-        return None;
-    }
+    let (mut levels, mut plateaus, mut clipped) = (Vec::new(), 0, 0);
     for track in tracks.iter_mut() {
+        let level = track.sensed.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
+        let at = |x: f64| x.abs() >= level * (1.0 - 1e-9);
+        let (mut here, mut run, mut equal) = (0, 0, 0);
+        for pair in track.sensed.windows(2) {
+            equal += usize::from(pair[0] == pair[1] && !at(pair[0]));
+            run = if at(pair[0]) && at(pair[1]) && pair[0] == pair[1] { run + 1 } else { 0 };
+            here += usize::from(run == PLATEAU - 1);
+        }
+        if level == 0.0 || here < PLATEAUS || equal as f64 > EQUAL * track.len() as f64 {
+            continue;
+        }
         for k in 0..track.len() {
             track.bad[k] |= at(track.sensed[k]);
+            clipped += usize::from(at(track.sensed[k]));
         }
+        plateaus += here;
+        levels.push(level);
     }
+    levels.sort_by(f64::total_cmp);
+    let level = *levels.get(levels.len() / 2)?;
     Some(Fault {
         entry: EffectEntry::new("sensor-clipping", &[("value", level)]),
         evidence: format!(
@@ -163,9 +169,12 @@ fn answers(track: &Track, hz: f64, rate: f64) -> bool {
 /// Takes a tone out by least squares.
 fn subtract(signal: &mut [f64], hz: f64, rate: f64) {
     let n = signal.len() as f64;
-    let (size, phase) = line(signal, hz, rate);
-    let amplitude = 2.0 * size / n;
-    for (k, x) in signal.iter_mut().enumerate() {
-        *x -= amplitude * (TAU * hz * k as f64 / rate + phase).cos();
+    // The window lets a little of the rest through; what it mistakes is taken back in the next round.
+    for _ in 0..3 {
+        let (size, phase) = line(signal, hz, rate);
+        let amplitude = 2.0 * size / n;
+        for (k, x) in signal.iter_mut().enumerate() {
+            *x -= amplitude * (TAU * hz * k as f64 / rate + phase).cos();
+        }
     }
 }

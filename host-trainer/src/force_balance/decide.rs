@@ -6,6 +6,7 @@ use super::{
     significance::{discoveries, sign_flip},
     table::{Model, Table},
 };
+use crate::rig::EffectEntry;
 
 /// Rate of false discoveries among single causes.
 const FALSE: f64 = 0.02;
@@ -15,6 +16,8 @@ const WORTH: f64 = 0.004;
 const SECOND: (f64, f64, f64) = (0.01, 0.04, 0.004);
 /// What a third must do.
 const THIRD: (f64, f64, f64) = (0.005, 0.3, 0.01);
+/// What each column, and each parameter inside a term, must bring to be preferred, as a share of the error.
+const CHOICE: f64 = 0.005;
 /// Columns without a name that are tried on top of the named causes.
 const NAMELESS: usize = 5;
 
@@ -49,6 +52,13 @@ pub struct Decision {
 }
 
 impl Decision {
+    /// The form of each cause that a closer look should start from.
+    pub fn found(&self, table: &Table) -> Vec<EffectEntry> {
+        let alone = self.singles.iter().filter_map(|t| t.model.as_ref()).flat_map(|m| &m.parts);
+        let parts = self.chosen.parts.iter().chain(alone);
+        parts.map(|(term, variant)| table.library.terms[*term].variants[*variant].entry.clone()).collect()
+    }
+
     /// Share of the error left by the chosen model that columns without a name take away on held-out blocks.
     pub fn left_to_explain(&self) -> f64 {
         (1.0 - self.rich.total() / self.chosen.total()).max(0.0)
@@ -67,8 +77,11 @@ fn gains(before: &Model, after: &Model, nothing: &Model) -> (f64, f64) {
     (1.0 - a / b, (b - a) / (n - a).max(f64::MIN_POSITIVE))
 }
 
-fn least(models: &[Model]) -> Option<&Model> {
-    models.iter().min_by(|a, b| a.total().total_cmp(&b.total()))
+/// The model that leaves least; of near equals the one with less to choose from.
+fn least<'a>(table: &Table, models: &'a [Model]) -> Option<&'a Model> {
+    let searched = |m: &Model| m.parts.iter().filter(|(t, _)| table.library.terms[*t].variants.len() > 1).count();
+    let weighed = |m: &Model| m.total() * (1.0 + CHOICE * (m.columns.len() + searched(m)) as f64);
+    models.iter().min_by(|a, b| weighed(a).total_cmp(&weighed(b)))
 }
 
 /// Lets the causes compete. `None` where the rig's own parameters cannot be fitted.
@@ -89,7 +102,7 @@ pub fn decide(table: &Table, seed: u64) -> Option<Decision> {
     let standing: Vec<usize> =
         (0..count).filter(|t| found[*t] && singles[*t].model.as_ref().is_some_and(worth)).collect();
     let ones: Vec<Model> = standing.iter().filter_map(|t| singles[*t].model.clone()).collect();
-    let mut chosen = least(&ones).cloned().unwrap_or_else(|| nothing.clone());
+    let mut chosen = least(table, &ones).cloned().unwrap_or_else(|| nothing.clone());
     let mut rivals = ones;
     if !chosen.parts.is_empty() {
         let pairs: Vec<(usize, usize)> = (0..count)
@@ -97,14 +110,14 @@ pub fn decide(table: &Table, seed: u64) -> Option<Decision> {
             .filter(|(a, b)| standing.contains(a) || standing.contains(b))
             .collect();
         let twos: Vec<Model> = pairs.par_iter().filter_map(|(a, b)| table.best(&[*a, *b], &[])).collect();
-        if let Some(two) = least(&twos).filter(|two| passes(&chosen, two, &nothing, SECOND, seed)).cloned() {
+        if let Some(two) = least(table, &twos).filter(|two| passes(&chosen, two, &nothing, SECOND, seed)).cloned() {
             (chosen, rivals) = (two, twos);
             let threes: Vec<Model> = (0..count)
                 .into_par_iter()
                 .filter(|t| chosen.parts.iter().all(|(part, _)| part != t))
                 .filter_map(|t| table.best(&[t], &chosen.parts))
                 .collect();
-            if let Some(three) = least(&threes).filter(|m| passes(&chosen, m, &nothing, THIRD, seed)).cloned() {
+            if let Some(three) = least(table, &threes).filter(|m| passes(&chosen, m, &nothing, THIRD, seed)).cloned() {
                 (chosen, rivals) = (three, threes);
             }
         }

@@ -7,6 +7,7 @@ use super::{
     decide::{self, Decision},
     equation::{self, Parameter},
     error::BalanceError,
+    events,
     finding::{CauseParameter, Finding, FoundCause, HeldOutFit, Verdict},
     locate, refine,
     regression::Fit,
@@ -49,16 +50,26 @@ pub fn diagnose_sdof(
     let baseline = baseline.unwrap_or_default();
     let all: Vec<Recording> = recordings.iter().chain(baseline).cloned().collect();
     let mut states = States::new(&all)?;
-    let faults = acquisition::clean(&mut states, recordings.len());
+    let mut faults = acquisition::clean(&mut states, recordings.len())?;
     states.learn_hold(rig)?;
     let healthy: Vec<bool> = (0..all.len()).map(|index| index >= recordings.len()).collect();
     // Damping of which the file has none is what viscous friction would add.
     let none = |p: &Parameter| *p == Parameter::Damping && machine.damping_n_s_per_m == 0.0;
     let unknown: Vec<Parameter> = equation::unknown(rig).into_iter().filter(|p| !none(p)).collect();
     let unknown = separable(rig, &states, unknown)?;
-    let table = Table::new(rig, &states, &healthy, &unknown)?;
-    let decision = decide::decide(&table, seed)
-        .ok_or_else(|| BalanceError::Nothing { expected: "unknown parameters that the recordings determine".into() })?;
+    let judge = |states: &States| {
+        let nothing = || BalanceError::Nothing { expected: "parameters that the recordings determine".into() };
+        let coarse = Table::new(rig, states, &healthy, &unknown, &[])?;
+        let first = decide::decide(&coarse, seed).ok_or_else(nothing)?;
+        let table = Table::new(rig, states, &healthy, &unknown, &first.found(&coarse))?;
+        let decision = decide::decide(&table, seed).ok_or_else(nothing)?;
+        Ok::<_, BalanceError>((table, decision))
+    };
+    let (mut table, mut decision) = judge(&states)?;
+    if let Some(fault) = events::find(&mut states, &table, &decision, recordings.len()) {
+        faults.push(fault);
+        (table, decision) = judge(&states)?;
+    }
     let verdict = verdict(&decision, &faults);
     let ill = States { tracks: states.tracks[..recordings.len()].to_vec(), ..states.clone() };
     let case = Case { rig, states: &ill, table: &table, decision: &decision, faults: &faults, unknown: &unknown };

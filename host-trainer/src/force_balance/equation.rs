@@ -90,7 +90,11 @@ impl Equation {
         let effects = states.column(|track| forces(&plan, track, states.step_s()));
         let restoring = match rig.restoring {
             Restoring::Linear => states.position(),
-            Restoring::Pendulum => states.column(|track| track.position.iter().map(|q| q.sin()).collect()),
+            // Only what sin q has beyond q is taken from smoothed states.
+            Restoring::Pendulum => {
+                let beyond = states.column(|track| track.position.iter().map(|q| q.sin() - q).collect());
+                states.position().iter().zip(beyond).map(|(q, beyond)| q + beyond).collect()
+            }
         };
         let negative = |column: Vec<f64>| column.into_iter().map(|x| -x).collect();
         let columns = [

@@ -1,33 +1,37 @@
-//! Whether the input was held from sample to sample or sampled itself.
+//! What the input did between its samples.
 
 use super::{
     equation::{Equation, Parameter},
     error::BalanceError,
     regression, shooting,
-    states::{Sensed, States},
+    states::{Between, Sensed, States},
 };
 use crate::rig::Rig;
 
-/// Share of the other's error that an input which was not held must leave at most.
-const CLEARER: f64 = 0.98;
+/// Share of another's error that must be left at most to be preferred to it.
+const CLEARER: f64 = 0.995;
 
 impl States {
-    /// Sets [`States::held`] by what leaves less: the balance with all parameters and the commonest nonlinear terms free,
+    /// Sets [`States::between`] by what leaves less: the balance with all parameters and the commonest nonlinear terms free,
     /// or for accelerations, in which a held input shows at once either way, the simulation.
     ///
     /// # Errors
     ///
     /// A rig of another kind.
     pub fn learn_hold(&mut self, rig: &Rig) -> Result<(), BalanceError> {
-        let mut left = [0.0; 2];
-        for (left, held) in left.iter_mut().zip([false, true]) {
-            self.held = held;
-            *left = match self.sensed {
-                Sensed::Position => self.left_of_balance(rig)?,
-                Sensed::Acceleration => self.left_of_simulation(rig),
+        let mut best = (Between::Held, f64::INFINITY);
+        for between in [Between::Held, Between::Straight, Between::Smooth] {
+            self.between = between;
+            let left = match (self.sensed, between) {
+                (Sensed::Position, _) => self.left_of_balance(rig)?,
+                (Sensed::Acceleration, Between::Smooth) => continue,
+                (Sensed::Acceleration, _) => self.left_of_simulation(rig),
             };
+            if left < CLEARER * best.1 {
+                best = (between, left);
+            }
         }
-        self.held = left[0] >= CLEARER * left[1];
+        self.between = best.0;
         Ok(())
     }
 

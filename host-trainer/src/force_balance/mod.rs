@@ -13,7 +13,7 @@
 //! | `regression` | estimates, intervals on correlated rows, what is not determined |
 //! | `shooting` | the same parameters by simulation, window by window |
 //! | `calibrate` | which of both to believe |
-//! | `acquisition` | faults of sensor and acquisition that show in the samples themselves |
+//! | `acquisition`, `events` | faults that show in the samples themselves, or once |
 //! | `terms`, `flexible` | what each effect would add, and columns without a name |
 //! | `gram`, `table` | every hypothesis on rows that it was not fitted to |
 //! | `decide`, `significance` | which causes the data ask for, and whether by chance |
@@ -27,6 +27,7 @@ mod decide;
 mod diagnose;
 mod equation;
 mod error;
+mod events;
 mod filter;
 mod finding;
 mod flexible;

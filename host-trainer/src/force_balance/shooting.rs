@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::{
     regression::{self, Fit},
-    states::{Sensed, States, Track},
+    states::{Between, Sensed, States, Track},
 };
 use crate::rig::{
     Rig, Value,
@@ -129,7 +129,10 @@ struct Run<'a> {
 
 impl Run<'_> {
     fn signal(&self, rig: &Rig, window: &Window, start: [f64; 2]) -> Option<Vec<f64>> {
-        let interpolation = if self.states.held { Interpolation::Hold } else { Interpolation::Linear };
+        let interpolation = match self.states.between {
+            Between::Held => Interpolation::Hold,
+            Between::Straight | Between::Smooth => Interpolation::Linear,
+        };
         let drive = Drive {
             input: &window.track.input[window.first..window.last],
             sample_rate_hz: self.states.sample_rate_hz,

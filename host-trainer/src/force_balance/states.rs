@@ -13,8 +13,6 @@ use super::{
 };
 use crate::recording::Recording;
 
-/// Share of noise in the speed that nonlinear terms are allowed to see.
-const SPEED_NOISE: f64 = 0.01;
 /// Shortest recording, samples.
 const SHORTEST: usize = 200;
 
@@ -35,6 +33,17 @@ impl Sensed {
             Self::Acceleration => "qdd",
         }
     }
+}
+
+/// An input between its samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Between {
+    /// The last sample's value until the next, as of a converter: half a sample late.
+    Held,
+    /// A straight line from one to the next.
+    Straight,
+    /// As its band allows: it was sampled itself.
+    Smooth,
 }
 
 /// One recording's signals at its full rate.
@@ -87,8 +96,8 @@ pub struct States {
     pub band: Band,
     /// Below what a measured acceleration is not integrated.
     pub high_pass: Option<HighPass>,
-    /// Whether the input was held from sample to sample, as a converter does, or sampled itself.
-    pub held: bool,
+    /// What the input did between its samples.
+    pub between: Between,
 }
 
 impl States {
@@ -135,35 +144,57 @@ impl States {
                 valid: Vec::new(),
             });
         }
-        let signals: Vec<&[f64]> = tracks.iter().map(|t| t.sensed.as_slice()).collect();
-        let band = noise::band(&signals, rate).ok_or(BalanceError::NoRecordings)?;
+        let band = Band { noise_std: 0.0, low_hz: 0.0, high_hz: rate };
+        let mut states = Self {
+            tracks,
+            sensed,
+            sample_rate_hz: rate,
+            deviation: NARROWEST,
+            stride: 1,
+            band,
+            high_pass: None,
+            between: Between::Held,
+        };
+        states.learn_band()?;
+        Ok(states)
+    }
+
+    /// Learns noise and band from the measured samples, and chooses the filter by them.
+    ///
+    /// # Errors
+    ///
+    /// Recordings too short for a spectrum.
+    pub fn learn_band(&mut self) -> Result<(), BalanceError> {
+        let rate = self.sample_rate_hz;
+        let signals: Vec<&[f64]> = self.tracks.iter().map(|t| t.sensed.as_slice()).collect();
+        self.band = noise::band(&signals, rate).ok_or(BalanceError::NoRecordings)?;
         // Half the amplitude is left where the signal meets its noise.
-        let deviation = ((2.0 * 2.0f64.ln()).sqrt() * rate / (std::f64::consts::TAU * band.high_hz)).max(NARROWEST);
+        let deviation = (2.0 * 2.0f64.ln()).sqrt() * rate / (std::f64::consts::TAU * self.band.high_hz);
         let shortest = signals.iter().map(|s| s.len()).min().unwrap_or_default();
         // A slow signal in a short recording: keep at least some dozens of rows.
-        let deviation = deviation.min(shortest as f64 / 60.0).max(NARROWEST);
-        let high_pass = (sensed == Sensed::Acceleration).then(|| {
-            let corner_hz = (0.7 * band.low_hz).max(3.0 * rate / shortest as f64);
+        self.deviation = deviation.min(shortest as f64 / 60.0).max(NARROWEST);
+        self.high_pass = (self.sensed == Sensed::Acceleration).then(|| {
+            let corner_hz = (0.7 * self.band.low_hz).max(3.0 * rate / shortest as f64);
             HighPass { corner_hz, sample_rate_hz: rate }
         });
-        let stride = ((1.5 * deviation) as usize).max(1);
-        let mut states = Self { tracks, sensed, sample_rate_hz: rate, deviation, stride, band, high_pass, held: true };
-        states.prepare();
-        Ok(states)
+        self.stride = ((1.5 * self.deviation) as usize).max(1);
+        self.prepare();
+        Ok(())
     }
 
     /// Draws up smoothed states and rows anew, after measured samples or the list of bad ones has changed.
     pub fn prepare(&mut self) {
         let (step, deviation, stride) = (self.step_s(), self.deviation, self.stride);
-        let reach = Kernel::delayed(deviation, 0, step, 0.5).reach;
+        let reach = Kernel::delayed(deviation, 0, step, 0.5, 0.2).reach;
         let margin = reach + self.high_pass.map_or(0, |h| (2.0 * self.sample_rate_hz / h.corner_hz) as usize);
-        let smoothing = self.smoothing();
+        // Flat to 7e-4 where the signal meets its noise.
+        let smoothing = (0.5 * deviation).max(0.75 * NARROWEST);
         for track in &mut self.tracks {
             (track.position, track.velocity) = match self.high_pass {
                 Some(pass) => (pass.apply(&track.sensed, 2), pass.apply(&track.sensed, 1)),
                 None => (
-                    Kernel::gaussian(smoothing, 0, step).everywhere(&track.sensed),
-                    Kernel::gaussian(smoothing, 1, step).everywhere(&track.sensed),
+                    Kernel::flat(smoothing, 0, step).everywhere(&track.sensed),
+                    Kernel::flat(smoothing, 1, step).everywhere(&track.sensed),
                 ),
             };
             let margin = margin.min(track.len() / 4);
@@ -175,16 +206,6 @@ impl States {
             };
             track.valid = track.rows.iter().map(|row| !touched(row)).collect();
         }
-    }
-
-    /// Deviation of the kernel for nonlinear terms' states: the speed's noise, s/(√(4√π σ³) Δt), is a hundredth of it.
-    fn smoothing(&self) -> f64 {
-        let count: usize = self.tracks.iter().map(Track::len).sum();
-        let kernel = Kernel::gaussian(self.deviation, 1, self.step_s());
-        let square: f64 = self.tracks.iter().flat_map(|t| kernel.everywhere(&t.sensed)).map(|v| v * v).sum();
-        let speed = (square / count.max(1) as f64).sqrt();
-        let ratio = self.band.noise_std * self.sample_rate_hz / (SPEED_NOISE * speed.max(f64::MIN_POSITIVE));
-        (ratio * ratio / (4.0 * std::f64::consts::PI.sqrt())).cbrt().clamp(NARROWEST, self.deviation.max(NARROWEST))
     }
 
     /// Time from one sample to the next, s.
@@ -204,7 +225,7 @@ impl States {
 
     /// A signal of each recording's full rate, filtered, row by row.
     pub fn column(&self, signal: impl Fn(&Track) -> Vec<f64>) -> Vec<f64> {
-        self.filtered(0, 0.0, |track| match self.high_pass {
+        self.filtered(0, 0.0, 0.0, |track| match self.high_pass {
             Some(pass) => pass.apply(&signal(track), 0),
             None => signal(track),
         })
@@ -212,8 +233,12 @@ impl States {
 
     /// u behind the filter. Held, it acts half a sample late on a position; an acceleration follows it at once.
     pub fn input(&self) -> Vec<f64> {
-        let delay = if self.held && self.sensed == Sensed::Position { 0.5 } else { 0.0 };
-        self.filtered(0, delay, |track| match self.high_pass {
+        let (delay, widened) = match (self.sensed, self.between) {
+            (Sensed::Position, Between::Held) => (0.5, 1.0 / 12.0),
+            (Sensed::Position, Between::Straight) => (0.0, 1.0 / 6.0),
+            _ => (0.0, 0.0),
+        };
+        self.filtered(0, delay, widened, |track| match self.high_pass {
             Some(pass) => pass.apply(&track.input, 0),
             None => track.input.clone(),
         })
@@ -222,29 +247,29 @@ impl States {
     /// q̈ behind the filter.
     pub fn acceleration(&self) -> Vec<f64> {
         match self.high_pass {
-            Some(pass) => self.filtered(0, 0.0, |track| pass.apply(&track.sensed, 0)),
-            None => self.filtered(2, 0.0, |track| track.sensed.clone()),
+            Some(pass) => self.filtered(0, 0.0, 0.0, |track| pass.apply(&track.sensed, 0)),
+            None => self.filtered(2, 0.0, 0.0, |track| track.sensed.clone()),
         }
     }
 
     /// q̇ behind the filter.
     pub fn velocity(&self) -> Vec<f64> {
         match self.high_pass {
-            Some(_) => self.filtered(0, 0.0, |track| track.velocity.clone()),
-            None => self.filtered(1, 0.0, |track| track.sensed.clone()),
+            Some(_) => self.filtered(0, 0.0, 0.0, |track| track.velocity.clone()),
+            None => self.filtered(1, 0.0, 0.0, |track| track.sensed.clone()),
         }
     }
 
     /// q behind the filter.
     pub fn position(&self) -> Vec<f64> {
         match self.high_pass {
-            Some(_) => self.filtered(0, 0.0, |track| track.position.clone()),
-            None => self.filtered(0, 0.0, |track| track.sensed.clone()),
+            Some(_) => self.filtered(0, 0.0, 0.0, |track| track.position.clone()),
+            None => self.filtered(0, 0.0, 0.0, |track| track.sensed.clone()),
         }
     }
 
-    fn filtered(&self, order: usize, delay: f64, signal: impl Fn(&Track) -> Vec<f64>) -> Vec<f64> {
-        let kernel = Kernel::delayed(self.deviation, order, self.step_s(), delay);
+    fn filtered(&self, order: usize, delay: f64, widened: f64, signal: impl Fn(&Track) -> Vec<f64>) -> Vec<f64> {
+        let kernel = Kernel::delayed(self.deviation, order, self.step_s(), delay, widened);
         self.tracks.iter().flat_map(|track| kernel.at(&signal(track), &track.rows)).collect()
     }
 

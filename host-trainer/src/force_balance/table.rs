@@ -8,7 +8,7 @@ use super::{
     states::States,
     terms::{Library, Meaning, Sign},
 };
-use crate::rig::Rig;
+use crate::rig::{EffectEntry, Rig};
 
 /// Blocks into which the recordings in question are cut, about.
 const BLOCKS: usize = 32;
@@ -59,14 +59,21 @@ impl Model {
 }
 
 impl Table {
-    /// For recordings of which some are healthy; `unknown` is fitted with every hypothesis.
+    /// For recordings of which some are healthy; `unknown` is fitted with every hypothesis, `focus` is
+    /// looked around more closely.
     ///
     /// # Errors
     ///
     /// A rig of another kind.
-    pub fn new(rig: &Rig, states: &States, healthy: &[bool], unknown: &[Parameter]) -> Result<Self, BalanceError> {
+    pub fn new(
+        rig: &Rig,
+        states: &States,
+        healthy: &[bool],
+        unknown: &[Parameter],
+        focus: &[EffectEntry],
+    ) -> Result<Self, BalanceError> {
         let equation = Equation::new(rig, states)?;
-        let library = Library::new(rig, &equation, states, healthy, unknown);
+        let library = Library::new(rig, &equation, states, healthy, unknown, focus);
         let machine = &equation.rig;
         let kernel = states.noise_kernel(machine.mass_kg, machine.damping_n_s_per_m, machine.stiffness_n_per_m);
         let rows = states.rows().max(1) as f64;

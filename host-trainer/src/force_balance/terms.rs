@@ -11,7 +11,7 @@ use super::{
     equation::{Equation, Parameter, forces},
     states::{Sensed, States, Track},
 };
-use crate::rig::{EffectEntry, Rig, config::Restoring, simulate::plan_of};
+use crate::rig::{EffectEntry, Rig, Value, config::Restoring, simulate::plan_of};
 
 /// What a fitted coefficient means.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,13 +80,21 @@ struct Builder<'a> {
     rig: &'a Rig,
     states: &'a States,
     healthy: &'a [bool],
+    focus: &'a [EffectEntry],
     library: Library,
 }
 
 impl Library {
     /// For a rig and recordings, of which some are known to be healthy: there no effect acts. `unknown` are the
-    /// parameters that every hypothesis fits anew.
-    pub fn new(rig: &Rig, equation: &Equation, states: &States, healthy: &[bool], unknown: &[Parameter]) -> Self {
+    /// parameters that every hypothesis fits anew. Around the effects of `focus` the grid is finer.
+    pub fn new(
+        rig: &Rig,
+        equation: &Equation,
+        states: &States,
+        healthy: &[bool],
+        unknown: &[Parameter],
+        focus: &[EffectEntry],
+    ) -> Self {
         let mut columns = vec![equation.target(unknown)];
         let mut own = Vec::new();
         for parameter in unknown {
@@ -95,7 +103,7 @@ impl Library {
         }
         let library =
             Self { columns, own, terms: Vec::new(), flexible: Vec::new(), stiffness: equation.rig.stiffness_n_per_m };
-        let mut builder = Builder { rig, states, healthy, library };
+        let mut builder = Builder { rig, states, healthy, focus, library };
         builder.changes(equation, unknown);
         builder.forces(equation);
         builder.sensor(equation);
@@ -164,10 +172,34 @@ impl Builder<'_> {
         self.states.column(|track| forces(&plan, track, self.states.step_s()).iter().map(|f| -f).collect())
     }
 
+    /// A parameter of an effect that the search is to look around.
+    fn focus(&self, name: &str, key: &str) -> Option<f64> {
+        match self.focus.iter().find(|e| e.name == name)?.parameters.get(key)? {
+            Value::Number(number) => Some(*number),
+            Value::Text(_) => None,
+        }
+    }
+
+    /// The grid, or where there is something to look around, between its neighbours.
+    fn grid(&self, name: &str, key: &str, grid: Vec<f64>) -> Vec<f64> {
+        let Some(middle) = self.focus(name, key) else { return grid };
+        let below = grid.iter().copied().filter(|x| *x < middle).fold(f64::NEG_INFINITY, f64::max);
+        let above = grid.iter().copied().filter(|x| *x > middle).fold(f64::INFINITY, f64::min);
+        let (below, above) = match (below.is_finite(), above.is_finite()) {
+            (true, true) => (below, above),
+            (true, false) => (below, 2.0 * middle - below),
+            (false, true) => (2.0 * middle - above, above),
+            _ => return grid,
+        };
+        (0..=12).map(|k| below + (above - below) * f64::from(k) / 12.0).collect()
+    }
+
     fn strength(&mut self, name: &'static str, key: &'static str, sign: Sign, unit: f64, inside: &[(&str, Vec<f64>)]) {
         let points: Vec<Vec<(&str, f64)>> = match inside {
             [] => vec![Vec::new()],
-            [(inner, values), ..] => values.iter().map(|v| vec![(*inner, *v)]).collect(),
+            [(inner, values), ..] => {
+                self.grid(name, inner, values.clone()).into_iter().map(|v| vec![(*inner, v)]).collect()
+            }
         };
         let variants: Vec<_> = points
             .into_iter()
@@ -205,12 +237,15 @@ impl Builder<'_> {
         self.strength("end-stop-contact", "stiffness_n_per_m", Positive, 1.0, &[("gap_m", gaps)]);
         if self.states.high_pass.is_none() {
             self.strength("constant-force", "force_n", Any, 1.0, &[]);
-            let times = (1..32).map(|k| longest * f64::from(k) / 32.0).collect();
+            let times = (4..=28).map(|k| longest * f64::from(k) / 32.0).collect();
             self.strength("load-step", "change_n", Any, 1.0, &[("time_s", times)]);
         }
         if equation.rig.stiffness_n_per_m > 0.0 && equation.rig.restoring == Restoring::Linear {
-            let variants: Vec<_> = (1..=20)
-                .map(|k| EffectEntry::new("backlash", &[("width_m", 2.0 * part(&sizes, 0.045 * f64::from(k)))]))
+            let widths = (1..=20).map(|k| 2.0 * part(&sizes, 0.045 * f64::from(k))).collect();
+            let variants: Vec<_> = self
+                .grid("backlash", "width_m", widths)
+                .into_iter()
+                .map(|width| EffectEntry::new("backlash", &[("width_m", width)]))
                 .map(|entry| {
                     let column = self.force(&entry).into_iter().map(|x| x / equation.rig.stiffness_n_per_m).collect();
                     (entry, column)
@@ -245,9 +280,13 @@ impl Builder<'_> {
         }
         let count = 30;
         let mut variants = Vec::new();
-        for k in 0..count {
-            let hz = low * (high / low).powf(f64::from(k) / f64::from(count - 1));
-            for ratio in [0.01, 0.04, 0.12] {
+        let grid = (0..count).map(|k| low * (high / low).powf(f64::from(k) / f64::from(count - 1))).collect();
+        let ratios = match self.focus("structural-resonance", "damping_ratio") {
+            Some(ratio) => [0.4, 0.7, 1.0, 1.5, 2.2].map(|factor| (factor * ratio).min(0.5)).to_vec(),
+            None => vec![0.01, 0.04, 0.12],
+        };
+        for hz in self.grid("structural-resonance", "frequency_hz", grid) {
+            for &ratio in &ratios {
                 let numbers = [("frequency_hz", hz), ("damping_ratio", ratio), ("gain", 1.0)];
                 let entry = EffectEntry::new("structural-resonance", &numbers);
                 let of = |which: usize| self.states.column(|t| mode(self.states, t, hz, ratio, which));
