@@ -6,10 +6,11 @@ use std::f64::consts::TAU;
 
 use super::{
     error::BalanceError,
+    events,
     finding::{CauseParameter, FoundCause},
     states::{States, Track},
 };
-use crate::rig::EffectEntry;
+use crate::rig::{EffectEntry, Value, effect::Values};
 
 /// Equal samples in a row that make a plateau.
 const PLATEAU: usize = 3;
@@ -32,13 +33,14 @@ pub struct Fault {
 impl Fault {
     /// As a cause that stands.
     pub fn cause(&self) -> FoundCause {
-        let parameters = self.entry.parameters.iter().filter_map(|(name, value)| match value {
-            crate::rig::Value::Number(value) => {
-                Some(CauseParameter { name: name.clone(), value: *value, interval95: None })
+        let stated = self.entry.definition().map_or(&[][..], |d| d.parameters).iter().filter(|p| p.in_vocabulary());
+        let parameters = stated.filter_map(|parameter| match self.entry.parameters.get(parameter.name)? {
+            Value::Number(value) => {
+                Some(CauseParameter { name: parameter.name.into(), value: *value, interval95: None })
             }
-            crate::rig::Value::Text(_) => None,
+            Value::Text(_) => None,
         });
-        let rig = crate::rig::effect::Values::new(&self.entry, "sdof");
+        let rig = Values::new(&self.entry, "sdof");
         FoundCause {
             name: self.entry.name.clone(),
             probability: 0.99,
@@ -50,15 +52,19 @@ impl Fault {
     }
 }
 
-/// Finds faults in the first `count` recordings, and takes out or marks what they have touched.
+/// Finds faults in the first `count` recordings, and takes out or marks what they have touched. A recording that lost
+/// samples is cut in two, which then count.
 ///
 /// # Errors
 ///
 /// As [`States::learn_band`].
-pub fn clean(states: &mut States, count: usize) -> Result<Vec<Fault>, BalanceError> {
+pub fn clean(states: &mut States, count: &mut usize) -> Result<Vec<Fault>, BalanceError> {
     let mut faults = Vec::new();
-    faults.extend(clipping(&mut states.tracks[..count]));
-    faults.extend(mains(states, count));
+    faults.extend(clipping(&mut states.tracks[..*count]));
+    faults.extend(mains(states, *count));
+    if faults.is_empty() {
+        faults.extend(events::lost_samples(states, count));
+    }
     if !faults.is_empty() {
         states.learn_band()?;
     }
@@ -116,7 +122,8 @@ fn mains(states: &mut States, count: usize) -> Option<Fault> {
     if prominence(&longest.input, hz, rate) > 0.2 * stands || answers(longest, hz, rate) {
         return None;
     }
-    let amplitude = 2.0 * line(&longest.sensed, hz, rate).0 / longest.len() as f64;
+    let (size, phase) = line(&longest.sensed, hz, rate);
+    let amplitude = 2.0 * size / longest.len() as f64;
     for track in &mut states.tracks[..count] {
         for harmonic in [1.0, 3.0, 5.0] {
             let f = hz * harmonic;
@@ -126,7 +133,10 @@ fn mains(states: &mut States, count: usize) -> Option<Fault> {
         }
     }
     Some(Fault {
-        entry: EffectEntry::new("mains-interference", &[("frequency_hz", hz), ("amplitude", amplitude)]),
+        entry: EffectEntry::new(
+            "mains-interference",
+            &[("frequency_hz", hz), ("amplitude", amplitude), ("phase_rad", phase + 0.25 * TAU)],
+        ),
         evidence: format!(
             "a line at {hz:.2} Hz stands {stands:.0} times above its surroundings and is not in the input"
         ),

@@ -202,7 +202,7 @@ pub fn determined(equation: &Equation, unknown: &[Parameter]) -> (Vec<Parameter>
         left.remove(keep);
     }
     let size = regression::norm(&equation.target(&left));
-    let force = regression::norm(&equation.column(Parameter::Gain).to_vec()) * equation.rig.input_gain_n_per_unit.abs();
+    let force = regression::norm(equation.column(Parameter::Gain)) * equation.rig.input_gain_n_per_unit.abs();
     let scale = left.iter().position(|p| *p == Parameter::Gain);
     if let Some(gain) = scale.filter(|_| size <= 1e-9 * force) {
         sentences.push(format!(

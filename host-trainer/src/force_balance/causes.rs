@@ -6,11 +6,7 @@ use super::{
     table::{Model, Table},
     terms::Meaning,
 };
-use crate::rig::{
-    EffectEntry, Value,
-    config::{Restoring, SdofRig},
-    effect::Holds,
-};
+use crate::rig::{EffectEntry, Value, config::SdofRig, effect::Holds};
 
 /// Multiple of the nominal damping from which a damping is called friction that the nominal model has not.
 const FRICTION: f64 = 5.0;
@@ -100,9 +96,6 @@ fn bias_or_force(entry: EffectEntry, machine: &SdofRig, states: &States) -> Effe
         Some(Value::Number(number)) => *number,
         _ => 0.0,
     };
-    if machine.restoring == Restoring::Pendulum {
-        return entry;
-    }
     let k = machine.stiffness_n_per_m;
     let bias = match entry.name.as_str() {
         "constant-force" if k > 0.0 => number("force_n") / k,

@@ -5,13 +5,14 @@ use rayon::prelude::*;
 use super::{
     significance::{discoveries, sign_flip},
     table::{Model, Table},
+    terms::Meaning,
 };
 use crate::rig::EffectEntry;
 
 /// Rate of false discoveries among single causes.
 const FALSE: f64 = 0.02;
-/// Share of the held-out error that a cause must take away to be worth a word.
-const WORTH: f64 = 0.004;
+/// Share of the held-out error that a cause must take away to be worth a word, for each number that it is free to choose.
+const WORTH: f64 = 0.005;
 /// What a second cause must do: p-value, share of the error, share of what all causes take away.
 const SECOND: (f64, f64, f64) = (0.01, 0.04, 0.004);
 /// What a third must do.
@@ -56,7 +57,29 @@ impl Decision {
     pub fn found(&self, table: &Table) -> Vec<EffectEntry> {
         let alone = self.singles.iter().filter_map(|t| t.model.as_ref()).flat_map(|m| &m.parts);
         let parts = self.chosen.parts.iter().chain(alone);
-        parts.map(|(term, variant)| table.library.terms[*term].variants[*variant].entry.clone()).collect()
+        let mut entries: Vec<EffectEntry> =
+            parts.map(|(term, variant)| table.library.terms[*term].variants[*variant].entry.clone()).collect();
+        // A sensor's gain and bias are coefficients that the next columns depend on.
+        for model in std::iter::once(&self.chosen).chain(self.singles.iter().filter_map(|t| t.model.as_ref())) {
+            for (part, (term, _)) in model.parts.iter().enumerate() {
+                let coefficient = table.coefficients(model, part)[0];
+                let value = match table.library.terms[*term].meaning {
+                    Meaning::Gain => 1.0 / (1.0 + coefficient),
+                    Meaning::Bias => -coefficient,
+                    _ => continue,
+                };
+                entries.push(EffectEntry::new(table.library.terms[*term].name, &[("value", value)]));
+            }
+        }
+        entries
+    }
+
+    /// The same with nothing found: something else explains the recordings already.
+    pub fn acquitted(mut self) -> Self {
+        self.chosen = self.nothing.clone();
+        self.rich = self.nothing.clone();
+        (self.p_value, self.rich_p_value) = (1.0, 1.0);
+        self
     }
 
     /// Share of the error left by the chosen model that columns without a name take away on held-out blocks.
@@ -98,7 +121,11 @@ pub fn decide(table: &Table, seed: u64) -> Option<Decision> {
         .collect();
     let p_values: Vec<f64> = singles.iter().map(|t| t.p_value).collect();
     let found = discoveries(&p_values, FALSE);
-    let worth = |m: &Model| gains(&nothing, m, &nothing).0 > WORTH;
+    let worth = |m: &Model| {
+        let inside = m.parts.iter().filter(|(t, _)| table.library.terms[*t].variants.len() > 1).count();
+        let chosen_from = m.columns.len() - nothing.columns.len();
+        gains(&nothing, m, &nothing).0 > WORTH * (chosen_from * (1 + inside)) as f64
+    };
     let standing: Vec<usize> =
         (0..count).filter(|t| found[*t] && singles[*t].model.as_ref().is_some_and(worth)).collect();
     let ones: Vec<Model> = standing.iter().filter_map(|t| singles[*t].model.clone()).collect();

@@ -1,7 +1,7 @@
 //! What the input did between its samples.
 
 use super::{
-    equation::{Equation, Parameter},
+    equation::{Equation, Parameter, machine},
     error::BalanceError,
     regression, shooting,
     states::{Between, Sensed, States},
@@ -19,6 +19,8 @@ impl States {
     ///
     /// A rig of another kind.
     pub fn learn_hold(&mut self, rig: &Rig) -> Result<(), BalanceError> {
+        let machine = machine(rig)?;
+        self.input_per_mass = machine.input_gain_n_per_unit / machine.mass_kg;
         let mut best = (Between::Held, f64::INFINITY);
         for between in [Between::Held, Between::Straight, Between::Smooth] {
             self.between = between;
@@ -32,6 +34,9 @@ impl States {
             }
         }
         self.between = best.0;
+        if self.sensed == Sensed::Acceleration {
+            self.prepare();
+        }
         Ok(())
     }
 

@@ -73,6 +73,19 @@ impl Track {
         self.sensed.len()
     }
 
+    fn part(&self, range: std::ops::Range<usize>) -> Self {
+        Self {
+            name: self.name.clone(),
+            input: self.input[range.clone()].to_vec(),
+            sensed: self.sensed[range.clone()].to_vec(),
+            bad: self.bad[range].to_vec(),
+            position: Vec::new(),
+            velocity: Vec::new(),
+            rows: Vec::new(),
+            valid: Vec::new(),
+        }
+    }
+
     /// Whether there are none, which [`States::new`] refuses.
     pub fn is_empty(&self) -> bool {
         self.sensed.is_empty()
@@ -98,6 +111,8 @@ pub struct States {
     pub high_pass: Option<HighPass>,
     /// What the input did between its samples.
     pub between: Between,
+    /// q̈ for a unit of input, of which an acceleration that steps with a held input is made.
+    pub input_per_mass: f64,
 }
 
 impl States {
@@ -154,6 +169,7 @@ impl States {
             band,
             high_pass: None,
             between: Between::Held,
+            input_per_mass: 0.0,
         };
         states.learn_band()?;
         Ok(states)
@@ -174,7 +190,7 @@ impl States {
         // A slow signal in a short recording: keep at least some dozens of rows.
         self.deviation = deviation.min(shortest as f64 / 60.0).max(NARROWEST);
         self.high_pass = (self.sensed == Sensed::Acceleration).then(|| {
-            let corner_hz = (0.7 * self.band.low_hz).max(3.0 * rate / shortest as f64);
+            let corner_hz = (0.7 * self.band.low_hz).max(4.0 * rate / shortest as f64);
             HighPass { corner_hz, sample_rate_hz: rate }
         });
         self.stride = ((1.5 * self.deviation) as usize).max(1);
@@ -191,7 +207,19 @@ impl States {
         let smoothing = (0.5 * deviation).max(0.75 * NARROWEST);
         for track in &mut self.tracks {
             (track.position, track.velocity) = match self.high_pass {
-                Some(pass) => (pass.apply(&track.sensed, 2), pass.apply(&track.sensed, 1)),
+                Some(pass) => {
+                    let mut states = (pass.apply(&track.sensed, 2), pass.apply(&track.sensed, 1));
+                    if self.between == Between::Held {
+                        // The part of q̈ that steps with the input stays until the next sample: its integral is half a
+                        // sample later than that of a smooth signal through the same samples.
+                        let late = -0.5 * step * self.input_per_mass;
+                        for (state, integrals) in [(&mut states.0, 1), (&mut states.1, 0)] {
+                            let stepping = pass.apply(&track.input, integrals);
+                            state.iter_mut().zip(stepping).for_each(|(x, u)| *x += late * u);
+                        }
+                    }
+                    states
+                }
                 None => (
                     Kernel::flat(smoothing, 0, step).everywhere(&track.sensed),
                     Kernel::flat(smoothing, 1, step).everywhere(&track.sensed),
@@ -303,16 +331,7 @@ impl States {
         };
         if let [track] = self.tracks.as_slice() {
             let at = track.len() * 3 / 4;
-            let piece = |range: std::ops::Range<usize>| Track {
-                name: track.name.clone(),
-                input: track.input[range.clone()].to_vec(),
-                sensed: track.sensed[range.clone()].to_vec(),
-                bad: track.bad[range].to_vec(),
-                position: Vec::new(),
-                velocity: Vec::new(),
-                rows: Vec::new(),
-                valid: Vec::new(),
-            };
+            let piece = |range: std::ops::Range<usize>| track.part(range);
             if track.len() - at < SHORTEST {
                 return None;
             }
@@ -325,6 +344,18 @@ impl States {
         let of = |indices: &[usize]| indices.iter().map(|i| self.tracks[*i].clone()).collect::<Vec<_>>();
         let word = test.iter().map(|i| self.tracks[*i].name.as_str()).collect::<Vec<_>>().join(", ");
         Some((part(of(&train)), part(of(&test)), word))
+    }
+
+    /// Cuts a recording in two at a sample, which goes with the later part. Whether both parts were long enough.
+    pub fn cut(&mut self, track: usize, at: usize) -> bool {
+        let whole = &self.tracks[track];
+        if at < SHORTEST || whole.len() - at < SHORTEST {
+            return false;
+        }
+        let part = |range: std::ops::Range<usize>| whole.part(range);
+        let parts = [part(0..at), part(at..whole.len())];
+        self.tracks.splice(track..=track, parts);
+        true
     }
 
     /// Samples of a window over which a simulation is believed though forces disturb the machine: eight periods of the

@@ -145,7 +145,7 @@ impl Table {
     /// columns depend on each other.
     pub fn best(&self, terms: &[usize], given: &[(usize, usize)]) -> Option<Model> {
         let own = self.library.own_columns();
-        let mut best: Option<(f64, Vec<(usize, usize)>, Vec<usize>, Vec<f64>)> = None;
+        let mut best: Option<(f64, Model)> = None;
         let sizes: Vec<usize> = terms.iter().map(|t| self.library.terms[*t].variants.len()).collect();
         let count: usize = sizes.iter().product();
         for index in 0..count {
@@ -162,13 +162,13 @@ impl Table {
                 continue;
             }
             let left = self.gram.left_total(&columns, &values);
-            if best.as_ref().is_none_or(|(least, ..)| left < *least) {
-                best = Some((left, parts, columns, values));
+            if best.as_ref().is_none_or(|(least, _)| left < *least) {
+                best = Some((left, Model { parts, columns, values, left: Vec::new() }));
             }
         }
-        let (_, parts, columns, values) = best?;
-        let left = self.held_out(&columns)?;
-        Some(Model { parts, columns, values, left })
+        let (_, model) = best?;
+        let left = self.held_out(&model.columns)?;
+        Some(Model { left, ..model })
     }
 
     /// The coefficients of a part of a model.

@@ -255,19 +255,41 @@ impl Builder<'_> {
         }
     }
 
+    /// What a wrong gain or bias of the sensor makes of the balance. Where the spring is not linear the column depends on
+    /// the value, which the first search gives the second.
     fn sensor(&mut self, equation: &Equation) {
-        let own = Parameter::ALL.into_iter().take(3);
+        let rig = &equation.rig;
+        let pendulum = rig.restoring == Restoring::Pendulum;
         let mut all = vec![0.0; self.states.rows()];
-        for parameter in own {
-            let value = parameter.of(&equation.rig);
+        for parameter in [Parameter::Mass, Parameter::Damping, Parameter::Stiffness] {
+            let value = parameter.of(rig);
             all.iter_mut().zip(equation.column(parameter)).for_each(|(sum, x)| *sum += value * x);
         }
+        let k = rig.stiffness_n_per_m;
+        let share = self.sensed_value("sensor-gain").map(|gain| 1.0 / gain - 1.0).filter(|s| s.abs() > 1e-3);
+        if let (true, Some(share)) = (pendulum, share) {
+            let beyond = |q: &f64| k * ((((1.0 + share) * q).sin() - q.sin()) / share - q.sin());
+            let column = self.states.column(|t| t.position.iter().map(beyond).collect());
+            all.iter_mut().zip(column).for_each(|(sum, x)| *sum += x);
+        }
         self.term("sensor-gain", Meaning::Gain, Sign::Any, vec![(EffectEntry::new("sensor-gain", &[]), all)]);
-        let (k, restoring) = (equation.rig.stiffness_n_per_m, equation.rig.restoring);
         if self.states.sensed == Sensed::Position && k > 0.0 {
-            let slope = |q: f64| if restoring == Restoring::Pendulum { k * q.cos() } else { k };
-            let column = self.states.column(|t| t.position.iter().map(|q| slope(*q)).collect());
+            let bias = self.sensed_value("sensor-bias").filter(|b| b.abs() > 1e-6);
+            let slope = |q: &f64| match (pendulum, bias) {
+                (false, _) => k,
+                (true, None) => k * q.cos(),
+                (true, Some(bias)) => k * (q.sin() - (q - bias).sin()) / bias,
+            };
+            let column = self.states.column(|t| t.position.iter().map(slope).collect());
             self.term("sensor-bias", Meaning::Bias, Sign::Any, vec![(EffectEntry::new("sensor-bias", &[]), column)]);
+        }
+    }
+
+    fn sensed_value(&self, name: &str) -> Option<f64> {
+        let with = self.focus.iter().filter(|e| e.name == name).find_map(|e| e.parameters.get("value"));
+        match with? {
+            Value::Number(number) => Some(*number),
+            Value::Text(_) => None,
         }
     }
 

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::{
-    recording::{Channel, Recording, Source},
+    recording::{Channel, LoadOptions, Recording, Source, load, reference_data},
     rig::{
         Rig,
         sdof::{Drive, simulate},
@@ -70,4 +70,17 @@ pub fn recording(name: &str, input: Vec<f64>, channel: &str, samples: Vec<f64>) 
         sample_rate_hz: RATE,
         ..Recording::default()
     }
+}
+
+/// DATA_EMPS and DATA_EMPS_PULSES as recordings with u and q, if there are any.
+pub fn emps() -> Option<Vec<Recording>> {
+    let folder = reference_data::folder("emps")?;
+    let read = |file: &str, variable: &str| {
+        let options =
+            LoadOptions { variable: Some(variable.into()), sample_rate_hz: Some(1000.0), ..LoadOptions::default() };
+        load(&[folder.join(file)], &options).unwrap().recordings.remove(0).channels.remove(0).samples
+    };
+    let one =
+        |file: &str| Recording { sample_rate_hz: 1000.0, ..recording(file, read(file, "vir"), "q", read(file, "qm")) };
+    Some(vec![one("DATA_EMPS.mat"), one("DATA_EMPS_PULSES.mat")])
 }

@@ -1,5 +1,4 @@
 use super::{super::testing, *};
-use crate::recording::{LoadOptions, load, reference_data};
 
 const TRUTH: [(&str, f64); 3] = [("mass_kg", 2.0), ("damping_n_s_per_m", 4.0), ("stiffness_n_per_m", 800.0)];
 
@@ -11,28 +10,29 @@ fn guessed() -> Rig {
     testing::rig(&(text + "unknown = [\"mass_kg\", \"damping_n_s_per_m\", \"stiffness_n_per_m\"]\n"))
 }
 
-/// 95 % intervals hold the truth in at least 90 of 100 repeats, for each parameter, for position and acceleration.
+/// 95 % intervals hold the truth in at least 90 of 100 repeats, for each parameter, for position and (fewer repeats)
+/// acceleration.
 #[test]
 fn invariant_intervals_hold_the_truth() {
-    for channel in ["q", "qdd"] {
+    for (channel, repeats) in [("q", 100), ("qdd", 50)] {
         let mut held = [0; 3];
-        for seed in 0..100 {
-            let recordings = testing::recordings(&testing::rig(testing::LINEAR), channel, 1.0, 0.03, 1500, seed);
+        for seed in 0..repeats {
+            let recordings = testing::recordings(&testing::rig(testing::LINEAR), channel, 1.0, 0.03, 1000, seed);
             let found = calibrate_sdof(&guessed(), &recordings[..2]).unwrap();
             for (held, (key, truth)) in held.iter_mut().zip(TRUTH) {
                 let estimate = found.estimates.iter().find(|e| e.key == key).unwrap();
                 *held += i32::from(estimate.interval95[0] <= truth && truth <= estimate.interval95[1]);
             }
         }
-        eprintln!("intervals that hold the truth, {channel}: {held:?} of 100");
-        assert!(held.iter().all(|held| *held >= 90), "{channel} {held:?}");
+        eprintln!("intervals that hold the truth, {channel}: {held:?} of {repeats}");
+        assert!(held.iter().all(|held| 10 * *held >= 9 * repeats as i32), "{channel} {held:?}");
     }
 }
 
 /// The published parameters within 10 %, friction given as effects of known kind.
 #[test]
 fn literature_emps_without_friction_and_with_it() {
-    let Some(recordings) = emps() else { return };
+    let Some(recordings) = testing::emps() else { return };
     let rig = testing::rig(
         "kind = \"sdof\"\nmass_kg = 50.0\ndamping_n_s_per_m = 50.0\nstiffness_n_per_m = 0.0\n\
          input_gain_n_per_unit = 35.15\nrestoring = \"linear\"\ngravity_n = 0.0\n\
@@ -45,21 +45,6 @@ fn literature_emps_without_friction_and_with_it() {
         let estimate = found.estimates.iter().find(|e| e.key == key).unwrap();
         assert!((estimate.value / published - 1.0).abs() < 0.1, "{estimate:?}");
     }
-}
-
-/// DATA_EMPS and DATA_EMPS_PULSES as recordings with u and q, if there are any.
-fn emps() -> Option<Vec<Recording>> {
-    let folder = reference_data::folder("emps")?;
-    let read = |file: &str, variable: &str| {
-        let options =
-            LoadOptions { variable: Some(variable.into()), sample_rate_hz: Some(1000.0), ..LoadOptions::default() };
-        load(&[folder.join(file)], &options).unwrap().recordings.remove(0).channels.remove(0).samples
-    };
-    let one = |file: &str| Recording {
-        sample_rate_hz: 1000.0,
-        ..testing::recording(file, read(file, "vir"), "q", read(file, "qm"))
-    };
-    Some(vec![one("DATA_EMPS.mat"), one("DATA_EMPS_PULSES.mat")])
 }
 
 #[test]
