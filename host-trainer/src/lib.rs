@@ -8,6 +8,7 @@ pub mod diagnose;
 pub mod export;
 pub mod files;
 pub mod fit;
+pub mod force_balance;
 pub mod input;
 pub mod model;
 pub mod model_file;

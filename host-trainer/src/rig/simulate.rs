@@ -279,7 +279,7 @@ pub(super) fn in_order(plan: Plan) -> Vec<(Stage, Signal)> {
 }
 
 /// The rig's machine with its effects put in.
-pub(super) fn plan_of(rig: &Rig) -> Plan {
+pub(crate) fn plan_of(rig: &Rig) -> Plan {
     let mut plan = Plan::new(rig.model.clone());
     for entry in &rig.effects {
         if let Some(values) = Values::new(entry, rig.model.kind()) {

@@ -1,0 +1,37 @@
+//! Why a force balance cannot be drawn up.
+
+use crate::rig::RigError;
+
+/// What stands in the way.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BalanceError {
+    /// A rig of another kind.
+    #[error("kind: found {found:?}, expected \"sdof\"")]
+    NotSdof {
+        /// The kind.
+        found: &'static str,
+    },
+    /// No recordings.
+    #[error("found no recordings, expected at least one with channels u and q (or qdd)")]
+    NoRecordings,
+    /// A recording that lacks a channel, is too short, or has another sample rate.
+    #[error("{recording}: found {found}, expected {expected}")]
+    BadRecording {
+        /// The recording.
+        recording: String,
+        /// What it has.
+        found: String,
+        /// What it should have.
+        expected: String,
+    },
+    /// No parameter is unknown, or none can be determined.
+    #[error("found nothing to determine, expected {expected}")]
+    Nothing {
+        /// What there should be.
+        expected: String,
+    },
+    /// The rig cannot be run.
+    #[error(transparent)]
+    Rig(#[from] RigError),
+}

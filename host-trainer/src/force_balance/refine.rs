@@ -1,0 +1,68 @@
+//! The parameters of a rig with its effects, by the force balance: Gauss–Newton on what the rig as a whole leaves, so
+//! that the parameters inside a term are fitted with its strength and get intervals too.
+
+use super::{
+    equation::Equation,
+    gram::cholesky_solve,
+    regression::{self, Fit},
+    states::States,
+};
+use crate::rig::Rig;
+
+const STEPS: usize = 15;
+
+/// Fits the numbers named by `keys`, from the rig's values on; the rig gets them. `None` where they are not determined.
+pub fn refine(rig: &mut Rig, keys: &[String], states: &States) -> Option<Fit> {
+    let residual = |rig: &Rig| Equation::new(rig, states).ok().map(|e| e.target(&[]));
+    let square = |r: &[f64]| r.iter().map(|x| x * x).sum::<f64>();
+    let groups: Vec<usize> = states.tracks.iter().map(|t| t.rows.len()).collect();
+    let valid: Vec<bool> = states.tracks.iter().flat_map(|t| t.valid.iter().copied()).collect();
+    let masked = |rig: &Rig| {
+        let mut left = residual(rig)?;
+        left.iter_mut().zip(&valid).for_each(|(r, valid)| *r *= f64::from(u8::from(*valid)));
+        Some(left)
+    };
+    let mut left = masked(rig)?;
+    let mut damping = 1e-9;
+    let mut slopes = Vec::new();
+    for _ in 0..STEPS {
+        slopes.clear();
+        for key in keys {
+            let value = rig.get(key)?;
+            let step = if value == 0.0 { 1e-6 } else { 1e-4 * value.abs() };
+            let mut moved = rig.clone();
+            let step = if moved.set(key, value + step).is_ok() { step } else { -step };
+            moved.set(key, value + step).ok()?;
+            let moved = masked(&moved)?;
+            slopes.push(left.iter().zip(&moved).map(|(b, m)| (b - m) / step).collect::<Vec<f64>>());
+        }
+        let mut better = None;
+        while damping < 1e4 {
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let mut normal: Vec<Vec<f64>> =
+                (0..keys.len()).map(|i| (0..=i).map(|j| dot(&slopes[i], &slopes[j])).collect()).collect();
+            let right: Vec<f64> = slopes.iter().map(|s| dot(s, &left)).collect();
+            let step = cholesky_solve(&mut normal, &right, damping)?;
+            let mut trial = rig.clone();
+            let set = keys.iter().zip(&step).all(|(k, s)| trial.get(k).is_some_and(|v| trial.set(k, v + s).is_ok()));
+            let now = set.then(|| masked(&trial)).flatten().filter(|now| square(now) < square(&left));
+            if let Some(now) = now {
+                better = Some((trial, now));
+                break;
+            }
+            damping = f64::max(damping, 1e-7) * 10.0;
+        }
+        let Some((trial, now)) = better else { break };
+        let fall = 1.0 - square(&now) / square(&left);
+        (*rig, left) = (trial, now);
+        damping *= 0.1;
+        if fall < 1e-8 {
+            break;
+        }
+    }
+    let lags = regression::correlation_length(&left, &groups);
+    // The slopes are those of the last step but one, which is where they are here.
+    let fit = regression::least_squares(&slopes, &left, &groups, lags)?;
+    let values = keys.iter().map(|key| rig.get(key)).collect::<Option<_>>()?;
+    Some(Fit { values, covariance: fit.covariance, residual: left })
+}

@@ -1,0 +1,324 @@
+//! Parameters by simulation: the rig's own run against what the sensor said, window by window.
+//!
+//! Multiple shooting (H. G. Bock, "Recent advances in parameter identification techniques for O.D.E.", 1983): a recording
+//! is cut into windows, each with a start of its own, which is fitted with the parameters. White sensor noise makes this
+//! the maximum-likelihood estimate, where the force balance, whose columns hold the noise too, is a little biased.
+//! Disturbances of the machine make it the worse one: it believes in the simulation for a whole window.
+
+use rayon::prelude::*;
+
+use super::{
+    regression::{self, Fit},
+    states::{Between, Sensed, States, Track},
+};
+use crate::rig::{
+    Rig, Value,
+    sdof::{Drive, Interpolation, simulate},
+};
+
+/// Most steps of the Gauss–Newton iteration.
+const STEPS: usize = 25;
+/// Relative fall of the error below which it has converged.
+const CONVERGED: f64 = 1e-7;
+
+/// A rig fitted by simulation.
+#[derive(Clone, Debug)]
+pub struct Refined {
+    /// The rig with the fitted values.
+    pub rig: Rig,
+    /// Estimates in the order of the keys, their covariance, and what is left in each sample, in the sensor's unit.
+    pub fit: Fit,
+    /// Root mean square of what is left.
+    pub rms: f64,
+}
+
+struct Window<'a> {
+    track: &'a Track,
+    first: usize,
+    last: usize,
+    /// q and q̇ at the first sample.
+    start: [f64; 2],
+}
+
+/// Fits the numbers named by `keys`, as [`Rig::set`] takes them, and the start of each window, from the rig's values on.
+/// `window` is in samples; `None` takes recordings whole. `None` is returned where nothing converges: the simulation
+/// diverges, or the keys are not determined.
+pub fn refine(rig: &Rig, keys: &[String], states: &States, window: Option<usize>) -> Option<Refined> {
+    let mut windows = cut(states, window);
+    let run = Run { states, keys };
+    let mut rig = rig.clone();
+    let mut values: Vec<f64> = keys.iter().map(|key| rig.get(key)).collect::<Option<_>>()?;
+    let mut damping = 1e-6;
+    let mut pieces = run.linearise(&rig, &values, &windows)?;
+    let mut cost = cost_of(&pieces);
+    for _ in 0..STEPS {
+        let mut improved = None;
+        while damping < 1e6 {
+            let Some((step, starts)) = solve(&pieces, keys.len(), damping) else {
+                damping = f64::max(damping, 1e-9) * 10.0;
+                continue;
+            };
+            let trial: Vec<f64> = values.iter().zip(&step).map(|(v, s)| v + s).collect();
+            let moved: Vec<[f64; 2]> =
+                windows.iter().zip(&starts).map(|(w, s)| [w.start[0] + s[0], w.start[1] + s[1]]).collect();
+            let inside = keys.iter().zip(&trial).all(|(k, v)| rig.domain(k).is_none_or(|d| d.holds(*v)));
+            let found = inside.then(|| run.cost(&rig, &trial, &windows, &moved)).flatten();
+            if let Some(better) = found.filter(|c| *c < cost) {
+                improved = Some((trial, moved, better));
+                break;
+            }
+            damping = f64::max(damping, 1e-7) * 8.0;
+        }
+        let Some((trial, moved, better)) = improved else { break };
+        let fall = 1.0 - better / cost;
+        values = trial;
+        windows.iter_mut().zip(moved).for_each(|(w, s)| w.start = s);
+        for (key, value) in keys.iter().zip(&values) {
+            rig.set(key, *value).ok()?;
+        }
+        pieces = run.linearise(&rig, &values, &windows)?;
+        cost = cost_of(&pieces);
+        damping *= 0.1;
+        if fall < CONVERGED {
+            break;
+        }
+    }
+    let fit = covariance(&pieces, &values)?;
+    let count = fit.residual.len().max(1) as f64;
+    let rms = (fit.residual.iter().map(|e| e * e).sum::<f64>() / count).sqrt();
+    Some(Refined { rig, fit, rms })
+}
+
+/// Root mean square of what a rig's simulation leaves of each recording, over windows whose starts are fitted, in the
+/// sensor's unit. `None` where it diverges.
+pub fn error(rig: &Rig, states: &States, window: Option<usize>) -> Option<f64> {
+    refine(rig, &[], states, window).map(|refined| refined.rms)
+}
+
+/// What a rig's simulation gives for the only recording, from the start that leaves least. `None` where it diverges.
+pub fn follow(rig: &Rig, states: &States) -> Option<Vec<f64>> {
+    let left = refine(rig, &[], states, None)?.fit.residual;
+    let track = states.tracks.first()?;
+    Some(track.sensed.iter().zip(left).map(|(measured, left)| measured - left).collect())
+}
+
+fn cut(states: &States, window: Option<usize>) -> Vec<Window<'_>> {
+    let mut windows = Vec::new();
+    for track in &states.tracks {
+        let length = window.unwrap_or(track.len()).clamp(20, track.len().max(20));
+        let count = (track.len() / length).max(1);
+        for k in 0..count {
+            let (first, last) = (k * track.len() / count, (k + 1) * track.len() / count);
+            windows.push(Window { track, first, last, start: [track.position[first], track.velocity[first]] });
+        }
+    }
+    windows
+}
+
+/// A window's error and its derivatives.
+struct Piece {
+    error: Vec<f64>,
+    /// By the keys, then by the start.
+    slopes: Vec<Vec<f64>>,
+}
+
+struct Run<'a> {
+    states: &'a States,
+    keys: &'a [String],
+}
+
+impl Run<'_> {
+    fn signal(&self, rig: &Rig, window: &Window, start: [f64; 2]) -> Option<Vec<f64>> {
+        let interpolation = match self.states.between {
+            Between::Held => Interpolation::Hold,
+            Between::Straight | Between::Smooth => Interpolation::Linear,
+        };
+        let drive = Drive {
+            input: &window.track.input[window.first..window.last],
+            sample_rate_hz: self.states.sample_rate_hz,
+            position: start[0],
+            velocity: start[1],
+            interpolation,
+        };
+        let later = later(rig, window.first as f64 * self.states.step_s());
+        let mut recording = simulate(later.as_ref().unwrap_or(rig), &drive).ok()?;
+        let channel = recording.channels.iter_mut().find(|c| c.name == self.states.sensed.channel())?;
+        Some(std::mem::take(&mut channel.samples))
+    }
+
+    fn error(&self, rig: &Rig, window: &Window, start: [f64; 2]) -> Option<Vec<f64>> {
+        let simulated = self.signal(rig, window, start)?;
+        let track = window.track;
+        let left = (window.first..window.last).zip(simulated).map(
+            |(k, s)| {
+                if track.bad[k] { 0.0 } else { track.sensed[k] - s }
+            },
+        );
+        Some(left.collect())
+    }
+
+    fn cost(&self, rig: &Rig, values: &[f64], windows: &[Window], starts: &[[f64; 2]]) -> Option<f64> {
+        let mut rig = rig.clone();
+        for (key, value) in self.keys.iter().zip(values) {
+            rig.set(key, *value).ok()?;
+        }
+        let each: Option<Vec<f64>> = windows
+            .par_iter()
+            .zip(starts)
+            .map(|(w, s)| self.error(&rig, w, *s).map(|e| e.iter().map(|e| e * e).sum()))
+            .collect();
+        each.map(|each| each.iter().sum()).filter(|c: &f64| c.is_finite())
+    }
+
+    fn linearise(&self, rig: &Rig, values: &[f64], windows: &[Window]) -> Option<Vec<Piece>> {
+        let (largest_q, largest_v) = self.states.amplitudes();
+        windows
+            .par_iter()
+            .map(|window| {
+                let error = self.error(rig, window, window.start)?;
+                let mut slopes = Vec::with_capacity(self.keys.len() + 2);
+                for (key, value) in self.keys.iter().zip(values) {
+                    let step = if *value == 0.0 { 1e-6 } else { 1e-5 * value.abs() };
+                    let mut moved = rig.clone();
+                    // Backwards where forwards is outside what the number may be.
+                    let step = if moved.set(key, value + step).is_ok() { step } else { -step };
+                    moved.set(key, value + step).ok()?;
+                    slopes.push(slope(&error, &self.error(&moved, window, window.start)?, step));
+                }
+                let steps = [1e-5 * largest_q.max(1e-12), 1e-5 * largest_v.max(1e-12)];
+                for (axis, step) in steps.into_iter().enumerate() {
+                    let mut start = window.start;
+                    start[axis] += step;
+                    let moved = self.error(rig, window, start)?;
+                    slopes.push(slope(&error, &moved, step));
+                }
+                // An acceleration says nothing of where a rig without a spring stands.
+                if self.states.sensed == Sensed::Acceleration && slopes.iter().any(|s| s.iter().any(|x| !x.is_finite()))
+                {
+                    return None;
+                }
+                Some(Piece { error, slopes })
+            })
+            .collect()
+    }
+}
+
+/// ∂(simulated)/∂(parameter).
+fn slope(base: &[f64], moved: &[f64], step: f64) -> Vec<f64> {
+    base.iter().zip(moved).map(|(b, m)| (b - m) / step).collect()
+}
+
+/// The rig as a window sees it that begins later than its recording: effects that state a time, moved.
+fn later(rig: &Rig, offset_s: f64) -> Option<Rig> {
+    if offset_s == 0.0 || rig.effects.is_empty() {
+        return None;
+    }
+    let mut moved = rig.clone();
+    for effect in &mut moved.effects {
+        let number = |key: &str| match effect.parameters.get(key) {
+            Some(Value::Number(number)) => *number,
+            _ => 0.0,
+        };
+        if effect.name == "mains-interference" {
+            let phase = number("phase_rad") + std::f64::consts::TAU * number("frequency_hz") * offset_s;
+            effect.parameters.insert("phase_rad".into(), Value::Number(phase));
+        } else if effect.parameters.contains_key("time_s") {
+            let time = number("time_s") - offset_s;
+            effect.parameters.insert("time_s".into(), Value::Number(time));
+        }
+    }
+    Some(moved)
+}
+
+fn cost_of(pieces: &[Piece]) -> f64 {
+    pieces.iter().flat_map(|p| &p.error).map(|e| e * e).sum()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Each piece's slopes by the keys, and its error, without what its start explains.
+fn without_start(piece: &Piece, count: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
+    let mut basis: Vec<Vec<f64>> = Vec::with_capacity(2);
+    for slope in &piece.slopes[count..] {
+        let mut vector = slope.clone();
+        let before = dot(&vector, &vector);
+        project(&mut vector, &basis);
+        project(&mut vector, &basis);
+        let size = dot(&vector, &vector);
+        if size > 1e-16 * before && size > 0.0 {
+            let root = size.sqrt();
+            vector.iter_mut().for_each(|x| *x /= root);
+            basis.push(vector);
+        }
+    }
+    let clean = |signal: &Vec<f64>| {
+        let mut signal = signal.clone();
+        project(&mut signal, &basis);
+        signal
+    };
+    (piece.slopes[..count].iter().map(clean).collect(), clean(&piece.error))
+}
+
+fn project(signal: &mut [f64], basis: &[Vec<f64>]) {
+    for vector in basis {
+        let share = dot(signal, vector);
+        signal.iter_mut().zip(vector).for_each(|(x, b)| *x -= share * b);
+    }
+}
+
+/// A step of parameters and starts.
+fn solve(pieces: &[Piece], count: usize, damping: f64) -> Option<(Vec<f64>, Vec<[f64; 2]>)> {
+    let mut normal = vec![vec![0.0; count]; count];
+    let mut right = vec![0.0; count];
+    for piece in pieces {
+        let (slopes, error) = without_start(piece, count);
+        for i in 0..count {
+            right[i] += dot(&slopes[i], &error);
+            for j in 0..=i {
+                normal[i][j] += dot(&slopes[i], &slopes[j]);
+            }
+        }
+    }
+    let step = super::gram::cholesky_solve(&mut normal, &right, damping)?;
+    let starts = pieces.iter().map(|piece| {
+        let mut left = piece.error.clone();
+        for (slope, step) in piece.slopes.iter().zip(&step) {
+            left.iter_mut().zip(slope).for_each(|(e, s)| *e -= s * step);
+        }
+        let (a, b) = (&piece.slopes[count], &piece.slopes[count + 1]);
+        let (aa, ab, bb) = (dot(a, a) * (1.0 + damping), dot(a, b), dot(b, b) * (1.0 + damping));
+        let determinant = aa * bb - ab * ab;
+        let (ra, rb) = (dot(a, &left), dot(b, &left));
+        if determinant > 1e-12 * aa * bb {
+            [(bb * ra - ab * rb) / determinant, (aa * rb - ab * ra) / determinant]
+        } else if aa > 0.0 {
+            [ra / aa, 0.0]
+        } else {
+            [0.0, if bb > 0.0 { rb / bb } else { 0.0 }]
+        }
+    });
+    let starts = starts.collect();
+    Some((step, starts))
+}
+
+fn covariance(pieces: &[Piece], values: &[f64]) -> Option<Fit> {
+    let count = values.len();
+    let mut columns = vec![Vec::new(); count];
+    let mut target = Vec::new();
+    let mut residual = Vec::new();
+    for piece in pieces {
+        let (slopes, error) = without_start(piece, count);
+        columns.iter_mut().zip(slopes).for_each(|(column, slope)| column.extend(slope));
+        target.extend(error);
+        residual.extend_from_slice(&piece.error);
+    }
+    if count == 0 {
+        return Some(Fit { values: Vec::new(), covariance: Vec::new(), residual });
+    }
+    let groups: Vec<usize> = pieces.iter().map(|p| p.error.len()).collect();
+    let lags = regression::correlation_length(&target, &groups);
+    let fit = regression::least_squares(&columns, &target, &groups, lags)?;
+    Some(Fit { values: values.to_vec(), covariance: fit.covariance, residual })
+}
