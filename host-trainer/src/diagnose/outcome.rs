@@ -1,0 +1,152 @@
+//! What a diagnosis says, as `diagnosis.json` has it.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::rig::Rig;
+
+/// Name of the format.
+pub const SCHEMA: &str = "ballrace-diagnosis/1";
+
+/// What it comes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Recordings and rig differ, and the causes say why.
+    Mismatch,
+    /// They do not differ beyond what chance gives.
+    NoMismatch,
+    /// They differ, and nothing in the vocabulary says why.
+    Unexplained,
+}
+
+/// A parameter: a number in SI units, or a name.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Parameter {
+    /// A number.
+    Number(f64),
+    /// The name of a component or a channel.
+    Name(String),
+}
+
+/// A cause that the tool stands by.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cause {
+    /// Name in the vocabulary.
+    pub name: String,
+    /// Probability, given that it is one of the vocabulary.
+    pub probability: f64,
+    /// Parameters in SI units.
+    pub parameters: BTreeMap<String, Parameter>,
+    /// Intervals of the numbers among them that hold the truth with 95 % probability.
+    pub interval95: BTreeMap<String, [f64; 2]>,
+    /// One sentence that a person can check.
+    pub evidence: String,
+    /// The term added, in the rig's symbols.
+    pub equation: String,
+}
+
+/// An explanation that lost.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Rejected {
+    /// Name in the vocabulary.
+    pub name: String,
+    /// Why it lost.
+    pub why: String,
+}
+
+/// Where the mismatch is.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Location {
+    /// Intervals of time, s.
+    pub time_s: Vec<[f64; 2]>,
+    /// Bands of frequency, Hz.
+    pub frequency_hz: Vec<[f64; 2]>,
+    /// Orders of the shaft.
+    pub order: Vec<f64>,
+    /// Angles, rad.
+    pub angle_rad: Vec<[f64; 2]>,
+    /// Region of the state, in words.
+    pub state: String,
+    /// The channel that shows it most.
+    pub channel: String,
+}
+
+/// How the fit to recordings that took no part has changed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Fit {
+    /// What is measured.
+    pub metric: String,
+    /// Which recordings.
+    pub held_out: String,
+    /// By the rig as it was.
+    pub before: f64,
+    /// By the corrected rig.
+    pub after: f64,
+    /// What the right rig would reach.
+    pub noise_floor: f64,
+    /// Probability of as great an improvement by chance.
+    pub p_value: f64,
+}
+
+/// `diagnosis.json`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Diagnosis {
+    /// [`SCHEMA`].
+    pub schema: &'static str,
+    /// What it comes to.
+    pub verdict: Verdict,
+    /// Causes, the most probable first; none without a mismatch.
+    pub causes: Vec<Cause>,
+    /// Explanations that lost.
+    pub rejected: Vec<Rejected>,
+    /// Where the mismatch is.
+    pub location: Location,
+    /// What the causes do to the fit.
+    pub fit: Fit,
+}
+
+/// A recording that took no part, as measured and as simulated; one channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeldOut {
+    /// File name without ending; the channel is part of it where there are several.
+    pub name: String,
+    /// Samples per second.
+    pub sample_rate_hz: f64,
+    /// As measured.
+    pub measured: Vec<f64>,
+    /// As the rig gives it.
+    pub before: Vec<f64>,
+    /// As the corrected rig gives it.
+    pub after: Vec<f64>,
+}
+
+/// A test of the residual: whether, and where.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Test {
+    /// What is tested, such as `ay, power in 3200 to 3600 Hz`.
+    pub what: String,
+    /// The statistic, in standard deviations of what replicates of the rig give.
+    pub deviations: f64,
+    /// Probability of as much by chance, before any correction for how many tests there are.
+    pub p_value: f64,
+}
+
+/// A diagnosis with what stands behind it.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// What it says.
+    pub diagnosis: Diagnosis,
+    /// The rig with its causes.
+    pub rig: Rig,
+    /// Recordings that took no part.
+    pub held_out: Vec<HeldOut>,
+    /// Tests of the residual of the rig without causes, the most telling first.
+    pub tests: Vec<Test>,
+    /// Unknown parameters of the rig that were fitted along: name, value, interval.
+    pub fitted: Vec<(String, f64, [f64; 2])>,
+    /// Caveats, a sentence each.
+    pub caveats: Vec<String>,
+}
