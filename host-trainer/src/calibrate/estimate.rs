@@ -107,12 +107,15 @@ mod tests {
     use super::*;
 
     fn coordinates(names: &[&str]) -> Vec<Coordinate> {
-        names.iter().map(|n| Coordinate {
-            key: (*n).into(),
-            scale: Scale::Log { sign: 1.0 },
-            moves_mean: true,
-            moves_variance: true,
-        }).collect()
+        names
+            .iter()
+            .map(|n| Coordinate {
+                key: (*n).into(),
+                scale: Scale::Log { sign: 1.0 },
+                moves_mean: true,
+                moves_variance: true,
+            })
+            .collect()
     }
 
     /// Information on the difference of two logarithms alone: the ratio is known, the product is not.

@@ -38,7 +38,8 @@ impl Split {
     }
 }
 
-fn part(recording: &Recording, span: std::ops::Range<usize>) -> Recording {
+/// A part of a recording, by its samples.
+pub fn part(recording: &Recording, span: std::ops::Range<usize>) -> Recording {
     let channel = |c: &Channel| Channel { samples: c.samples[span.clone()].to_vec(), ..c.clone() };
     Recording { channels: recording.channels.iter().map(channel).collect(), gaps: Vec::new(), ..recording.clone() }
 }

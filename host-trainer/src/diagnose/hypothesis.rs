@@ -67,12 +67,6 @@ pub struct Pointers {
     pub slips: Vec<f64>,
     /// Rates at which the speed may drift, 1/s.
     pub drifts_per_s: Vec<f64>,
-    /// Line frequency with power at it and its odd harmonics in every recording, Hz, and its amplitude.
-    pub mains: Vec<(f64, f64)>,
-    /// Value at which each channel is cut, where it is.
-    pub clipped: [Option<f64>; 2],
-    /// Samples lost, and when.
-    pub dropped: Vec<(f64, usize)>,
 }
 
 /// Sizes that the rig sets.
@@ -86,7 +80,8 @@ struct Sizes {
 
 impl Sizes {
     fn of(rig: &BearingRig, load_n: f64) -> Self {
-        let contact = (load_n.abs() / rig.bearing.contact_stiffness_n_per_m1_5).powf(1.0 / rig.bearing.contact_exponent);
+        let contact =
+            (load_n.abs() / rig.bearing.contact_stiffness_n_per_m1_5).powf(1.0 / rig.bearing.contact_exponent);
         // Both springs carry the load together, as far apart as the contact lets them be.
         let together = load_n.abs() / (rig.inner.stiffness_n_per_m + rig.outer.stiffness_n_per_m).max(1.0);
         Self { load: load_n.abs().max(1.0), contact, supports: [together, together] }
@@ -98,7 +93,13 @@ struct Builder {
 }
 
 impl Builder {
-    fn add(&mut self, name: &'static str, place: impl Into<String>, free: &'static [&'static str], effects: Vec<EffectEntry>) {
+    fn add(
+        &mut self,
+        name: &'static str,
+        place: impl Into<String>,
+        free: &'static [&'static str],
+        effects: Vec<EffectEntry>,
+    ) {
         let starts = effects.into_iter().map(|effect| Start { effect, free }).collect::<Vec<_>>();
         if !starts.is_empty() {
             self.out.push(Hypothesis { name, place: place.into(), starts });
@@ -137,7 +138,12 @@ fn pits(b: &mut Builder, sizes: &Sizes) {
     let angles: Vec<f64> = (-4..=4).map(|k| down + 0.2 * f64::from(k)).collect();
     let outer = grid("outer-race-defect", "angle_rad", &angles);
     b.add("outer-race-defect", "", &["depth_m", "width_rad", "angle_rad"], outer);
-    b.add("inner-race-defect", "", &["depth_m", "width_rad", "angle_rad"], grid("inner-race-defect", "angle_rad", &[0.0]));
+    b.add(
+        "inner-race-defect",
+        "",
+        &["depth_m", "width_rad", "angle_rad"],
+        grid("inner-race-defect", "angle_rad", &[0.0]),
+    );
     let spins = [0.0, 1.57, 3.14, -1.57];
     b.add("ball-defect", "", &["depth_m", "width_rad", "spin_rad"], grid("ball-defect", "spin_rad", &spins));
 }
@@ -182,9 +188,11 @@ fn springs(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
         let soft = [0.05, 0.2, 0.5].map(|s| of("softening-stiffness", "cubic_n_per_m3", -cubic(s))).to_vec();
         b.add("softening-stiffness", component, &["cubic_n_per_m3"], soft);
         let square = |share: f64| share * k / (2.0 * static_m);
-        let skew = [-0.3, -0.08, 0.1, 0.5].map(|s| of("asymmetric-stiffness", "quadratic_n_per_m2", square(s))).to_vec();
+        let skew =
+            [-0.3, -0.08, 0.1, 0.5].map(|s| of("asymmetric-stiffness", "quadratic_n_per_m2", square(s))).to_vec();
         b.add("asymmetric-stiffness", component, &["quadratic_n_per_m2"], skew);
-        let of = |share: f64| entry("backlash", &[("width_m", share * 2.0 * static_m)]).with_text("component", component);
+        let of =
+            |share: f64| entry("backlash", &[("width_m", share * 2.0 * static_m)]).with_text("component", component);
         b.add("backlash", component, &["width_m"], [0.1, 0.4, 0.8].map(of).to_vec());
         let vertical = if component == "inner" { "inner-y" } else { "outer-y" };
         let of = |gap: f64, stiffer: f64| {
@@ -193,14 +201,20 @@ fn springs(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
         };
         let stops = [0.5, 0.9, 1.0, 1.1].into_iter().flat_map(|gap| [0.3, 3.0].map(|s| of(gap, s))).collect();
         b.add("end-stop-contact", vertical, &["gap_m", "stiffness_n_per_m"], stops);
-        let of = |share: f64| entry("constant-force", &[("force_n", share * sizes.load)]).with_text("component", vertical);
+        let of =
+            |share: f64| entry("constant-force", &[("force_n", share * sizes.load)]).with_text("component", vertical);
         b.add("constant-force", vertical, &["force_n"], [-0.3, -0.08, 0.08, 0.3].map(of).to_vec());
     }
 }
 
 fn linear(b: &mut Builder, rig: &BearingRig) {
     let contact = rig.bearing.contact_stiffness_n_per_m1_5;
-    let sections = [("inner", Some(&rig.inner)), ("outer", Some(&rig.outer)), ("resonator", Some(&rig.resonator)), ("bearing", None)];
+    let sections = [
+        ("inner", Some(&rig.inner)),
+        ("outer", Some(&rig.outer)),
+        ("resonator", Some(&rig.resonator)),
+        ("bearing", None),
+    ];
     for (component, support) in sections {
         let mut change = |name: &'static str, nominal: f64, factors: &[f64]| {
             let of = |f: &f64| entry(name, &[("value", f * nominal)]).with_text("component", component);
@@ -230,7 +244,8 @@ fn dissipation(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
             let force = share * sizes.load;
             // No faster than a few steps a sample follow; slower than that it slides as well.
             let rounded = (force / (mass * FASTEST_FRICTION_PER_S)).max(2e-6);
-            entry("coulomb-friction", &[("force_n", force), ("regularisation_m_per_s", rounded)]).with_text("component", component)
+            entry("coulomb-friction", &[("force_n", force), ("regularisation_m_per_s", rounded)])
+                .with_text("component", component)
         };
         b.add("coulomb-friction", component, &["force_n"], [2e-4, 1e-3, 5e-3, 2e-2].map(of).to_vec());
         let damping = match component {
@@ -240,7 +255,10 @@ fn dissipation(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
         };
         if component != "resonator" {
             // As strong as the damper at 0.1 to 10 mm/s.
-            let of = |speed: f64| entry("quadratic-drag", &[("drag_n_s2_per_m2", damping.max(1.0) / speed)]).with_text("component", component);
+            let of = |speed: f64| {
+                entry("quadratic-drag", &[("drag_n_s2_per_m2", damping.max(1.0) / speed)])
+                    .with_text("component", component)
+            };
             b.add("quadratic-drag", component, &["drag_n_s2_per_m2"], [1e-2, 1e-3, 1e-4].map(of).to_vec());
         }
         if damping == 0.0 {
@@ -256,11 +274,23 @@ fn in_time(b: &mut Builder, sizes: &Sizes, pointers: &Pointers) {
     let of = |(time, share): (f64, f64)| entry("load-step", &[("time_s", time), ("change_n", share * sizes.load)]);
     let times = pointers.times_s.iter().flat_map(|t| [-0.3, -0.1, 0.1, 0.3].map(|share| (*t, share)));
     b.add("load-step", "", &["time_s", "change_n"], times.map(of).collect());
-    let of = |(time, impulse): (f64, f64)| entry("shock", &[("time_s", time), ("impulse_n_s", impulse), ("duration_s", 2e-4)]);
+    let of = |(time, impulse): (f64, f64)| {
+        entry("shock", &[("time_s", time), ("impulse_n_s", impulse), ("duration_s", 2e-4)])
+    };
     let times = pointers.times_s.iter().flat_map(|t| [1e-3, 1e-2, 0.1].map(|impulse| (t - 1e-4, impulse)));
     b.add("shock", "", &["time_s", "impulse_n_s", "duration_s"], times.map(of).collect());
-    b.add("cage-slip", "", &["fraction"], pointers.slips.iter().map(|f| entry("cage-slip", &[("fraction", *f)])).collect());
-    b.add("speed-drift", "", &["rate_per_s"], pointers.drifts_per_s.iter().map(|r| entry("speed-drift", &[("rate_per_s", *r)])).collect());
+    b.add(
+        "cage-slip",
+        "",
+        &["fraction"],
+        pointers.slips.iter().map(|f| entry("cage-slip", &[("fraction", *f)])).collect(),
+    );
+    b.add(
+        "speed-drift",
+        "",
+        &["rate_per_s"],
+        pointers.drifts_per_s.iter().map(|r| entry("speed-drift", &[("rate_per_s", *r)])).collect(),
+    );
 }
 
 fn sensors(b: &mut Builder, pointers: &Pointers) {

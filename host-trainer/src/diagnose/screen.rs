@@ -77,8 +77,11 @@ pub fn screen(ground: &Ground, rig: &Rig, hypotheses: &[(usize, &Hypothesis)]) -
         }
     }
     for promise in &mut best {
-        if hypotheses.iter().any(|(n, h)| *n == promise.hypothesis && h.is_pit()) {
+        let Some((_, hypothesis)) = hypotheses.iter().find(|(n, _)| *n == promise.hypothesis) else { continue };
+        if hypothesis.is_pit() {
             *promise = scanned(ground, rig, promise)?;
+        } else if promise.start.effect.parameters.contains_key("time_s") {
+            *promise = timed(ground, rig, promise)?;
         }
     }
     Ok(best)
@@ -89,8 +92,11 @@ pub fn screen(ground: &Ground, rig: &Rig, hypotheses: &[(usize, &Hypothesis)]) -
 /// # Errors
 /// What the simulation refuses before it runs.
 pub fn evaluate(ground: &Ground, rig: &Rig, tries: &[Try]) -> Result<Vec<Promise>, RigError> {
-    let tries: Vec<(&Try, Rig)> =
-        tries.iter().map(|t| (t, rig.clone().with_effect(t.start.effect.clone()))).filter(|(_, r)| r.check().is_ok()).collect();
+    let tries: Vec<(&Try, Rig)> = tries
+        .iter()
+        .map(|t| (t, rig.clone().with_effect(t.start.effect.clone())))
+        .filter(|(_, r)| r.check().is_ok())
+        .collect();
     let variances = ground.expected.iter().map(|e| e.variance.clone()).collect::<Vec<_>>();
     let mut promises: Vec<Promise> = Vec::new();
     for batch in tries.chunks((BATCH / ground.observed.len()).max(1)) {
@@ -140,7 +146,8 @@ fn scanned(ground: &Ground, rig: &Rig, promise: &Promise) -> Result<Promise, Rig
         _ => orders.bsf,
     };
     let resonator = &machine.resonator;
-    let fastest_hz = (resonator.stiffness_n_per_m * (1.0 / resonator.mass_kg + 1.0 / machine.outer.mass_kg)).sqrt() / TAU;
+    let fastest_hz =
+        (resonator.stiffness_n_per_m * (1.0 / resonator.mass_kg + 1.0 / machine.outer.mass_kg)).sqrt() / TAU;
     let step = TAU * passing * shaft_hz / (2.0 * fastest_hz.max(500.0));
     let mut best = promise.clone();
     for scan in 0..3 {
@@ -148,12 +155,38 @@ fn scanned(ground: &Ground, rig: &Rig, promise: &Promise) -> Result<Promise, Rig
             turned(&best)
         } else {
             let widths = (1..=48).map(|k| 0.6 * step * f64::from(k)).chain([best.start.number("width_rad")]);
-            widths.map(|w| Try {
-                hypothesis: best.hypothesis,
-                start: best.start.with("width_rad", w),
-                angles: Angles::Given(best.angles.clone()),
-            }).collect()
+            widths
+                .map(|w| Try {
+                    hypothesis: best.hypothesis,
+                    start: best.start.with("width_rad", w),
+                    angles: Angles::Given(best.angles.clone()),
+                })
+                .collect()
         };
+        if let Some(found) = evaluate(ground, rig, &tries)?.into_iter().next().filter(|f| f.gain > best.gain) {
+            best = found;
+        }
+    }
+    Ok(best)
+}
+
+/// A time, scanned ever finer: a step or an impact has to be met to a part of the fastest mode's period.
+fn timed(ground: &Ground, rig: &Rig, promise: &Promise) -> Result<Promise, RigError> {
+    let sample_s = 1.0 / ground.observed.first().map_or(1.0, |o| o.condition.sample_rate_hz);
+    let mut best = promise.clone();
+    for step in [8.0, 1.0, 0.2] {
+        let of = |k: i32| Try {
+            hypothesis: best.hypothesis,
+            start: best.start.with("time_s", best.start.number("time_s") + f64::from(k) * step * sample_s),
+            angles: Angles::Ground,
+        };
+        // The strength is no longer the one that suited another time: from a tenth of it on, it is scaled.
+        let strength = best.start.free[1];
+        let weak = |mut t: Try| {
+            t.start = t.start.with(strength, 0.1 * t.start.number(strength));
+            t
+        };
+        let tries: Vec<Try> = (-12..=12).flat_map(|k| [of(k), weak(of(k))]).collect();
         if let Some(found) = evaluate(ground, rig, &tries)?.into_iter().next().filter(|f| f.gain > best.gain) {
             best = found;
         }
@@ -166,9 +199,11 @@ fn turned(promise: &Promise) -> Vec<Try> {
     let of = |by: f64| {
         let key = promise.start.free[2];
         let moves_cage = promise.start.effect.name == "outer-race-defect";
-        let angles = promise.angles.iter().map(|[cage, shaft]| {
-            if moves_cage { [cage + by, *shaft] } else { [*cage, shaft - by] }
-        });
+        let angles = promise.angles.iter().map(
+            |[cage, shaft]| {
+                if moves_cage { [cage + by, *shaft] } else { [*cage, shaft - by] }
+            },
+        );
         Try {
             hypothesis: promise.hypothesis,
             start: promise.start.with(key, promise.start.number(key) + by),
@@ -214,7 +249,8 @@ fn promise(
     let scale = if square > 0.0 { along / square } else { 1.0 };
     let scaled = if square > 0.0 { along * along / square } else { 0.0 };
     if scaled > gain && (0.02..50.0).contains(&scale) {
-        let strength = *start.free.first()?;
+        // A time is no strength.
+        let strength = *start.free.iter().find(|key| **key != "time_s")?;
         start = start.with(strength, start.number(strength) * scale);
         gain = scaled;
     }

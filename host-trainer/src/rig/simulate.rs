@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::{
     bearing::{self, Prepared, Signals, Turning, Visited},
-    config::{BearingRig, Model, Rig},
+    config::{BearingRig, Model, Rig, Support},
     effect::Values,
     error::RigError,
     noise,
@@ -144,8 +144,7 @@ pub fn response_to_process_force(rig: &Rig, condition: &OperatingCondition) -> R
     } else {
         bearing::along(machine, &plan.forces, &visited(rig, condition)?)
     };
-    let [ax, ay, fx, fy] =
-        bearing::to_process_force(machine, &tangent, condition.sample_rate_hz, condition.samples);
+    let [ax, ay, fx, fy] = bearing::to_process_force(machine, &tangent, condition.sample_rate_hz, condition.samples);
     let chain: Vec<_> = in_order(plan).into_iter().filter(|(stage, _)| *stage <= Stage::Transducer).collect();
     Ok([("ax", ax, fx), ("ay", ay, fy)].map(|(channel, mut signal, path_force)| {
         let at = Acquisition { channel, sample_rate_hz: condition.sample_rate_hz, preroll: 0, path_force: &path_force };
@@ -167,6 +166,18 @@ pub fn fewest_substeps(rig: &Rig, sample_rate_hz: f64) -> usize {
     let plan = plan_of(rig);
     (plan.rate_rad_per_s / (sample_rate_hz * FASTEST_PER_STEP)).ceil().clamp(1.0, 256.0) as usize
 }
+
+/// Time from rest that is enough where what is left of the start may be a ten-thousandth of the noise: some time constants
+/// of the mass that is damped least.
+pub fn shortest_settling_s(rig: &Rig) -> f64 {
+    let Model::Bearing(rig) = &rig.model else { return Start::SETTLE_S };
+    let rate = |s: &Support| 0.5 * s.damping_n_s_per_m / s.mass_kg;
+    let least = rate(&rig.inner).min(rate(&rig.outer)).min(rate(&rig.resonator));
+    (TIME_CONSTANTS / least.max(1e-9)).clamp(0.02, Start::SETTLE_S)
+}
+
+/// e⁻¹² is 6e-6.
+const TIME_CONSTANTS: f64 = 12.0;
 
 /// Rate of an effect times step that an explicit method of order four follows, inside its stability limit of 2.7.
 const FASTEST_PER_STEP: f64 = 1.2;

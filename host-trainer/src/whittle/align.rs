@@ -13,7 +13,7 @@ use realfft::num_complex::Complex;
 
 use super::observed::{CHANNELS, Observed};
 use crate::recording::Recording;
-use crate::rig::simulate::{fewest_substeps, simulate_all};
+use crate::rig::simulate::{fewest_substeps, shortest_settling_s, simulate_all};
 use crate::rig::{Model, OperatingCondition, Rig, RigError, Run, Start, simulate_many};
 
 /// Time that a run is searched over, in turns of the shaft: some hundred positions of the balls, each at another angle
@@ -54,7 +54,8 @@ fn long_runs<'r>(rig: &'r Rig, observed: &[Observed]) -> Vec<Run<'r>> {
         let more = TURNS / o.condition.shaft_hz.max(1.0) * o.condition.sample_rate_hz;
         let samples = o.condition.samples + more.min(4.0 * o.condition.samples as f64).ceil() as usize;
         let substeps = Some(fewest_substeps(rig, o.condition.sample_rate_hz));
-        let start = Start { substeps, ..Start::silent(0.0, 0.0) };
+        let settle_s = shortest_settling_s(rig);
+        let start = Start { substeps, settle_s, ..Start::silent(0.0, 0.0) };
         Run { rig, condition: OperatingCondition { samples, ..o.condition }, start }
     };
     observed.iter().map(run).collect()

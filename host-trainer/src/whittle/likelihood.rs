@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use realfft::num_complex::Complex;
 
 use super::observed::{CHANNELS, Coefficients, Observed, coefficients, padded};
-use crate::rig::simulate::{fewest_substeps, response_to_process_force, simulate_all};
+use crate::rig::simulate::{fewest_substeps, response_to_process_force, shortest_settling_s, simulate_all};
 use crate::rig::{Model, OperatingCondition, Rig, RigError, Run, Start};
 
 /// What a rig says of one recording.
@@ -64,7 +64,8 @@ pub fn means(
         .iter()
         .map(|&(rig, condition, [cage, shaft])| {
             let substeps = Some(fewest_substeps(rig, condition.sample_rate_hz));
-            Run { rig, condition, start: Start { substeps, ..Start::silent(cage, shaft) } }
+            let settle_s = shortest_settling_s(rig);
+            Run { rig, condition, start: Start { substeps, settle_s, ..Start::silent(cage, shaft) } }
         })
         .collect();
     let transform = |recording: crate::recording::Recording| {

@@ -20,6 +20,8 @@ pub struct Observed {
     pub name: String,
     /// Under what it was recorded.
     pub condition: OperatingCondition,
+    /// `ax` and `ay` as they were recorded, m/s².
+    pub samples: [Option<Vec<f64>>; 2],
     /// `ax` and `ay`, where they were recorded.
     pub spectra: [Option<Coefficients>; 2],
     /// The shaft's angle at t = 0, rad, where a tachometer tells it.
@@ -78,7 +80,8 @@ impl Observed {
         // The turn began within the sample before, on average half a sample ago.
         let angle =
             |sample: usize| -std::f64::consts::TAU * shaft_hz * (sample as f64 - 0.5) / recording.sample_rate_hz;
-        Ok(Self { name: recording.name(), condition, spectra, shaft_angle0_rad: first_turn.map(angle) })
+        let samples = channels.map(|channel| channel.map(|c| c.samples.clone()));
+        Ok(Self { name: recording.name(), condition, samples, spectra, shaft_angle0_rad: first_turn.map(angle) })
     }
 }
 

@@ -157,14 +157,20 @@ pub(in crate::rig) fn along(rig: &BearingRig, forces: &[Force], visited: &[Visit
     };
     for (at, q, v) in visited {
         for k in 0..DOFS {
-            for (slopes, span, moves_q) in [(&mut tangent.stiffness, of_q[k], true), (&mut tangent.damping, of_v[k], false)] {
+            for (slopes, span, moves_q) in
+                [(&mut tangent.stiffness, of_q[k], true), (&mut tangent.damping, of_v[k], false)]
+            {
                 let step = SPAN * span;
                 if step <= 0.0 {
                     continue;
                 }
                 let moved = |by: f64| {
                     let (mut q, mut v) = (*q, *v);
-                    if moves_q { q[k] += by } else { v[k] += by }
+                    if moves_q {
+                        q[k] += by
+                    } else {
+                        v[k] += by
+                    }
                     total(at, &q, &v)
                 };
                 let (up, down) = (moved(step), moved(-step));

@@ -1,0 +1,27 @@
+//! Why there is no diagnosis.
+
+use crate::calibrate::CalibrateError;
+use crate::force_balance::BalanceError;
+use crate::rig::RigError;
+use crate::whittle::observed::NotObserved;
+
+/// Why there is no diagnosis.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DiagnoseError {
+    /// A recording that lacks something.
+    #[error(transparent)]
+    Recording(#[from] NotObserved),
+    /// The rig.
+    #[error(transparent)]
+    Rig(#[from] RigError),
+    /// The baseline.
+    #[error("baseline: {0}")]
+    Calibrate(#[from] CalibrateError),
+    /// A rig of one degree of freedom.
+    #[error(transparent)]
+    Balance(#[from] BalanceError),
+    /// Nothing to diagnose.
+    #[error("found no recordings, expected at least one")]
+    Empty,
+}

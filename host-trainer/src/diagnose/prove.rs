@@ -1,0 +1,206 @@
+//! Proof on recordings that took no part.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::DiagnoseError;
+use super::outcome::{Fit, HeldOut};
+use crate::calibrate::distance::log_spectral;
+use crate::rig::{Rig, RigError, Run, Start, simulate_many};
+use crate::whittle::likelihood::{Expected, judged};
+use crate::whittle::observed::{CHANNELS, Observed, accelerations};
+use crate::whittle::problem::{Point, Problem};
+use crate::whittle::search::{Found, Limits, search};
+
+/// Bins of a block whose gains count as one: correlation between bins is of this reach.
+const BLOCK: usize = 32;
+/// Times that signs are drawn.
+const DRAWS: usize = 4000;
+
+/// What a correction does to recordings that took no part.
+#[derive(Clone, Debug)]
+pub struct Proof {
+    /// −ln L by the rig as it was, above what the right rig gives on average.
+    pub before: f64,
+    /// By the corrected rig.
+    pub after: f64,
+    /// The same for each bin.
+    pub before_each: f64,
+    /// The same for each bin.
+    pub after_each: f64,
+    /// Standard deviation of it under the right rig, for each bin.
+    pub floor_each: f64,
+    /// Probability of as great a mean gain of blocks of frequency with random signs.
+    pub p_value: f64,
+    /// The recordings.
+    pub traces: Vec<HeldOut>,
+}
+
+/// Compares two rigs on recordings that neither was fitted to; only their angles are.
+///
+/// # Errors
+/// What the simulation refuses.
+pub fn prove(
+    null: &Problem,
+    null_found: &Found,
+    corrected: &Problem,
+    found: &Found,
+    held_out: &[Observed],
+    seed: u64,
+) -> Result<Proof, DiagnoseError> {
+    let of = |problem: &Problem, found: &Found| -> Result<_, RigError> {
+        let rig = problem.rig_at(&found.point.coordinates)?;
+        let own = Problem { observed: held_out, rig, coordinates: Vec::new(), band: 1.0 };
+        let aligned = own.start()?;
+        let done = search(&own, aligned, &Limits::default())?;
+        let expected = own.expected(&done.point)?;
+        Ok((own.rig, done.point, expected))
+    };
+    let (before, after) = (of(null, null_found)?, of(corrected, found)?);
+    let mut gains = Vec::new();
+    let (mut old, mut new, mut bins) = (0.0, 0.0, 0usize);
+    for (index, o) in held_out.iter().enumerate() {
+        for channel in 0..2 {
+            let Some(x) = &o.spectra[channel] else { continue };
+            let each = |e: &Expected, k: usize| {
+                e.variance[channel][k].ln() + (x[k] - e.mean[channel][k]).norm_sqr() / e.variance[channel][k]
+            };
+            let all: Vec<usize> = judged(x, 1.0).collect();
+            for block in all.chunks(BLOCK) {
+                let was: f64 = block.iter().map(|k| each(&before.2[index], *k)).sum();
+                let is: f64 = block.iter().map(|k| each(&after.2[index], *k)).sum();
+                gains.push(was - is);
+                // ln S + 1 is what the right rig gives; the better of the two stands in for it.
+                let right: f64 = block.iter().map(|k| after.2[index].variance[channel][*k].ln() + 1.0).sum();
+                old += was - right;
+                new += is - right;
+                bins += block.len();
+            }
+        }
+    }
+    let traces = traces(held_out, &before, &after, seed)?;
+    let n = bins.max(1) as f64;
+    Ok(Proof {
+        before: old,
+        after: new,
+        before_each: old / n,
+        after_each: new / n,
+        floor_each: 1.0 / n.sqrt(),
+        p_value: sign_flip(&gains, seed),
+        traces,
+    })
+}
+
+/// What a correction of the acquisition does to recordings that took no part: their log-spectral distance before and
+/// after, dB, and the distance of two runs of the corrected rig.
+///
+/// # Errors
+/// What the simulation refuses.
+pub fn shown(
+    before: &Rig,
+    after: &Rig,
+    held_out: &[Observed],
+    described: &str,
+    p_value: f64,
+    seed: u64,
+) -> Result<(Fit, Vec<HeldOut>), DiagnoseError> {
+    let own = Problem { observed: held_out, rig: before.clone(), coordinates: Vec::new(), band: 1.0 };
+    let done = search(&own, own.start()?, &Limits::default())?;
+    let side = |rig: &Rig| (rig.clone(), done.point.clone(), Vec::new());
+    let traces = traces(held_out, &side(before), &side(after), seed)?;
+    let again = self::traces(held_out, &side(before), &side(after), seed.wrapping_add(1))?;
+    let mean = |of: &dyn Fn(&HeldOut, &HeldOut) -> Option<f64>| {
+        let all: Vec<f64> = traces.iter().zip(&again).filter_map(|(t, u)| of(t, u)).collect();
+        all.iter().sum::<f64>() / all.len().max(1) as f64
+    };
+    let fit = Fit {
+        metric: "log-spectral distance, dB".into(),
+        held_out: described.into(),
+        before: mean(&|t, _| log_spectral(&t.measured, &t.before, t.sample_rate_hz)),
+        after: mean(&|t, _| log_spectral(&t.measured, &t.after, t.sample_rate_hz)),
+        noise_floor: mean(&|t, u| log_spectral(&u.after, &t.after, t.sample_rate_hz)),
+        p_value,
+    };
+    Ok((fit, traces))
+}
+
+/// Share of random signs with which the gains, each no more than a few times the usual one so that no single block
+/// decides, have as great a sum.
+fn sign_flip(gains: &[f64], seed: u64) -> f64 {
+    let mut sizes: Vec<f64> = gains.iter().map(|g| g.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let most = 5.0 * sizes.get(sizes.len() * 9 / 10).copied().unwrap_or_default();
+    let gains: Vec<f64> = gains.iter().map(|g| g.clamp(-most, most)).collect();
+    let sum: f64 = gains.iter().sum();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let as_great = (0..DRAWS)
+        .filter(|_| gains.iter().map(|g| if rng.random::<bool>() { *g } else { -*g }).sum::<f64>() >= sum)
+        .count();
+    (as_great + 1) as f64 / (DRAWS + 1) as f64
+}
+
+type Side = (Rig, Point, Vec<Expected>);
+
+fn traces(held_out: &[Observed], before: &Side, after: &Side, seed: u64) -> Result<Vec<HeldOut>, RigError> {
+    let run = |side: &Side| simulate_many(&runs(&side.0, held_out, &side.1.angles, seed));
+    let (old, new) = (run(before)?, run(after)?);
+    let mut out = Vec::new();
+    for (index, o) in held_out.iter().enumerate() {
+        for (channel, measured) in o.samples.iter().enumerate() {
+            let Some(measured) = measured else { continue };
+            let of = |r: &crate::recording::Recording| {
+                accelerations(r)[channel].map_or_else(Vec::new, |c| c.samples.clone())
+            };
+            out.push(HeldOut {
+                name: format!("{}-{}", o.name, CHANNELS[channel]),
+                sample_rate_hz: o.condition.sample_rate_hz,
+                measured: measured.clone(),
+                before: of(&old[index]),
+                after: of(&new[index]),
+            });
+        }
+    }
+    Ok(out)
+}
+
+fn runs<'r>(rig: &'r Rig, observed: &[Observed], angles: &[[f64; 2]], seed: u64) -> Vec<Run<'r>> {
+    let of = |(index, (o, [cage, shaft])): (usize, (&Observed, &[f64; 2]))| Run {
+        rig,
+        condition: o.condition,
+        start: Start {
+            cage_angle0_rad: *cage,
+            shaft_angle0_rad: *shaft,
+            ..Start::seeded(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(index as u64))
+        },
+    };
+    observed.iter().zip(angles).enumerate().map(of).collect()
+}
+
+/// The same recordings as the rig would make them, with noise of its own.
+///
+/// # Errors
+/// What the simulation refuses.
+pub fn replicate(
+    rig: &Rig,
+    observed: &[Observed],
+    angles: &[[f64; 2]],
+    seed: u64,
+) -> Result<Vec<Observed>, DiagnoseError> {
+    let made = simulate_many(&runs(rig, observed, angles, seed))?;
+    made.iter().zip(observed).map(|(m, o)| Ok(Observed { name: o.name.clone(), ..Observed::of(m)? })).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn null_gains_of_no_sign_prove_nothing_and_steady_ones_do() {
+        let mixed: Vec<f64> = (0..200u32).map(|k| f64::from(k * 7919 % 101) - 50.0).collect();
+        assert!(sign_flip(&mixed, 1) > 0.05);
+        let steady: Vec<f64> = mixed.iter().map(|g| g + 15.0).collect();
+        assert!(sign_flip(&steady, 1) < 0.001);
+        let one = [vec![1e6], vec![-0.1; 200]].concat();
+        assert!(sign_flip(&one, 1) > 0.5, "one block does not decide");
+    }
+}

@@ -1,0 +1,213 @@
+//! What a rig leaves of recordings, in units of its own noise, and how much of it chance would leave.
+
+use std::f64::consts::TAU;
+
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
+
+use super::outcome::Test;
+use crate::whittle::likelihood::{Expected, judged};
+use crate::whittle::observed::{CHANNELS, Observed};
+
+/// Bins of a band of the excess, and what n (m − 1 − ln m) is on average for the mean m of n of them, and its variance:
+/// n (ln n − ψ(n)) and, by simulation, 0.55.
+const FINE: usize = 8;
+const FINE_MEAN: f64 = 0.5105;
+const FINE_VARIANCE: f64 = 0.55;
+/// Bands and blocks of time that are tested one by one.
+const BANDS: usize = 32;
+const BLOCKS: usize = 40;
+
+/// The residual of one channel of one recording over the standard deviation that the rig gives it.
+#[derive(Clone, Debug)]
+pub struct Whitened {
+    /// Which recording.
+    pub recording: usize,
+    /// Which channel.
+    pub channel: usize,
+    /// Fourier coefficients, E|w|² = 1 under the rig; the mean and the last are 0.
+    pub spectrum: Vec<Complex<f64>>,
+    /// The same in time, of unit variance under the rig.
+    pub signal: Vec<f64>,
+    /// Samples per second.
+    pub sample_rate_hz: f64,
+}
+
+/// The residuals of all channels.
+pub fn whitened(observed: &[Observed], expected: &[Expected]) -> Vec<Whitened> {
+    let mut planner = RealFftPlanner::<f64>::new();
+    let mut out = Vec::new();
+    for (recording, (o, e)) in observed.iter().zip(expected).enumerate() {
+        for channel in 0..2 {
+            let Some(x) = &o.spectra[channel] else { continue };
+            let mut spectrum = vec![Complex::default(); x.len()];
+            for k in judged(x, 1.0) {
+                spectrum[k] = (x[k] - e.mean[channel][k]) / e.variance[channel][k].sqrt();
+            }
+            let inverse = planner.plan_fft_inverse(o.condition.samples);
+            let (mut bins, mut signal) = (spectrum.clone(), inverse.make_output_vec());
+            inverse.process(&mut bins, &mut signal).unwrap_or_default();
+            signal.iter_mut().for_each(|v| *v /= (o.condition.samples as f64).sqrt());
+            out.push(Whitened { recording, channel, spectrum, signal, sample_rate_hz: o.condition.sample_rate_hz });
+        }
+    }
+    out
+}
+
+/// How much of the residual is not noise of the rig's kind: ln L that a model with a free variance in every narrow band, and
+/// another in every short time, would gain, less what they gain on noise; and that in standard deviations of chance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Excess {
+    /// ln L.
+    pub nats: f64,
+    /// In standard deviations.
+    pub deviations: f64,
+}
+
+/// The excess of all channels together.
+pub fn excess(residuals: &[Whitened]) -> Excess {
+    let (mut nats, mut count) = (0.0, 0usize);
+    for w in residuals {
+        let bins = &w.spectrum[judged(&w.spectrum, 1.0)];
+        for band in bins.chunks_exact(FINE) {
+            let m = mean_square(band);
+            nats += FINE as f64 * (m - 1.0 - m.max(1e-12).ln()) - FINE_MEAN;
+            count += 1;
+        }
+        for block in w.signal.chunks_exact(2 * FINE) {
+            // Half as many degrees of freedom to a real number: n (m − 1 − ln m) with n half the samples.
+            let m = block.iter().map(|v| v * v).sum::<f64>() / block.len() as f64;
+            nats += FINE as f64 * (m - 1.0 - m.max(1e-12).ln()) - FINE_MEAN;
+            count += 1;
+        }
+    }
+    Excess { nats, deviations: nats / (FINE_VARIANCE * count.max(1) as f64).sqrt() }
+}
+
+fn mean_square(bins: &[Complex<f64>]) -> f64 {
+    bins.iter().map(|w| w.norm_sqr()).sum::<f64>() / bins.len().max(1) as f64
+}
+
+/// Tests of the residual one by one: bands, blocks of time, the greatest line, the shape of its distribution; the most
+/// telling first.
+pub fn tests(residuals: &[Whitened]) -> Vec<Test> {
+    let mut out = Vec::new();
+    for channel in 0..2 {
+        let of: Vec<&Whitened> = residuals.iter().filter(|w| w.channel == channel).collect();
+        if of.is_empty() {
+            continue;
+        }
+        let name = CHANNELS[channel];
+        for (hz, m, n) in bands(&of) {
+            push(
+                &mut out,
+                format!("{name}, power from {:.0} to {:.0} Hz", hz[0], hz[1]),
+                (m - 1.0) * (n as f64).sqrt(),
+            );
+        }
+        for (s, m, n) in blocks(&of) {
+            push(
+                &mut out,
+                format!("{name}, power from {:.3} to {:.3} s", s[0], s[1]),
+                (m - 1.0) * (0.5 * n as f64).sqrt(),
+            );
+        }
+        let samples: f64 = of.iter().map(|w| w.signal.len() as f64).sum();
+        let kurtosis = of.iter().flat_map(|w| &w.signal).map(|v| v.powi(4)).sum::<f64>()
+            / samples
+            / (of.iter().flat_map(|w| &w.signal).map(|v| v * v).sum::<f64>() / samples).powi(2);
+        push(&mut out, format!("{name}, kurtosis {kurtosis:.2}"), (kurtosis - 3.0) * (samples / 24.0).sqrt());
+    }
+    out.sort_by(|a, b| b.deviations.abs().total_cmp(&a.deviations.abs()));
+    out
+}
+
+fn push(out: &mut Vec<Test>, what: String, deviations: f64) {
+    out.push(Test { what, deviations, p_value: two_sided(deviations) });
+}
+
+/// Band in Hz, mean square and count of bins, over all recordings of a channel.
+pub fn bands(of: &[&Whitened]) -> Vec<([f64; 2], f64, usize)> {
+    let mut out = vec![([0.0; 2], 0.0, 0); BANDS];
+    for w in of {
+        let bins = judged(&w.spectrum, 1.0);
+        let step = w.sample_rate_hz / w.signal.len() as f64;
+        for k in bins.clone() {
+            let band = (k - bins.start) * BANDS / bins.len();
+            let (hz, sum, count) = &mut out[band];
+            *hz = [band, band + 1].map(|b| (bins.start as f64 + (b * bins.len()) as f64 / BANDS as f64) * step);
+            *sum += w.spectrum[k].norm_sqr();
+            *count += 1;
+        }
+    }
+    out.into_iter().filter(|(.., n)| *n > 0).map(|(hz, sum, n)| (hz, sum / n as f64, n)).collect()
+}
+
+/// Interval in s, mean square and count of samples, over all recordings of a channel.
+pub fn blocks(of: &[&Whitened]) -> Vec<([f64; 2], f64, usize)> {
+    let longest = of.iter().map(|w| w.signal.len() as f64 / w.sample_rate_hz).fold(0.0, f64::max);
+    let mut out = vec![(0.0, 0usize); BLOCKS];
+    for w in of {
+        for (i, v) in w.signal.iter().enumerate() {
+            let block = (i as f64 / w.sample_rate_hz / longest * BLOCKS as f64) as usize;
+            let (sum, count) = &mut out[block.min(BLOCKS - 1)];
+            *sum += v * v;
+            *count += 1;
+        }
+    }
+    let at = |k: usize| k as f64 / BLOCKS as f64 * longest;
+    let filled = out.into_iter().enumerate().filter(|(_, (_, n))| *n > 0);
+    filled.map(|(k, (sum, n))| ([at(k), at(k + 1)], sum / n as f64, n)).collect()
+}
+
+/// Probability of at least as many standard deviations either way (W. J. Cody's rational form is not needed: an
+/// asymptotic series serves beyond 3, where it matters; Abramowitz and Stegun 26.2.17 below).
+pub fn two_sided(deviations: f64) -> f64 {
+    let z = deviations.abs();
+    let density = (-0.5 * z * z).exp() / TAU.sqrt();
+    let t = 1.0 / (1.0 + 0.231_641_9 * z);
+    let polynomial =
+        t * (0.319_381_530 + t * (-0.356_563_782 + t * (1.781_477_937 + t * (-1.821_255_978 + t * 1.330_274_429))));
+    let tail = if z > 5.0 { density / z * (1.0 - 1.0 / (z * z)) } else { density * polynomial };
+    (2.0 * tail).min(1.0)
+}
+
+#[cfg(test)]
+mod tests_of_residuals {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    fn noise(seed: u64, gain: impl Fn(usize) -> f64) -> Whitened {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut unit = || -> f64 { StandardNormal.sample(&mut rng) };
+        let half = 0.5f64.sqrt();
+        let spectrum: Vec<_> = (0..4097).map(|k| Complex::new(unit() * half, unit() * half) * gain(k)).collect();
+        let signal = (0..8192).map(|_| unit()).collect();
+        Whitened { recording: 0, channel: 1, spectrum, signal, sample_rate_hz: 8192.0 }
+    }
+
+    #[test]
+    fn null_noise_has_no_excess() {
+        let deviations: Vec<f64> = (0..40).map(|seed| excess(&[noise(seed, |_| 1.0)]).deviations).collect();
+        let mean = deviations.iter().sum::<f64>() / 40.0;
+        let square = deviations.iter().map(|d| d * d).sum::<f64>() / 40.0;
+        assert!(mean.abs() < 0.5 && (0.6..1.5).contains(&square), "{mean} {square}");
+    }
+
+    #[test]
+    fn a_band_with_half_more_power_stands_out() {
+        let w = noise(1, |k| if (1000..1400).contains(&k) { 1.5f64.sqrt() } else { 1.0 });
+        assert!(excess(std::slice::from_ref(&w)).deviations > 4.0);
+        let first = &tests(&[w])[0];
+        assert!(first.what.contains("power from") && first.deviations > 4.0, "{first:?}");
+    }
+
+    #[test]
+    fn literature_normal_tails() {
+        for (z, p) in [(1.96, 0.05), (3.0, 0.0027), (5.5, 3.8e-8)] {
+            assert!((two_sided(z) / p - 1.0).abs() < 0.02, "{z}: {}", two_sided(z));
+        }
+    }
+}
