@@ -71,7 +71,7 @@ pub fn clipped(recordings: &[Recording]) -> Vec<Fault> {
 /// Channels with an offset: the mean of an acceleration is 0, whatever the machine does, within the sensor's noise.
 pub fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
     let mut out = Vec::new();
-    for channel in 0..2 {
+    for (channel, name) in CHANNELS.into_iter().enumerate() {
         let means: Vec<(f64, f64)> = observed
             .iter()
             .filter_map(|o| o.samples[channel].as_ref())
@@ -89,10 +89,10 @@ pub fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
         if means.is_empty() || !alike || mean.abs() * weight.sqrt() < OFFSET {
             continue;
         }
-        let effect = EffectEntry::new("sensor-bias", &[("value", mean)]).with_text("channel", CHANNELS[channel]);
+        let effect = EffectEntry::new("sensor-bias", &[("value", mean)]).with_text("channel", name);
         let evidence = format!(
             "{} has a mean of {mean:.4} m/s² in every recording, {:.0} standard deviations of its noise from 0.",
-            CHANNELS[channel],
+            name,
             mean.abs() * weight.sqrt()
         );
         out.push(Fault { effect, evidence, p_value: two_sided(mean.abs() * weight.sqrt()) });

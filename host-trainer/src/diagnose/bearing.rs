@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use super::DiagnoseError;
 use super::acquisition::{self, Fault};
 use super::compete::{Contender, Contest};
-use super::outcome::{Cause, Diagnosis, Fit, HeldOut, Location, Outcome, Parameter, Rejected, SCHEMA, Verdict};
+use super::outcome::{Cause, Diagnosis, Fit, Fitted, HeldOut, Location, Outcome, Parameter, Rejected, SCHEMA, Verdict};
 use super::prove::{Proof, prove};
 use super::residual::{Excess, Whitened, excess, tests, whitened};
 use super::{hypothesis, locate, pointers};
@@ -253,11 +253,7 @@ fn others(hypotheses: &[hypothesis::Hypothesis], best: &Contender) -> Vec<hypoth
 }
 
 /// Estimates of effects' parameters, and of the rig's unknown ones.
-fn parameters(
-    (problem, found): (&Problem, &Found),
-    before: &Rig,
-    unknown: usize,
-) -> (Vec<Estimate>, Vec<(String, f64, [f64; 2])>) {
+fn parameters((problem, found): (&Problem, &Found), before: &Rig, unknown: usize) -> (Vec<Estimate>, Vec<Fitted>) {
     let covariance = covariance(&found.expansion.information, problem.coordinates.len());
     let start: Vec<f64> = problem.coordinates.iter().map(|c| before.get(&c.key).unwrap_or_default()).collect();
     let mut all = estimates(&problem.coordinates, &start, &found.point.coordinates, &covariance);

@@ -3,6 +3,8 @@
 //! Sizes follow from the rig: a pit is judged against the contact's deflection, a spring's curvature against its static
 //! deflection. What happens at a time or a frequency of its own starts where the residual points ([`Pointers`]).
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use crate::rig::config::BearingRig;
 use crate::rig::{EffectEntry, Model, Rig, Value};
 
@@ -107,6 +109,9 @@ impl Builder {
     }
 }
 
+/// Quarters of a turn, rad.
+const QUARTERS: [f64; 4] = [0.0, FRAC_PI_2, PI, -FRAC_PI_2];
+
 fn entry(name: &str, numbers: &[(&str, f64)]) -> EffectEntry {
     EffectEntry::new(name, numbers)
 }
@@ -134,7 +139,7 @@ fn pits(b: &mut Builder, sizes: &Sizes) {
         let depths = depths.iter();
         depths.flat_map(|d| widths.iter().flat_map(move |w| angles.iter().map(move |a| of(*d, *w, *a)))).collect()
     };
-    let down = std::f64::consts::FRAC_PI_2;
+    let down = FRAC_PI_2;
     let angles: Vec<f64> = (-4..=4).map(|k| down + 0.2 * f64::from(k)).collect();
     let outer = grid("outer-race-defect", "angle_rad", &angles);
     b.add("outer-race-defect", "", &["depth_m", "width_rad", "angle_rad"], outer);
@@ -144,7 +149,7 @@ fn pits(b: &mut Builder, sizes: &Sizes) {
         &["depth_m", "width_rad", "angle_rad"],
         grid("inner-race-defect", "angle_rad", &[0.0]),
     );
-    let spins = [0.0, 1.57, 3.14, -1.57];
+    let spins = QUARTERS;
     b.add("ball-defect", "", &["depth_m", "width_rad", "spin_rad"], grid("ball-defect", "spin_rad", &spins));
 }
 
@@ -163,7 +168,7 @@ fn races(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
     let of = |factor: f64| entry("unbalance", &[("unbalance_kg_m", factor * unbalance)]);
     b.add("unbalance", "", &["unbalance_kg_m"], [0.3, 2.5, 10.0].map(of).to_vec());
     let of = |phase: f64| entry("misalignment", &[("force_n", 0.03 * sizes.load), ("phase_rad", phase)]);
-    b.add("misalignment", "", &["force_n", "phase_rad"], [0.0, 1.57, 3.14, -1.57].map(of).to_vec());
+    b.add("misalignment", "", &["force_n", "phase_rad"], QUARTERS.map(of).to_vec());
     let clearance = rig.bearing.radial_clearance_m;
     let of = |more: f64| entry("excess-clearance", &[("radial_clearance_m", clearance + more * sizes.contact)]);
     b.add("excess-clearance", "", &["radial_clearance_m"], [0.1, 0.4, 1.5, 4.0].map(of).to_vec());

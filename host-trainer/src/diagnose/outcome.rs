@@ -134,6 +134,9 @@ pub struct Test {
     pub p_value: f64,
 }
 
+/// A parameter of the rig that was fitted along: name, value, 95 % interval.
+pub type Fitted = (String, f64, [f64; 2]);
+
 /// A diagnosis with what stands behind it.
 #[derive(Clone, Debug)]
 pub struct Outcome {
@@ -145,8 +148,8 @@ pub struct Outcome {
     pub held_out: Vec<HeldOut>,
     /// Tests of the residual of the rig without causes, the most telling first.
     pub tests: Vec<Test>,
-    /// Unknown parameters of the rig that were fitted along: name, value, interval.
-    pub fitted: Vec<(String, f64, [f64; 2])>,
+    /// Unknown parameters of the rig.
+    pub fitted: Vec<Fitted>,
     /// Caveats, a sentence each.
     pub caveats: Vec<String>,
 }

@@ -92,12 +92,11 @@ fn mean_square(bins: &[Complex<f64>]) -> f64 {
 /// telling first.
 pub fn tests(residuals: &[Whitened]) -> Vec<Test> {
     let mut out = Vec::new();
-    for channel in 0..2 {
+    for (channel, name) in CHANNELS.into_iter().enumerate() {
         let of: Vec<&Whitened> = residuals.iter().filter(|w| w.channel == channel).collect();
         if of.is_empty() {
             continue;
         }
-        let name = CHANNELS[channel];
         for (hz, m, n) in bands(&of) {
             push(
                 &mut out,
