@@ -24,5 +24,7 @@ pub mod pointers;
 pub mod prove;
 pub mod residual;
 pub mod screen;
+#[cfg(test)]
+mod tests;
 
 pub use error::DiagnoseError;

@@ -1,0 +1,94 @@
+use super::bearing::diagnose;
+use super::outcome::{Outcome, Parameter, Verdict};
+use crate::recording::Recording;
+use crate::rig::test_support::{condition, nominal};
+use crate::rig::{EffectEntry, Rig, Run, Start, simulate_many};
+
+/// Three recordings of half a second at other speeds and loads, one of them held out.
+fn recordings(rig: &Rig, seed: u64) -> Vec<Recording> {
+    let run = |i: usize| Run {
+        rig,
+        condition: condition(31.0 + 2.5 * i as f64, 380.0 + 130.0 * i as f64, 12_800),
+        start: Start::seeded(seed * 10 + i as u64),
+    };
+    let runs: Vec<Run> = (0..3).map(run).collect();
+    simulate_many(&runs).unwrap()
+}
+
+fn of(truth: &Rig, seed: u64) -> Outcome {
+    diagnose(&nominal(), None, &recordings(truth, seed), seed, &|_| ()).unwrap()
+}
+
+fn number(outcome: &Outcome, key: &str) -> f64 {
+    match outcome.diagnosis.causes[0].parameters[key] {
+        Parameter::Number(value) => value,
+        Parameter::Name(_) => f64::NAN,
+    }
+}
+
+#[test]
+fn null_a_healthy_rig_is_quiet() {
+    let outcome = of(&nominal(), 1);
+    assert_eq!(outcome.diagnosis.verdict, Verdict::NoMismatch, "{:?}", outcome.diagnosis);
+    assert!(outcome.diagnosis.causes.is_empty() && outcome.rig.effects.is_empty());
+}
+
+#[test]
+fn a_pit_is_named_sized_and_proved() {
+    let pit = [("depth_m", 9e-7), ("width_rad", 0.07), ("angle_rad", 1.7)];
+    let outcome = of(&nominal().with_effect(EffectEntry::new("outer-race-defect", &pit)), 2);
+    assert_eq!(outcome.diagnosis.verdict, Verdict::Mismatch, "{:?}", outcome.diagnosis);
+    let cause = &outcome.diagnosis.causes[0];
+    assert_eq!((cause.name.as_str(), outcome.diagnosis.causes.len()), ("outer-race-defect", 1));
+    for (key, truth) in pit {
+        let [from, to] = cause.interval95[key];
+        assert!((number(&outcome, key) / truth - 1.0).abs() < 0.02, "{key}: {}", number(&outcome, key));
+        // Twice the interval: one in twenty would miss the interval itself.
+        let half = to - from;
+        assert!((number(&outcome, key) - truth).abs() < half, "{key}: {from} to {to}, {truth}");
+    }
+    let fit = &outcome.diagnosis.fit;
+    assert!(fit.after < 0.05 * fit.before && fit.p_value < 0.001, "{fit:?}");
+    assert!(!outcome.held_out.is_empty());
+    assert!(outcome.diagnosis.rejected.iter().all(|r| r.name != "outer-race-defect"));
+}
+
+#[test]
+fn a_stiffness_is_not_taken_for_another_effect() {
+    let change = EffectEntry::new("stiffness-change", &[("value", 1.2e7)]).with_text("component", "outer");
+    let outcome = of(&nominal().with_effect(change), 3);
+    assert_eq!(outcome.diagnosis.causes[0].name, "stiffness-change", "{:?}", outcome.diagnosis);
+    assert!((number(&outcome, "value") / 1.2e7 - 1.0).abs() < 0.02);
+    assert_eq!(outcome.diagnosis.causes[0].parameters["component"], Parameter::Name("outer".into()));
+}
+
+#[test]
+fn what_is_seen_in_the_samples_needs_no_search() {
+    let clip = EffectEntry::new("sensor-clipping", &[("value", 0.2)]).with_text("channel", "ay");
+    let outcome = of(&nominal().with_effect(clip), 4);
+    assert_eq!(outcome.diagnosis.causes[0].name, "sensor-clipping", "{:?}", outcome.diagnosis);
+    assert!((number(&outcome, "value") - 0.2).abs() < 1e-9);
+    let bias = EffectEntry::new("sensor-bias", &[("value", 0.03)]).with_text("channel", "ax");
+    let mains = EffectEntry::new("mains-interference", &[("frequency_hz", 50.0), ("amplitude", 0.02)]);
+    let outcome = of(&nominal().with_effect(bias).with_effect(mains), 5);
+    let names: Vec<_> = outcome.diagnosis.causes.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(names, ["sensor-bias", "mains-interference"], "{:?}", outcome.diagnosis);
+}
+
+/// Signals that swell and fade at a rate of their own: nothing in the vocabulary does that.
+#[test]
+fn what_nothing_explains_is_said_to_be_unexplained() {
+    let mut made = recordings(&nominal(), 6);
+    for recording in &mut made {
+        let rate = recording.sample_rate_hz;
+        for channel in recording.channels.iter_mut().filter(|c| c.name != "tacho") {
+            // Amplitude modulated at 13.7 Hz, whatever the shaft does.
+            for (i, v) in channel.samples.iter_mut().enumerate() {
+                *v *= 1.0 + 0.8 * (std::f64::consts::TAU * 13.7 * i as f64 / rate).sin();
+            }
+        }
+    }
+    let outcome = diagnose(&nominal(), None, &made, 6, &|_| ()).unwrap();
+    assert_eq!(outcome.diagnosis.verdict, Verdict::Unexplained, "{:?}", outcome.diagnosis);
+    assert!(outcome.diagnosis.causes.is_empty());
+}
