@@ -185,6 +185,7 @@ impl Case<'_> {
             location: locate::locate(self.table, &decision.nothing, self.states),
             fit,
             own,
+            tests: words::tests(self.table, decision, seed),
             traces,
             rig,
         }
