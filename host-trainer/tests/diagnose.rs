@@ -220,3 +220,29 @@ fn bad_input_is_told_and_leaves_nothing() {
     let help = done(folder, &["diagnose", "--help"]);
     assert!(help.contains("Example:\n  ballrace diagnose "), "{help}");
 }
+
+/// A fault of the sensor shows in held-out recordings that anyone can measure, though no force is behind it.
+#[test]
+fn a_clipping_sensor_is_named_and_simulated() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    std::fs::write(folder.join("rig.toml"), RIG).expect("written");
+    record(folder, "rig.toml", "data", 5);
+    for n in 1..=4 {
+        let path = folder.join(format!("data/r{n:02}.csv"));
+        let csv = std::fs::read_to_string(&path).expect("written");
+        let clipped = csv.lines().skip(1).map(|row| {
+            let (u, q) = row.split_once(',').expect("u and q");
+            format!("{u},{:?}\n", q.parse::<f64>().expect("a number").clamp(-0.006, 0.006))
+        });
+        std::fs::write(&path, String::from("u,q\n") + &clipped.collect::<String>()).expect("written");
+    }
+    let told = done(folder, &["diagnose", "--rig", "rig.toml", "--recordings", "data", "--out", "out", "--json"]);
+    let found = document(&told);
+    assert_eq!(found["causes"][0]["name"], "sensor-clipping", "{found}");
+    assert_eq!(found["causes"][0]["parameters"]["value"], 0.006, "{found}");
+    let fit = |key: &str| found["fit"][key].as_f64().expect("a number");
+    assert!(fit("after") < 0.2 * fit("before") && fit("p_value") < 0.05, "{found}");
+    let [before, after] = errors(&folder.join("out/heldout/r04.csv"));
+    assert!(after < 0.2 * before, "{before} {after}");
+}

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`outcome`] | what a diagnosis says |
 //! | [`sdof`] | the rig of one degree of freedom |
+//! | [`faults`] | what sensor and cable do, beside recordings that took no part |
 //! | [`bearing`] | the 5-DoF rig |
 //! | [`error`] | why a diagnosis cannot be made |
 //! | [`mod@write`] | a diagnosis as a folder |
@@ -14,6 +15,7 @@
 pub mod bearing;
 pub mod compete;
 pub mod error;
+pub mod faults;
 pub mod hypothesis;
 pub mod outcome;
 pub mod screen;

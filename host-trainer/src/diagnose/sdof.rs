@@ -4,10 +4,11 @@
 use std::collections::BTreeMap;
 
 use super::error::DiagnoseError;
+use super::faults;
 use super::outcome::{Cause, Diagnosis, Fit, HeldOut, Location, Outcome, Parameter, Rejected, SCHEMA, Test, Verdict};
 use crate::force_balance::{self, Finding, FoundCause, HeldOutTrace, Where, diagnose_sdof};
 use crate::recording::Recording;
-use crate::rig::{Rig, Value};
+use crate::rig::{EffectEntry, Rig, Value};
 
 /// Share of what can be explained below which the rest is worth a caveat.
 const MOST: f64 = 0.97;
@@ -28,12 +29,20 @@ pub fn diagnose(
     }
     progress("letting the causes compete for the force balance");
     let finding = diagnose_sdof(rig, baseline, recordings, seed)?;
-    Ok(outcome(baseline.is_some(), recordings, finding))
+    Ok(outcome(baseline.is_some(), recordings, finding, seed))
 }
 
-fn outcome(told: bool, recordings: &[Recording], finding: Finding) -> Outcome {
+fn outcome(told: bool, recordings: &[Recording], finding: Finding, seed: u64) -> Outcome {
     let channel = if recordings.iter().all(|r| r.channel("q").is_some()) { "q" } else { "qdd" };
+    let mut held_out: Vec<HeldOut> = finding.traces.iter().map(|trace| held_out_of(trace, recordings)).collect();
+    let entries = finding.causes.iter().map(|c| &c.entry);
+    let lasting: Vec<&EffectEntry> = entries.filter(|entry| faults::lasts(entry)).collect();
+    faults::put_back(&mut held_out, channel, recordings, &lasting);
     let fit = &finding.fit;
+    // A fault alone does nothing to the balance, from which it was taken out.
+    let shown = (lasting.len() == finding.causes.len() && !lasting.is_empty())
+        .then(|| faults::fit(&held_out, finding.sensor_noise_std, seed))
+        .flatten();
     let diagnosis = Diagnosis {
         schema: SCHEMA,
         verdict: match finding.verdict {
@@ -46,22 +55,24 @@ fn outcome(told: bool, recordings: &[Recording], finding: Finding) -> Outcome {
         location: match finding.verdict {
             // What is left is noise, and so is where there is most of it.
             force_balance::Verdict::NoMismatch => Location { channel: channel.into(), ..Location::default() },
+            // Nor is it in what is left of the forces.
+            _ if shown.is_some() => faults::location(channel, &lasting),
             _ => location(&finding.location, recordings.len(), channel),
         },
-        fit: Fit {
+        fit: shown.unwrap_or_else(|| Fit {
             metric: fit.metric.clone(),
             held_out: fit.held_out.clone(),
             before: fit.before,
             after: fit.after,
             noise_floor: fit.noise_floor,
             p_value: fit.p_value,
-        },
+        }),
     };
     let caveats = caveats(told, &finding);
     let interval = |p: &force_balance::CauseParameter| p.interval95.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
     Outcome {
         diagnosis,
-        held_out: finding.traces.into_iter().map(|trace| held_out(trace, recordings)).collect(),
+        held_out,
         tests: finding
             .tests
             .into_iter()
@@ -119,20 +130,22 @@ fn location(found: &Where, recordings: usize, channel: &str) -> Location {
     }
 }
 
-fn held_out(trace: HeldOutTrace, recordings: &[Recording]) -> HeldOut {
+fn held_out_of(trace: &HeldOutTrace, recordings: &[Recording]) -> HeldOut {
     HeldOut {
-        name: trace.recording,
+        name: trace.recording.clone(),
         // All have the same, or there would be no balance.
         sample_rate_hz: recordings[0].sample_rate_hz,
-        measured: trace.measured,
-        before: trace.before,
-        after: trace.after,
+        measured: trace.measured.clone(),
+        before: trace.before.clone(),
+        after: trace.after.clone(),
     }
 }
 
 fn caveats(told: bool, finding: &Finding) -> Vec<String> {
     let mut out = Vec::new();
-    if finding.verdict == force_balance::Verdict::Mismatch && finding.fit.explained_share < MOST {
+    // Of faults in the samples the balance knows nothing.
+    let forces = finding.fit.after < finding.fit.before;
+    if finding.verdict == force_balance::Verdict::Mismatch && forces && finding.fit.explained_share < MOST {
         out.push(format!(
             "The causes explain {:.0} % of what columns without a name show to be explainable; the rest has no name here.",
             100.0 * finding.fit.explained_share
@@ -151,11 +164,13 @@ fn caveats(told: bool, finding: &Finding) -> Vec<String> {
     }
     for name in ["shock", "dropped-samples"] {
         if finding.causes.iter().any(|c| c.name == name) {
-            out.push(format!("{name} is in one recording only and therefore not in the corrected rig."));
+            out.push(format!(
+                "{name} happened once: it is not in the corrected rig, and the held-out figures are those of the rest."
+            ));
         }
     }
     if finding.causes.iter().any(|c| c.name == "mains-interference") {
-        out.push("The line of the mains has been taken out of the held-out recordings.".into());
+        out.push("When the line of the mains crosses zero was taken from each held-out recording itself.".into());
     }
     if finding.traces.is_empty() {
         out.push("The recordings are too short to spare a part that takes no part in the fit as a whole.".into());

@@ -129,6 +129,8 @@ pub struct Finding {
     pub fit: HeldOutFit,
     /// The unknown parameters, fitted together with the causes: key, value, 95 % interval.
     pub own: Vec<CauseParameter>,
+    /// Noise of the sensor, standard deviation in its unit.
+    pub sensor_noise_std: f64,
     /// What was looked for in the residual of the rig without causes, the most telling first.
     pub tests: Vec<ResidualTest>,
     /// Recordings that took no part.

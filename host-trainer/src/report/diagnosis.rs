@@ -228,3 +228,83 @@ fn caveats(outcome: &Outcome) -> Option<Section> {
     (!outcome.caveats.is_empty())
         .then(|| outcome.caveats.iter().fold(section, |section, caveat| section.paragraph(caveat)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::outcome::{Diagnosis, Fit, Location, Rejected, SCHEMA};
+    use crate::report::html::tests::assert_well_formed;
+    use crate::rig::test_support::nominal;
+
+    fn outcome(verdict: Verdict, causes: Vec<Cause>, after: f64) -> Outcome {
+        let signal = |size: f64| (0..4096).map(|k| size * (0.37 * f64::from(k)).sin()).collect::<Vec<f64>>();
+        let held = |name: &str| HeldOut {
+            name: name.into(),
+            sample_rate_hz: 25_600.0,
+            measured: signal(1.0),
+            before: signal(0.4),
+            after: signal(0.9),
+        };
+        let test = |k: u32| Test { what: format!("band <{k}>"), deviations: 9.0 - f64::from(k), p_value: 1e-12 };
+        Outcome {
+            diagnosis: Diagnosis {
+                schema: SCHEMA,
+                verdict,
+                causes,
+                rejected: vec![Rejected { name: "shock".into(), why: "no <burst> & no jump".into() }],
+                location: Location {
+                    frequency_hz: vec![[1400.0, 1600.0]],
+                    channel: "ay".into(),
+                    ..Location::default()
+                },
+                fit: Fit {
+                    metric: "log-spectral distance, dB".into(),
+                    held_out: "r04".into(),
+                    before: 4.0,
+                    after,
+                    noise_floor: 0.9,
+                    p_value: 1e-6,
+                },
+            },
+            rig: nominal(),
+            held_out: vec![held("r04-ax"), held("r04-ay")],
+            tests: (0..20).map(test).collect(),
+            fitted: vec![("outer.stiffness_n_per_m".into(), 1e7, [f64::NEG_INFINITY, f64::INFINITY])],
+            caveats: vec!["Mind the <gap>.".into()],
+        }
+    }
+
+    #[test]
+    fn a_bearing_has_spectra_causes_and_at_most_twelve_tests() {
+        let cause = Cause {
+            name: "outer-race-defect".into(),
+            probability: 0.998,
+            parameters: [("depth_m".to_owned(), Parameter::Number(1.234e-5))].into(),
+            interval95: [("depth_m".to_owned(), [1.2e-5, 1.3e-5])].into(),
+            evidence: "Lines at <BPFO>".into(),
+            equation: "c becomes c + d".into(),
+        };
+        let html = document(&nominal(), &outcome(Verdict::Mismatch, vec![cause], 1.0), "8 recordings").unwrap().html();
+        assert_well_formed(&html);
+        for expected in ["by outer-race-defect (depth_m = 1.23e−5)", "probability over 99 %", "1.20e−5 to 1.30e−5"]
+        {
+            assert!(html.contains(expected), "{expected}");
+        }
+        // The channel that shows it most is drawn.
+        assert!(html.contains("r04-ay: power spectral density") && !html.contains("r04-ax: power"));
+        assert!(
+            html.contains("most telling 12 of 20") && html.contains("band &lt;11&gt;") && !html.contains("lt;12&gt;")
+        );
+    }
+
+    #[test]
+    fn a_verdict_without_causes_says_so() {
+        let of = |verdict| super::verdict(&outcome(verdict, Vec::new(), 4.0));
+        let (tone, text) = of(Verdict::NoMismatch);
+        assert!(tone == Tone::Good && text.starts_with("No mismatch"), "{text}");
+        let (tone, text) = of(Verdict::Unexplained);
+        assert!(tone == Tone::Open && text.contains("no cause of the vocabulary"), "{text}");
+        let page = document(&nominal(), &outcome(Verdict::Unexplained, Vec::new(), 4.0), "").unwrap();
+        assert_well_formed(&page.html());
+    }
+}

@@ -32,7 +32,11 @@ pub fn with_interval(value: f64, interval95: Option<[f64; 2]>) -> (String, Strin
 
 /// A probability by chance.
 pub fn chance(p_value: f64) -> String {
-    if p_value < 1e-4 { format!("{p_value:.0e}").replace('-', "−") } else { significant(p_value, 2) }
+    match p_value {
+        p if p < 1e-4 => format!("{p:.0e}").replace('-', "−"),
+        p if p < 0.01 => format!("{p:.4}"),
+        p => significant(p, 2),
+    }
 }
 
 #[cfg(test)]
@@ -46,6 +50,6 @@ mod tests {
         assert_eq!(with_interval(20.391, Some([20.25, 20.55])), ("20.39".into(), "20.25 to 20.55".into()));
         assert_eq!(with_interval(7.0, None), ("7.000".into(), "–".into()));
         assert_eq!(with_interval(7.0, Some([f64::NEG_INFINITY, 1.0])).1, "–");
-        assert_eq!([chance(0.0002), chance(1e-9), chance(1.0)], ["2.0e−4", "1e−9", "1.0"]);
+        assert_eq!([chance(0.0002), chance(1e-9), chance(1.0)], ["0.0002", "1e−9", "1.0"]);
     }
 }
