@@ -195,7 +195,7 @@ fn what_a_recording_lacks_is_missing_to_the_device_and_a_break_to_the_fit() {
 #[test]
 fn every_command_has_a_worked_example() {
     let folder = tempfile::tempdir().expect("a folder");
-    for command in ["demo", "fit", "export", "monitor", "simulate", "predict", "spectra"] {
+    for command in ["demo", "fit", "export", "monitor", "simulate", "predict", "calibrate", "diagnose", "spectra"] {
         let help = done(folder.path(), &[command, "--help"]);
         assert!(help.contains(&format!("Example:\n  ballrace {command} ")), "{command}: {help}");
     }

@@ -7,16 +7,20 @@ use clap::ValueEnum;
 use super::{Failure, json, line, write};
 use crate::calibrate::bearing::{Calibration, Options, PathChoice};
 use crate::calibrate::calibrate;
+use crate::force_balance::{self, calibrate_sdof};
+use crate::recording::Recording;
 use crate::recording::{LoadOptions, load};
 use crate::report;
-use crate::rig::Rig;
+use crate::report::number::{significant, with_interval};
+use crate::rig::{Model, Rig};
 
 /// Fit a rig's uncertain parameters to recordings of the healthy machine
 ///
-/// Fits what the rig's file calls `unknown`, the noise levels, and the angles at which each recording
-/// began; says what the recordings do not determine. The last quarter of the recordings takes no part
-/// and judges the fit. Where the rig alone does not come near the recordings, the transmission path
-/// from rig to sensor is identified.
+/// Fits what the rig's file calls `unknown`, and of a bearing rig the noise levels and the angles at
+/// which each recording began; says what the recordings do not determine. The last quarter of the
+/// recordings takes no part and judges the fit. Where a bearing rig alone does not come near the
+/// recordings, the transmission path from rig to sensor is identified. Recordings for an sdof rig have
+/// channels `u` and `q` (or `qdd`).
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Example:\n  ballrace calibrate --rig rig.toml --recordings healthy --out rig.calibrated.toml --report calibration.html"
@@ -31,7 +35,7 @@ pub struct Args {
     /// Where to write the calibrated rig
     #[arg(long, value_name = "rig.toml")]
     out: PathBuf,
-    /// The structure between rig and sensor
+    /// The structure between a bearing rig and its sensor
     #[arg(long, value_enum, default_value_t = Path::Auto)]
     path: Path,
     /// Write a report with pictures
@@ -45,7 +49,7 @@ pub struct Args {
     json: bool,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 enum Path {
     /// Where the rig alone does not come near the recordings
     Auto,
@@ -60,6 +64,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let rig = Rig::read(&args.rig).map_err(Failure::input)?;
     let recordings =
         load(std::slice::from_ref(&args.recordings), &LoadOptions::default()).map_err(Failure::input)?.recordings;
+    if matches!(rig.model, Model::Sdof(_)) {
+        return sdof(args, &rig, &recordings);
+    }
     let path = match args.path {
         Path::Auto => PathChoice::Auto,
         Path::None => PathChoice::None,
@@ -83,6 +90,59 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         line(text)?;
     }
     line(format_args!("wrote {}", args.out.display()))
+}
+
+fn sdof(args: &Args, rig: &Rig, recordings: &[Recording]) -> Result<(), Failure> {
+    if args.path == Path::AllPole {
+        return Err(Failure::Input("--path: found all-pole, expected auto or none for a rig of kind \"sdof\"".into()));
+    }
+    let spinner = super::input::spinner();
+    spinner.set_message("fitting force balance and simulation");
+    let calibration = calibrate_sdof(rig, recordings);
+    spinner.finish_and_clear();
+    let calibration = calibration.map_err(Failure::input)?;
+    calibration.rig.write(&args.out).map_err(Failure::other)?;
+    if let Some(path) = &args.report {
+        let document = report::calibrate_sdof::document(&calibration, recordings).map_err(Failure::other)?;
+        write(path, document.html().as_bytes())?;
+    }
+    if args.json {
+        return json(&calibration);
+    }
+    for text in sdof_lines(&calibration) {
+        line(text)?;
+    }
+    line(format_args!("wrote {}", args.out.display()))
+}
+
+fn sdof_lines(calibration: &force_balance::Calibration) -> Vec<String> {
+    let mut out = vec![format!("{:<24} {:>12} {:>12}   95 % interval", "parameter", "before", "calibrated")];
+    for e in &calibration.estimates {
+        let (value, interval) = with_interval(e.value, Some(e.interval95));
+        out.push(format!("{:<24} {:>12} {:>12}   {interval}", e.key, significant(e.guess, 4), value));
+    }
+    out.push(report::calibrate_sdof::method(calibration).into());
+    out.extend(calibration.undetermined.iter().map(|sentence| format!("undetermined: {sentence}")));
+    match &calibration.held_out {
+        None => out.push("held out: nothing, the recordings are too short".into()),
+        Some(h) => {
+            out.push(format!("held out: {}", h.recordings));
+            out.push(format!(
+                "  force balance: before {} N, after {} N",
+                significant(h.balance_before_n, 3),
+                significant(h.balance_after_n, 3)
+            ));
+            let number = |v: Option<f64>| v.map_or("diverges".into(), |v| significant(v, 3));
+            out.push(format!(
+                "  simulation over {} s: before {}, after {}, the sensor's noise is {}",
+                significant(h.window_s, 2),
+                number(h.simulation_before),
+                number(h.simulation_after),
+                significant(calibration.sensor_noise_std, 2)
+            ));
+        }
+    }
+    out
 }
 
 fn lines(calibration: &Calibration) -> Vec<String> {

@@ -5,6 +5,7 @@
 
 mod calibrate;
 mod demo;
+mod diagnose;
 mod export;
 mod fit;
 mod input;
@@ -33,6 +34,7 @@ enum Command {
     Simulate(simulate::SimulateArgs),
     Predict(simulate::PredictArgs),
     Calibrate(calibrate::Args),
+    Diagnose(diagnose::Args),
     Spectra(spectra::Args),
 }
 
@@ -67,6 +69,7 @@ pub fn run() -> ExitCode {
         Command::Simulate(args) => simulate::simulate(&args),
         Command::Predict(args) => simulate::predict(&args),
         Command::Calibrate(args) => calibrate::run(&args),
+        Command::Diagnose(args) => diagnose::run(&args),
         Command::Spectra(args) => spectra::run(&args),
     };
     match result {

@@ -3,8 +3,11 @@
 //! | module | holds |
 //! |---|---|
 //! | [`outcome`] | what a diagnosis says |
+//! | [`mod@write`] | a diagnosis as a folder |
+//! | [`sdof`] | the rig of one degree of freedom |
+//! | [`faults`] | what sensor and cable do, beside recordings that took no part |
+//! | [`bearing`] | the 5-DoF rig |
 //! | [`acquisition`] | faults between sensor and file |
-//! | [`bearing`] | diagnosis of the 5-DoF rig |
 //! | [`residual`] | what the rig leaves, and whether chance could |
 //! | [`pointers`] | where a search in time or frequency starts |
 //! | [`hypothesis`] | every explanation, and where a search for it starts |
@@ -17,6 +20,7 @@ pub mod acquisition;
 pub mod bearing;
 pub mod compete;
 mod error;
+pub mod faults;
 pub mod hypothesis;
 pub mod locate;
 pub mod outcome;
@@ -24,7 +28,30 @@ pub mod pointers;
 pub mod prove;
 pub mod residual;
 pub mod screen;
+pub mod sdof;
 #[cfg(test)]
 mod tests;
+pub mod write;
 
 pub use error::DiagnoseError;
+
+use crate::recording::Recording;
+use crate::rig::{Model, Rig};
+
+/// Names what is the matter with a rig of either kind. `baseline` are recordings of the healthy machine; `progress` is
+/// told what is being done.
+///
+/// # Errors
+/// Recordings or a rig that lack something.
+pub fn diagnose(
+    rig: &Rig,
+    baseline: Option<&[Recording]>,
+    recordings: &[Recording],
+    seed: u64,
+    progress: &dyn Fn(&str),
+) -> Result<outcome::Outcome, DiagnoseError> {
+    match rig.model {
+        Model::Sdof(_) => sdof::diagnose(rig, baseline, recordings, seed, progress),
+        Model::Bearing(_) => bearing::diagnose(rig, baseline, recordings, seed, progress),
+    }
+}

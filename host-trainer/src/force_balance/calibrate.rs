@@ -5,9 +5,11 @@ use serde::Serialize;
 use super::{
     equation::{self, Equation, Parameter},
     error::BalanceError,
+    finding::HeldOutTrace,
     regression::{self, Fit},
     shooting::{self, Refined},
     states::States,
+    traces,
 };
 use crate::{recording::Recording, rig::Rig};
 
@@ -76,6 +78,9 @@ pub struct Calibration {
     pub method: Method,
     /// On recordings that took no part; `None` where the data are too short to spare any.
     pub held_out: Option<HeldOutError>,
+    /// Those recordings, by the rig of the file and by one fitted to the others.
+    #[serde(skip)]
+    pub traces: Vec<HeldOutTrace>,
     /// Noise of the sensor, standard deviation in its unit, from the spectrum above the signal's band.
     pub sensor_noise_std: f64,
     /// Frequency at which the balance's filter leaves half the amplitude, Hz.
@@ -99,7 +104,7 @@ pub fn calibrate_sdof(rig: &Rig, recordings: &[Recording]) -> Result<Calibration
         return Err(BalanceError::Nothing { expected: "`unknown` to name at least one key of the rig".into() });
     }
     let found = fit(rig, &states, &unknown)?;
-    let held_out = held_out(rig, &states, &found.determined);
+    let (held_out, traces) = held_out(rig, &states, &found.determined).unzip();
     let estimates = found
         .determined
         .iter()
@@ -119,6 +124,7 @@ pub fn calibrate_sdof(rig: &Rig, recordings: &[Recording]) -> Result<Calibration
         undetermined: found.undetermined,
         method: found.method,
         held_out,
+        traces: traces.unwrap_or_default(),
         sensor_noise_std: states.band.noise_std,
         cutoff_hz: states.cutoff_hz(),
     })
@@ -235,7 +241,7 @@ fn too_wide(parameters: &[Parameter], fit: &Fit) -> Vec<String> {
 }
 
 /// Fits without some recordings, and measures the error on those.
-fn held_out(rig: &Rig, states: &States, unknown: &[Parameter]) -> Option<HeldOutError> {
+fn held_out(rig: &Rig, states: &States, unknown: &[Parameter]) -> Option<(HeldOutError, Vec<HeldOutTrace>)> {
     let (train, test, recordings) = states.split()?;
     let after = fit(rig, &train, unknown).ok()?;
     let balance = |rig: &Rig| {
@@ -244,14 +250,15 @@ fn held_out(rig: &Rig, states: &States, unknown: &[Parameter]) -> Option<HeldOut
     };
     let window = (after.method == Method::ForceBalance).then(|| test.short_window());
     let shortest = test.tracks.iter().map(|t| t.len()).min()?;
-    Some(HeldOutError {
+    let error = HeldOutError {
         recordings,
         balance_before_n: balance(rig)?,
         balance_after_n: balance(&after.rig)?,
         simulation_before: shooting::error(rig, &test, window),
         simulation_after: shooting::error(&after.rig, &test, window),
         window_s: window.unwrap_or(shortest) as f64 * test.step_s(),
-    })
+    };
+    Some((error, traces::simulated(rig, &after.rig, &test)))
 }
 
 #[cfg(test)]

@@ -185,6 +185,8 @@ impl Case<'_> {
             location: locate::locate(self.table, &decision.nothing, self.states),
             fit,
             own,
+            sensor_noise_std: self.states.band.noise_std,
+            tests: words::tests(self.table, decision, seed),
             traces,
             rig,
         }

@@ -86,6 +86,17 @@ pub struct HeldOutFit {
     pub p_value: f64,
 }
 
+/// A test of what the rig without causes leaves of the balance.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ResidualTest {
+    /// What is looked for in it.
+    pub what: String,
+    /// What it takes away on held-out blocks, in standard deviations of the same with each block's sign by chance.
+    pub deviations: f64,
+    /// Probability of as much by chance.
+    pub p_value: f64,
+}
+
 /// A recording that took no part in the fit, as measured and as simulated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HeldOutTrace {
@@ -118,6 +129,10 @@ pub struct Finding {
     pub fit: HeldOutFit,
     /// The unknown parameters, fitted together with the causes: key, value, 95 % interval.
     pub own: Vec<CauseParameter>,
+    /// Noise of the sensor, standard deviation in its unit.
+    pub sensor_noise_std: f64,
+    /// What was looked for in the residual of the rig without causes, the most telling first.
+    pub tests: Vec<ResidualTest>,
     /// Recordings that took no part.
     pub traces: Vec<HeldOutTrace>,
     /// The rig with fitted parameters and causes.

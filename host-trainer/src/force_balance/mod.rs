@@ -50,5 +50,8 @@ mod words;
 pub use calibrate::{Calibration, Estimate, HeldOutError, Method, calibrate_sdof};
 pub use diagnose::diagnose_sdof;
 pub use error::BalanceError;
-pub use finding::{CauseParameter, Finding, FoundCause, HeldOutFit, HeldOutTrace, Rejected, Verdict, Where};
+pub use finding::{
+    CauseParameter, Finding, FoundCause, HeldOutFit, HeldOutTrace, Rejected, ResidualTest, Verdict, Where,
+};
+pub(crate) use significance::sign_flip;
 pub use states::{Sensed, States};

@@ -30,6 +30,8 @@ pub struct Refined {
     pub fit: Fit,
     /// Root mean square of what is left.
     pub rms: f64,
+    /// q and q̇ at the first sample of each window.
+    pub starts: Vec<[f64; 2]>,
 }
 
 struct Window<'a> {
@@ -86,7 +88,7 @@ pub fn refine(rig: &Rig, keys: &[String], states: &States, window: Option<usize>
     let fit = covariance(&pieces, &values)?;
     let count = fit.residual.len().max(1) as f64;
     let rms = (fit.residual.iter().map(|e| e * e).sum::<f64>() / count).sqrt();
-    Some(Refined { rig, fit, rms })
+    Some(Refined { rig, fit, rms, starts: windows.iter().map(|w| w.start).collect() })
 }
 
 /// Root mean square of what a rig's simulation leaves of each recording, over windows whose starts are fitted, in the
@@ -97,9 +99,10 @@ pub fn error(rig: &Rig, states: &States, window: Option<usize>) -> Option<f64> {
 
 /// What a rig's simulation gives for the only recording, from the start that leaves least. `None` where it diverges.
 pub fn follow(rig: &Rig, states: &States) -> Option<Vec<f64>> {
-    let left = refine(rig, &[], states, None)?.fit.residual;
+    let start = *refine(rig, &[], states, None)?.starts.first()?;
     let track = states.tracks.first()?;
-    Some(track.sensed.iter().zip(left).map(|(measured, left)| measured - left).collect())
+    let window = Window { track, first: 0, last: track.len(), start };
+    Run { states, keys: &[] }.signal(rig, &window, start)
 }
 
 fn cut(states: &States, window: Option<usize>) -> Vec<Window<'_>> {

@@ -23,6 +23,13 @@ pub fn sign_flip(before: &[f64], after: &[f64], seed: u64) -> f64 {
     (reached.count() + 1) as f64 / (FLIPS + 1) as f64
 }
 
+/// The same gain in standard deviations of what flipped signs give.
+pub fn deviations(before: &[f64], after: &[f64]) -> f64 {
+    let gains = before.iter().zip(after).map(|(b, a)| b - a);
+    let (total, square) = gains.fold((0.0, 0.0), |(t, s), g| (t + g, s + g * g));
+    if square > 0.0 { total / square.sqrt() } else { 0.0 }
+}
+
 /// Which of some p-values stand out at this rate of false discoveries (Y. Benjamini, Y. Hochberg, J. R. Stat. Soc. B 57
 /// (1995) 289–300).
 pub fn discoveries(p_values: &[f64], rate: f64) -> Vec<bool> {

@@ -130,12 +130,12 @@ impl States {
             Sensed::Acceleration
         } else {
             let lacks = recordings.iter().find(|r| named(r, "q").is_none()).unwrap_or(first);
-            return Err(refuse(lacks, "no channel q or qdd in every recording", "q or qdd"));
+            return Err(lacking(lacks, "q or qdd"));
         };
         let rate = first.sample_rate_hz;
         let mut tracks = Vec::with_capacity(recordings.len());
         for recording in recordings {
-            let input = named(recording, "u").ok_or_else(|| refuse(recording, "no channel u", "u"))?;
+            let input = named(recording, "u").ok_or_else(|| lacking(recording, "u"))?;
             let measured = named(recording, sensed.channel()).unwrap_or_default();
             if (recording.sample_rate_hz / rate - 1.0).abs() > 1e-6 {
                 let found = format!("{} Hz", recording.sample_rate_hz);
@@ -366,7 +366,14 @@ impl States {
 }
 
 fn named<'a>(recording: &'a Recording, channel: &str) -> Option<&'a [f64]> {
-    recording.channels.iter().find(|c| c.name == channel).map(|c| c.samples.as_slice())
+    // By its name, or as the manifest calls it: channels = { vir = "u" }.
+    recording.channel(channel).map(|c| c.samples.as_slice())
+}
+
+fn lacking(recording: &Recording, channel: &str) -> BalanceError {
+    let there: Vec<&str> = recording.channels.iter().map(|c| c.name.as_str()).collect();
+    let found = format!("no channel {channel} among {}", there.join(", "));
+    refuse(recording, &found, "one; `channels = { NAME = \"u\" }` in the manifest says which is which")
 }
 
 fn refuse(recording: &Recording, found: &str, expected: &str) -> BalanceError {

@@ -24,10 +24,16 @@ pub fn traces(
     base.effects.truncate(first);
     let after = fitted(base, &again, unknown, &train).0;
     let before = fitted(plain.clone(), &[], unknown, &train).0;
+    simulated(&before, &after, &test)
+}
+
+/// Recordings as measured and as two rigs give them, each from the start that leaves least; those that diverge are left
+/// out.
+pub fn simulated(before: &Rig, after: &Rig, test: &States) -> Vec<HeldOutTrace> {
     let one = |index: usize| {
         let alone = States { tracks: vec![test.tracks[index].clone()], ..test.clone() };
         let track = &alone.tracks[0];
-        let (before, after) = (shooting::follow(&before, &alone)?, shooting::follow(&after, &alone)?);
+        let (before, after) = (shooting::follow(before, &alone)?, shooting::follow(after, &alone)?);
         Some(HeldOutTrace {
             recording: track.name.clone(),
             channel: alone.sensed.channel(),

@@ -1,6 +1,13 @@
 //! Sentences of a diagnosis.
 
-use super::{causes::Cause, decide::Decision, finding::Rejected, states::States, table::Table};
+use super::{
+    causes::Cause,
+    decide::Decision,
+    finding::{Rejected, ResidualTest},
+    significance::{deviations, sign_flip},
+    states::States,
+    table::{Model, Table},
+};
 use crate::rig::{Rig, effect::Values};
 
 /// The term that an effect of a rig adds.
@@ -20,10 +27,10 @@ pub fn evidence(table: &Table, decision: &Decision, index: usize, name: &str, st
     let cutoff = states.cutoff_hz();
     let together = share(chosen.total(), nothing.total());
     let alone = match alone {
-        Some((alone, p)) => {
+        Some((alone, p)) if alone > 0.0 => {
             format!("alone it explains {alone:.1} % of the held-out force balance below {cutoff:.0} Hz (p = {p:.4})")
         }
-        None => "it shows only beside the other causes".to_owned(),
+        _ => format!("alone it explains nothing of the held-out force balance below {cutoff:.0} Hz"),
     };
     if others.is_empty() {
         return format!("{name}: {alone}, more than any other single cause");
@@ -49,6 +56,23 @@ pub fn rejected(table: &Table, decision: &Decision, causes: &[Cause]) -> Vec<Rej
     };
     let singles = decision.singles.iter().filter(|t| !stands(t.term));
     singles.map(|t| Rejected { name: table.library.terms[t.term].name.into(), why: why(t) }).collect()
+}
+
+/// What was looked for in the residual of the rig without causes, the most telling first.
+pub fn tests(table: &Table, decision: &Decision, seed: u64) -> Vec<ResidualTest> {
+    let nothing = &decision.nothing.left;
+    let test = |what: String, model: &Model| {
+        let p_value = sign_flip(nothing, &model.left, seed);
+        ResidualTest { what, deviations: deviations(nothing, &model.left), p_value }
+    };
+    let singles = decision.singles.iter().filter_map(|trial| {
+        let name = table.library.terms[trial.term].name;
+        Some(test(format!("a force as of {name}"), trial.model.as_ref()?))
+    });
+    let any = test("any force of position, speed and time, named or not".into(), &decision.rich);
+    let mut tests: Vec<ResidualTest> = std::iter::once(any).chain(singles).collect();
+    tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.deviations.total_cmp(&a.deviations)));
+    tests
 }
 
 /// What was held out in turn.

@@ -5,16 +5,22 @@
 //! | [`html`] | escaping, and a document as text |
 //! | [`model`] | sections on a fit: scores, equations, sizes |
 //! | [`signal`] | sections on recordings: spectra, prediction and residual |
-//! | [`fit`], [`monitor`], [`calibrate`], [`spectra`] | what those commands report |
+//! | [`held_out`] | pictures of a recording before and after |
+//! | [`number`] | numbers as people read them |
+//! | [`fit`], [`monitor`], [`calibrate`], [`calibrate_sdof`], [`diagnosis`], [`spectra`] | what those commands report |
 //!
 //! All text is escaped; pictures are the SVG of [`plot`](crate::plot). A report states no time of day
 //! and no duration, so that the same input gives the same bytes.
 
 pub mod calibrate;
+pub mod calibrate_sdof;
+pub mod diagnosis;
 pub mod fit;
+pub mod held_out;
 pub mod html;
 pub mod model;
 pub mod monitor;
+pub mod number;
 pub mod signal;
 pub mod spectra;
 

@@ -1,0 +1,107 @@
+//! The report of `ballrace calibrate` for a rig of one degree of freedom.
+
+use super::held_out::{self, Quantity, Rigs};
+use super::number::{significant, with_interval};
+use super::{Cell, Document, Section, Tone};
+use crate::diagnose::outcome::{HeldOut, Location};
+use crate::force_balance::{Calibration, HeldOutError, HeldOutTrace, Method};
+use crate::plot::DrawError;
+use crate::recording::Recording;
+
+/// A calibration, beside a recording that took no part.
+///
+/// # Errors
+/// What the drawing library says.
+pub fn document(done: &Calibration, recordings: &[Recording]) -> Result<Document, DrawError> {
+    let held_out = done.held_out.as_ref();
+    let about = match (recordings.len(), held_out) {
+        (1, Some(h)) => format!("one recording; held out: {}", h.recordings),
+        (count, Some(h)) => format!("{count} recordings; held out: {}", h.recordings),
+        (count, None) => format!("{count} recordings; too short to hold any out"),
+    };
+    let (tone, sentence) = verdict(done);
+    let mut document = Document::new("A rig calibrated to a healthy machine", about, tone, sentence);
+    if let (Some(trace), Some(first)) = (done.traces.first(), recordings.first()) {
+        let section = Section::new("A recording that took no part, measured and simulated").paragraph(
+            "Simulated over the whole stretch from the start that leaves least, driven by the recorded input alone: small \
+             errors of force add up.",
+        );
+        let quantity = Quantity::of(&done.rig, trace.channel);
+        let rigs = Rigs { before: "the rig as it was", after: "the rig, calibrated" };
+        let held = held(trace, first.sample_rate_hz);
+        document = document.section(held_out::pictures(section, &held, quantity, rigs, &Location::default())?);
+    }
+    document = document.section(parameters(done));
+    Ok(match held_out {
+        Some(h) => document.section(errors(done, h)),
+        None => document,
+    })
+}
+
+/// The result in a sentence.
+pub fn verdict(done: &Calibration) -> (Tone, String) {
+    let Some(h) = &done.held_out else {
+        return (Tone::Open, "The rig was calibrated; the recordings are too short to judge it by any.".into());
+    };
+    let tone = if h.balance_after_n < h.balance_before_n { Tone::Good } else { Tone::Open };
+    let text = format!(
+        "On recordings that took no part the calibrated rig leaves {} N of the force balance; it was {} N before.",
+        significant(h.balance_after_n, 3),
+        significant(h.balance_before_n, 3)
+    );
+    (tone, text)
+}
+
+/// How the estimates came about, in a sentence.
+pub fn method(done: &Calibration) -> &'static str {
+    match done.method {
+        Method::Simulation => "Fitted by simulation, which leaves no more than the sensor's noise.",
+        Method::ForceBalance => {
+            "Fitted by the force balance: a simulation leaves more than the sensor's noise, so that forces act which the \
+             rig has not."
+        }
+    }
+}
+
+fn held(trace: &HeldOutTrace, sample_rate_hz: f64) -> HeldOut {
+    HeldOut {
+        name: trace.recording.clone(),
+        sample_rate_hz,
+        measured: trace.measured.clone(),
+        before: trace.before.clone(),
+        after: trace.after.clone(),
+    }
+}
+
+fn parameters(done: &Calibration) -> Section {
+    let row = |e: &crate::force_balance::Estimate| {
+        let (value, interval) = with_interval(e.value, Some(e.interval95));
+        let numbers = [significant(e.guess, 4), value, interval].map(Cell::number);
+        [Cell::text(&e.key)].into_iter().chain(numbers).collect()
+    };
+    let head = ["parameter", "before", "calibrated", "95 % interval"];
+    let section =
+        Section::new("Parameters").paragraph(method(done)).table("", &head, done.estimates.iter().map(row).collect());
+    done.undetermined.iter().fold(section, |section, sentence| section.paragraph(format!("Undetermined: {sentence}.")))
+}
+
+fn errors(done: &Calibration, h: &HeldOutError) -> Section {
+    let number = |v: Option<f64>| Cell::number(v.map_or("diverges".into(), |v| significant(v, 3)));
+    let rows = vec![
+        vec![Cell::text("force balance, N"), number(Some(h.balance_before_n)), number(Some(h.balance_after_n))],
+        vec![
+            Cell::text(format!("simulation over {} s, unit of the sensor", significant(h.window_s, 2))),
+            number(h.simulation_before),
+            number(h.simulation_after),
+        ],
+    ];
+    Section::new("Recordings that took no part")
+        .paragraph(format!(
+            "Held out: {}. Root mean square of what is left, by parameters from the other recordings. The sensor's noise is \
+             {}, and the balance is drawn up below {} Hz.",
+            h.recordings,
+            significant(done.sensor_noise_std, 2),
+            significant(done.cutoff_hz, 3)
+        ))
+        .table("", &["error", "before", "calibrated"], rows)
+}

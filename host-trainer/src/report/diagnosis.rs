@@ -1,0 +1,310 @@
+//! The report of `ballrace diagnose`: for an engineer who has two minutes.
+
+use super::held_out::{self, Quantity, Rigs};
+use super::number::{chance, significant, with_interval};
+use super::{Cell, Document, Section, Tone};
+use crate::diagnose::outcome::{Cause, HeldOut, Outcome, Parameter, Test, Verdict};
+use crate::plot::DrawError;
+use crate::rig::{Model, Rig};
+
+/// Tests that are listed; the rest says less than these.
+const MOST_TESTS: usize = 12;
+
+/// A diagnosis. `before` is the rig as it was given; `about` says what was diagnosed.
+///
+/// # Errors
+/// What the drawing library says.
+pub fn document(before: &Rig, outcome: &Outcome, about: &str) -> Result<Document, DrawError> {
+    let (tone, sentence) = verdict(outcome);
+    let mut document = Document::new("What the simulation left out", about, tone, sentence);
+    if let Some(section) = seen(before, outcome)? {
+        document = document.section(section);
+    }
+    let causes = outcome.diagnosis.causes.iter().enumerate().map(|(index, c)| cause(index, c));
+    document = document.sections(causes).section(fit(before, outcome));
+    Ok(document.sections(
+        [alternatives(outcome), place(outcome), tests(outcome), fitted(before, outcome), caveats(outcome)]
+            .into_iter()
+            .flatten(),
+    ))
+}
+
+/// The verdict in a sentence.
+pub fn verdict(outcome: &Outcome) -> (Tone, String) {
+    let diagnosis = &outcome.diagnosis;
+    let fit = &diagnosis.fit;
+    let numbers = [fit.before, fit.after, fit.noise_floor].map(|v| significant(v, 3));
+    let chance = chance(fit.p_value);
+    match diagnosis.verdict {
+        Verdict::Mismatch => {
+            let named: Vec<String> = diagnosis.causes.iter().map(short).collect();
+            let named = listed(&named);
+            let gain = if fit.after < fit.before {
+                format!(
+                    "So corrected, its held-out error falls from {} to {} (noise alone: {}; by chance with p = {chance}).",
+                    numbers[0], numbers[1], numbers[2]
+                )
+            } else {
+                "It shows in the samples themselves; the evidence is below.".to_owned()
+            };
+            (Tone::Bad, format!("The machine differs from the rig by {named}. {gain}"))
+        }
+        Verdict::NoMismatch => {
+            let text = format!(
+                "No mismatch: what the rig leaves of recordings that took no part is within chance (error {}, noise alone \
+                 {}, p = {chance}).",
+                numbers[0], numbers[2]
+            );
+            (Tone::Good, text)
+        }
+        Verdict::Unexplained => {
+            let text = format!(
+                "The machine differs from the rig, and no cause of the vocabulary says how: the held-out error is {} where \
+                 noise alone would leave {} (p = {chance}).",
+                numbers[0], numbers[2]
+            );
+            (Tone::Open, text)
+        }
+    }
+}
+
+/// A cause with its numbers, for a sentence.
+fn short(cause: &Cause) -> String {
+    let one = |(name, value): (&String, &Parameter)| match value {
+        Parameter::Number(v) => {
+            format!("{name} = {}", with_interval(*v, cause.interval95.get(name).copied()).0)
+        }
+        Parameter::Name(text) => format!("{name} {text}"),
+    };
+    let (names, numbers): (Vec<_>, Vec<_>) =
+        cause.parameters.iter().partition(|(_, v)| matches!(v, Parameter::Name(_)));
+    let numbers: Vec<String> = numbers.into_iter().chain(names).map(one).collect();
+    if numbers.is_empty() { cause.name.clone() } else { format!("{} ({})", cause.name, numbers.join(", ")) }
+}
+
+/// A probability; what is not certain is not called so.
+pub fn percent(probability: f64) -> String {
+    match 100.0 * probability {
+        p if p >= 99.5 => "over 99 %".into(),
+        p if p < 0.5 => "under 1 %".into(),
+        p => format!("{p:.0} %"),
+    }
+}
+
+fn listed(names: &[String]) -> String {
+    match names {
+        [] => "nothing".into(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+/// The picture that convinces: of the channel that shows it most, the first recording.
+fn seen(before: &Rig, outcome: &Outcome) -> Result<Option<Section>, DrawError> {
+    let location = &outcome.diagnosis.location;
+    let of_channel = |h: &&HeldOut| !location.channel.is_empty() && h.name.ends_with(&location.channel);
+    let held = outcome.held_out.iter();
+    let Some(held) = held.clone().find(of_channel).or(held.clone().next()).filter(|h| !h.measured.is_empty()) else {
+        return Ok(None);
+    };
+    let quantity = Quantity::of(before, &location.channel);
+    let fitted = if before.unknown.is_empty() { "the rig as it was" } else { "the rig, its unknowns fitted" };
+    let corrected = if outcome.diagnosis.causes.is_empty() { fitted } else { "the corrected rig" };
+    let rigs = Rigs { before: fitted, after: corrected };
+    let section = Section::new("A recording that took no part, measured and simulated");
+    let mut section = held_out::pictures(section, held, quantity, rigs, location)?;
+    if outcome.held_out.len() > 1 || quantity == Quantity::Acceleration {
+        let (head, rows) = held_out::table(&outcome.held_out, quantity);
+        section = section.table("All recordings that took no part.", &head, rows);
+    }
+    if quantity == Quantity::Acceleration && matches!(before.model, Model::Bearing(_)) {
+        section = section.paragraph(
+            "Process force and sensor noise of a simulation are not those of the machine: sample by sample no rig comes \
+             nearer than noise lets it, while spectra compare what both have in common.",
+        );
+    }
+    Ok(Some(section))
+}
+
+fn cause(index: usize, cause: &Cause) -> Section {
+    let heading = format!("{}. {}, probability {}", index + 1, cause.name, percent(cause.probability));
+    let mut evidence = cause.evidence.clone();
+    if !evidence.ends_with('.') {
+        evidence.push('.');
+    }
+    let mut section = Section::new(heading).paragraph(evidence);
+    if !cause.equation.is_empty() {
+        section = section.equations(vec![cause.equation.clone()]);
+    }
+    let row = |(name, value): (&String, &Parameter)| {
+        let (value, interval) = match value {
+            Parameter::Number(v) => with_interval(*v, cause.interval95.get(name).copied()),
+            Parameter::Name(text) => (text.clone(), String::new()),
+        };
+        vec![Cell::text(name), Cell::number(value), Cell::number(interval)]
+    };
+    let rows: Vec<Vec<Cell>> = cause.parameters.iter().map(row).collect();
+    if rows.is_empty() { section } else { section.table("", &["parameter, SI", "value", "95 % interval"], rows) }
+}
+
+fn fit(before: &Rig, outcome: &Outcome) -> Section {
+    let fit = &outcome.diagnosis.fit;
+    let numbers = [fit.before, fit.after, fit.noise_floor].map(|v| Cell::number(significant(v, 4)));
+    let row = numbers.into_iter().chain([Cell::number(chance(fit.p_value))]).collect();
+    let files = match outcome.held_out.len() {
+        0 => String::new(),
+        _ => " The files in heldout/ let anyone measure it again.".to_owned(),
+    };
+    let kind = if before.unknown.is_empty() { "the rig as it was" } else { "the rig, its unknown parameters fitted" };
+    Section::new("How much better it fits")
+        .paragraph(format!("{}. Held out: {}. Before: {kind}.{files}", capital(&fit.metric), fit.held_out))
+        .table("", &["before", "after", "noise alone", "p by chance"], vec![row])
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+fn alternatives(outcome: &Outcome) -> Option<Section> {
+    let rejected = &outcome.diagnosis.rejected;
+    let rows: Vec<Vec<Cell>> = rejected.iter().map(|r| vec![Cell::text(&r.name), Cell::text(&r.why)]).collect();
+    let section = Section::new("Explanations that lost");
+    (!rows.is_empty()).then(|| section.table("", &["cause", "why it does not stand"], rows))
+}
+
+fn place(outcome: &Outcome) -> Option<Section> {
+    let location = &outcome.diagnosis.location;
+    let spans = |list: &[[f64; 2]]| {
+        let one = |[from, to]: &[f64; 2]| format!("{} to {}", significant(*from, 3), significant(*to, 3));
+        list.iter().map(one).collect::<Vec<_>>().join(", ")
+    };
+    let orders: Vec<String> = location.order.iter().map(|o| significant(*o, 4)).collect();
+    let rows: Vec<Vec<Cell>> = [
+        ("time, s", spans(&location.time_s)),
+        ("frequency, Hz", spans(&location.frequency_hz)),
+        ("order of the shaft", orders.join(", ")),
+        ("angle, rad", spans(&location.angle_rad)),
+        ("state", location.state.clone()),
+        ("channel", location.channel.clone()),
+    ]
+    .into_iter()
+    .filter(|(_, text)| !text.is_empty())
+    .map(|(name, text)| vec![Cell::text(name), Cell::text(text)])
+    .collect();
+    let shown = outcome.diagnosis.verdict != Verdict::NoMismatch && !rows.is_empty();
+    shown.then(|| Section::new("Where it shows").table("", &[], rows))
+}
+
+fn tests(outcome: &Outcome) -> Option<Section> {
+    let row = |t: &Test| {
+        let deviations = format!("{:.1}", t.deviations).replace('-', "−");
+        vec![Cell::text(&t.what), Cell::number(deviations), Cell::number(chance(t.p_value))]
+    };
+    let rows: Vec<Vec<Cell>> = outcome.tests.iter().take(MOST_TESTS).map(row).collect();
+    let caption = match outcome.tests.len() {
+        all if all > MOST_TESTS => format!("The most telling {MOST_TESTS} of {all} tests."),
+        _ => String::new(),
+    };
+    let section = Section::new("What was looked for in the residual of the rig without causes").paragraph(
+        "Standard deviations are those of the same test by chance; p is before any correction for how many tests there are.",
+    );
+    (!rows.is_empty()).then(|| section.table(caption, &["test", "standard deviations", "p by chance"], rows))
+}
+
+fn fitted(before: &Rig, outcome: &Outcome) -> Option<Section> {
+    let row = |(name, value, interval): &(String, f64, [f64; 2])| {
+        let (value, interval) = with_interval(*value, Some(*interval));
+        let given = before.get(name).map_or("–".into(), |v| significant(v, 4));
+        vec![Cell::text(name), Cell::number(given), Cell::number(value), Cell::number(interval)]
+    };
+    let rows: Vec<Vec<Cell>> = outcome.fitted.iter().map(row).collect();
+    let section = Section::new("Unknown parameters of the rig, fitted along");
+    (!rows.is_empty()).then(|| section.table("", &["parameter", "given", "fitted", "95 % interval"], rows))
+}
+
+fn caveats(outcome: &Outcome) -> Option<Section> {
+    let section = Section::new("To bear in mind");
+    (!outcome.caveats.is_empty())
+        .then(|| outcome.caveats.iter().fold(section, |section, caveat| section.paragraph(caveat)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::outcome::{Diagnosis, Fit, Location, Rejected, SCHEMA};
+    use crate::report::html::tests::assert_well_formed;
+    use crate::rig::test_support::nominal;
+
+    fn outcome(verdict: Verdict, causes: Vec<Cause>, after: f64) -> Outcome {
+        let signal = |size: f64| (0..4096).map(|k| size * (0.37 * f64::from(k)).sin()).collect::<Vec<f64>>();
+        let held = |name: &str| HeldOut {
+            name: name.into(),
+            sample_rate_hz: 25_600.0,
+            measured: signal(1.0),
+            before: signal(0.4),
+            after: signal(0.9),
+        };
+        let test = |k: u32| Test { what: format!("band <{k}>"), deviations: 9.0 - f64::from(k), p_value: 1e-12 };
+        Outcome {
+            diagnosis: Diagnosis {
+                schema: SCHEMA,
+                verdict,
+                causes,
+                rejected: vec![Rejected { name: "shock".into(), why: "no <burst> & no jump".into() }],
+                location: Location {
+                    frequency_hz: vec![[1400.0, 1600.0]],
+                    channel: "ay".into(),
+                    ..Location::default()
+                },
+                fit: Fit {
+                    metric: "log-spectral distance, dB".into(),
+                    held_out: "r04".into(),
+                    before: 4.0,
+                    after,
+                    noise_floor: 0.9,
+                    p_value: 1e-6,
+                },
+            },
+            rig: nominal(),
+            held_out: vec![held("r04-ax"), held("r04-ay")],
+            tests: (0..20).map(test).collect(),
+            fitted: vec![("outer.stiffness_n_per_m".into(), 1e7, [f64::NEG_INFINITY, f64::INFINITY])],
+            caveats: vec!["Mind the <gap>.".into()],
+        }
+    }
+
+    #[test]
+    fn a_bearing_has_spectra_causes_and_at_most_twelve_tests() {
+        let cause = Cause {
+            name: "outer-race-defect".into(),
+            probability: 0.998,
+            parameters: [("depth_m".to_owned(), Parameter::Number(1.234e-5))].into(),
+            interval95: [("depth_m".to_owned(), [1.2e-5, 1.3e-5])].into(),
+            evidence: "Lines at <BPFO>".into(),
+            equation: "c becomes c + d".into(),
+        };
+        let html = document(&nominal(), &outcome(Verdict::Mismatch, vec![cause], 1.0), "8 recordings").unwrap().html();
+        assert_well_formed(&html);
+        for expected in ["by outer-race-defect (depth_m = 1.23e−5)", "probability over 99 %", "1.20e−5 to 1.30e−5"]
+        {
+            assert!(html.contains(expected), "{expected}");
+        }
+        // The channel that shows it most is drawn.
+        assert!(html.contains("r04-ay: power spectral density") && !html.contains("r04-ax: power"));
+        assert!(
+            html.contains("most telling 12 of 20") && html.contains("band &lt;11&gt;") && !html.contains("lt;12&gt;")
+        );
+    }
+
+    #[test]
+    fn a_verdict_without_causes_says_so() {
+        let of = |verdict| super::verdict(&outcome(verdict, Vec::new(), 4.0));
+        let (tone, text) = of(Verdict::NoMismatch);
+        assert!(tone == Tone::Good && text.starts_with("No mismatch"), "{text}");
+        let (tone, text) = of(Verdict::Unexplained);
+        assert!(tone == Tone::Open && text.contains("no cause of the vocabulary"), "{text}");
+        let page = document(&nominal(), &outcome(Verdict::Unexplained, Vec::new(), 4.0), "").unwrap();
+        assert_well_formed(&page.html());
+    }
+}

@@ -1,0 +1,232 @@
+//! Pictures of a recording that took no part, beside what the rig gives before and after.
+
+use std::ops::Range;
+
+use super::{Cell, Section, number::significant};
+use crate::calibrate::distance::log_spectral;
+use crate::diagnose::outcome::{HeldOut, Location};
+use crate::plot::DrawError;
+use crate::plot::comparison::{self, Curve, Names};
+use crate::plot::lines::Mark;
+use crate::plot::style::{EARLY, LATE, MEASURED};
+use crate::rig::config::{Model, Restoring, Rig};
+use crate::signal::spectrum::welch;
+
+/// Samples in a segment of a spectrum.
+const SEGMENT: usize = 2048;
+/// Samples that the closer look at an acceleration shows.
+const ZOOM: usize = 400;
+/// Points beyond which a curve holds no more than the picture has pixels for.
+const POINTS: usize = 1600;
+
+/// What a held-out signal is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// A position, m: its course says all.
+    Position,
+    /// An angle, rad: likewise.
+    Angle,
+    /// An acceleration, m/s²: its spectrum says most.
+    Acceleration,
+}
+
+impl Quantity {
+    /// That of a rig's channel.
+    pub fn of(rig: &Rig, channel: &str) -> Self {
+        match &rig.model {
+            Model::Sdof(machine) if channel == "q" => match machine.restoring {
+                Restoring::Linear => Self::Position,
+                Restoring::Pendulum => Self::Angle,
+            },
+            _ => Self::Acceleration,
+        }
+    }
+}
+
+/// Ratio of errors from which the smaller cannot be seen beside the greater.
+const FLAT: f64 = 5.0;
+
+/// What the two rigs are called in a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Rigs<'t> {
+    /// The one before.
+    pub before: &'t str,
+    /// The one after.
+    pub after: &'t str,
+}
+
+/// Pictures of one recording.
+///
+/// # Errors
+/// What the drawing library says.
+pub fn pictures(
+    section: Section,
+    held: &HeldOut,
+    quantity: Quantity,
+    rigs: Rigs<'_>,
+    location: &Location,
+) -> Result<Section, DrawError> {
+    match quantity {
+        Quantity::Position => course(section, held, rigs, ["position, m", "measured − simulated, m"]),
+        Quantity::Angle => course(section, held, rigs, ["angle, rad", "measured − simulated, rad"]),
+        Quantity::Acceleration => acceleration(section, held, rigs, location),
+    }
+}
+
+fn course(section: Section, held: &HeldOut, rigs: Rigs<'_>, axes: [&str; 2]) -> Result<Section, DrawError> {
+    let whole = 0..held.measured.len();
+    let until = held.measured.len() as f64 / held.sample_rate_hz;
+    let axis = |y| Names { x: "time, s", y };
+    let [rms_before, rms_after] = errors(held);
+    let (before, after) = (residual(held, &held.before), residual(held, &held.after));
+    let names = [rigs.before, rigs.after].map(|rig| format!("left by {rig}"));
+    let mut courses = vec![
+        curve(held, "measured", &held.measured, MEASURED, &whole),
+        curve(held, rigs.after, &held.after, EARLY, &whole),
+    ];
+    let mut left = vec![curve(held, &names[1], &after, EARLY, &whole)];
+    let mut caption = format!("{}: what is left, root mean square {}.", held.name, significant(rms_after, 3));
+    if held.before != held.after {
+        courses.insert(0, curve(held, rigs.before, &held.before, LATE, &whole));
+        left.insert(0, curve(held, &names[0], &before, LATE, &whole));
+        caption = format!(
+            "{}: what is left, root mean square {} before and {} after.",
+            held.name,
+            significant(rms_before, 3),
+            significant(rms_after, 3)
+        );
+    }
+    let section = section
+        .figure(
+            comparison::svg(&courses, 0.0..until, axis(axes[0]), &[])?,
+            format!("{}: measured and simulated.", held.name),
+        )
+        .figure(comparison::svg(&left, 0.0..until, axis(axes[1]), &[])?, caption);
+    if rms_before < FLAT * rms_after {
+        return Ok(section);
+    }
+    // Beside what was left before it is a line at zero.
+    let svg = comparison::svg(&left[left.len() - 1..], 0.0..until, axis(axes[1]), &[])?;
+    Ok(section.figure(svg, format!("{}: what is left after, enlarged.", held.name)))
+}
+
+fn acceleration(section: Section, held: &HeldOut, rigs: Rigs<'_>, location: &Location) -> Result<Section, DrawError> {
+    let mut signals = vec![
+        ("measured", &held.measured, MEASURED),
+        (rigs.before, &held.before, LATE),
+        (rigs.after, &held.after, EARLY),
+    ];
+    if held.before == held.after {
+        signals.remove(1);
+    }
+    let segment = SEGMENT.min(held.measured.len());
+    let spectra: Vec<Curve<'_>> = signals
+        .iter()
+        .filter_map(|(name, samples, color)| {
+            let spectrum = welch(&[samples.as_slice()], held.sample_rate_hz, segment)?;
+            // The mean is taken out before: its bins are not of the machine.
+            let points = spectrum.points().skip(2).map(|(f, v)| (f, 10.0 * v.max(1e-30).log10())).collect();
+            Some(Curve { name, points, color: *color })
+        })
+        .collect();
+    let mut section = section;
+    let marks = marks(location);
+    let dashed = if marks.is_empty() { "" } else { "; dashed, the edges of bands that show the mismatch" };
+    if !spectra.is_empty() {
+        let names = Names { x: "frequency, Hz", y: "density, dB re 1 (m/s²)²/Hz" };
+        section = section.figure(
+            comparison::svg(&spectra, 0.0..0.5 * held.sample_rate_hz, names, &marks)?,
+            format!("{}: power spectral density{dashed}.", held.name),
+        );
+    }
+    let shown = loudest(held);
+    let range = shown.start as f64 / held.sample_rate_hz..shown.end as f64 / held.sample_rate_hz;
+    let courses: Vec<Curve<'_>> =
+        signals.iter().map(|(name, samples, color)| curve(held, name, samples, *color, &shown)).collect();
+    let names = Names { x: "time, s", y: "acceleration, m/s²" };
+    Ok(section.figure(
+        comparison::svg(&courses, range, names, &[])?,
+        format!("{}: where {} comes nearer than {} by most.", held.name, rigs.after, rigs.before),
+    ))
+}
+
+fn marks(location: &Location) -> Vec<Mark> {
+    let edges = |[low, high]: &[f64; 2]| {
+        let name = format!("{} to {} Hz", significant(*low, 3), significant(*high, 3));
+        [Mark { at: *low, name }, Mark { at: *high, name: String::new() }]
+    };
+    // More would hide the curves.
+    location.frequency_hz.iter().take(3).flat_map(edges).collect()
+}
+
+/// The window in which the gain of the corrected rig is greatest.
+fn loudest(held: &HeldOut) -> Range<usize> {
+    let count = held.measured.len();
+    let width = ZOOM.min(count);
+    let gain = |from: usize| -> f64 {
+        let square = |of: &[f64], k: usize| (held.measured[k] - of[k]).powi(2);
+        (from..from + width).map(|k| square(&held.before, k) - square(&held.after, k)).sum()
+    };
+    let starts = (0..=count - width).step_by((width / 2).max(1));
+    let start = starts.max_by(|a, b| gain(*a).total_cmp(&gain(*b))).unwrap_or(0);
+    start..start + width
+}
+
+/// A signal's course over some samples, thinned to least and greatest of each stretch where there are many.
+fn curve<'t>(
+    held: &HeldOut,
+    name: &'t str,
+    samples: &[f64],
+    color: plotters::style::RGBColor,
+    shown: &Range<usize>,
+) -> Curve<'t> {
+    let at = |k: usize| (k as f64 / held.sample_rate_hz, samples[k]);
+    let stretch = shown.len().div_ceil(POINTS / 2).max(1);
+    let points = if stretch <= 2 {
+        shown.clone().map(at).collect()
+    } else {
+        let ends = |from: usize| {
+            let inside = from..(from + stretch).min(shown.end);
+            let least = inside.clone().min_by(|a, b| samples[*a].total_cmp(&samples[*b])).unwrap_or(from);
+            let most = inside.max_by(|a, b| samples[*a].total_cmp(&samples[*b])).unwrap_or(from);
+            [at(least.min(most)), at(least.max(most))]
+        };
+        shown.clone().step_by(stretch).flat_map(ends).collect()
+    };
+    Curve { name, points, color }
+}
+
+/// What a rig leaves.
+fn residual(held: &HeldOut, of: &[f64]) -> Vec<f64> {
+    held.measured.iter().zip(of).map(|(m, s)| m - s).collect()
+}
+
+/// Root mean square.
+fn rms(samples: &[f64]) -> f64 {
+    (samples.iter().map(|v| v * v).sum::<f64>() / samples.len().max(1) as f64).sqrt()
+}
+
+/// Root mean square of measured less simulated, before and after.
+pub fn errors(held: &HeldOut) -> [f64; 2] {
+    [rms(&residual(held, &held.before)), rms(&residual(held, &held.after))]
+}
+
+/// All recordings, sample by sample and by their spectra.
+pub fn table(held: &[HeldOut], quantity: Quantity) -> (Vec<&'static str>, Vec<Vec<Cell>>) {
+    let spectral = quantity == Quantity::Acceleration;
+    let mut head = vec!["recording", "error before, RMS", "after, RMS"];
+    if spectral {
+        head.extend(["spectra apart before, dB", "after, dB"]);
+    }
+    let row = |h: &HeldOut| {
+        let mut row = vec![Cell::text(&h.name)];
+        row.extend(errors(h).map(|v| Cell::number(significant(v, 3))));
+        if spectral {
+            let distance = |of: &[f64]| log_spectral(&h.measured, of, h.sample_rate_hz);
+            let text = |d: Option<f64>| Cell::number(d.map_or("–".into(), |d| format!("{d:.2}")));
+            row.extend([text(distance(&h.before)), text(distance(&h.after))]);
+        }
+        row
+    };
+    (head, held.iter().map(row).collect())
+}

@@ -1,0 +1,55 @@
+//! Numbers as people read them.
+
+/// A number with so many significant digits, and a power of ten only where it would be long without.
+pub fn significant(value: f64, digits: usize) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    if !value.is_finite() {
+        return "–".into();
+    }
+    let power = value.abs().log10().floor() as i32;
+    let text = if (-3..6).contains(&power) {
+        format!("{value:.*}", (digits as i32 - 1 - power).max(0) as usize)
+    } else {
+        format!("{value:.*e}", digits.saturating_sub(1))
+    };
+    text.replace('-', "−")
+}
+
+/// A value with as many digits as its interval makes worth reading, and the interval; or that there is none.
+pub fn with_interval(value: f64, interval95: Option<[f64; 2]>) -> (String, String) {
+    let Some([low, high]) = interval95.filter(|i| i.iter().all(|v| v.is_finite())) else {
+        return (significant(value, 4), "–".into());
+    };
+    // Two digits of the half-width.
+    let half = 0.5 * (high - low).abs();
+    let most = [value, low, high].iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let spread = if half > 0.0 { (most / half).log10().floor() } else { 4.0 };
+    let digits = (spread + 2.0).clamp(2.0, 7.0) as usize;
+    (significant(value, digits), format!("{} to {}", significant(low, digits), significant(high, digits)))
+}
+
+/// A probability by chance.
+pub fn chance(p_value: f64) -> String {
+    match p_value {
+        p if p < 1e-4 => format!("{p:.0e}").replace('-', "−"),
+        p if p < 0.01 => format!("{p:.4}"),
+        p => significant(p, 2),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_as_long_as_they_are_worth() {
+        let got = [95.114, -3.2, 0.0, 1.234e8, 0.00012, 20.0].map(|v| significant(v, 3));
+        assert_eq!(got, ["95.1", "−3.20", "0", "1.23e8", "1.20e−4", "20.0"]);
+        assert_eq!(with_interval(20.391, Some([20.25, 20.55])), ("20.39".into(), "20.25 to 20.55".into()));
+        assert_eq!(with_interval(7.0, None), ("7.000".into(), "–".into()));
+        assert_eq!(with_interval(7.0, Some([f64::NEG_INFINITY, 1.0])).1, "–");
+        assert_eq!([chance(0.0002), chance(1e-9), chance(1.0)], ["0.0002", "1e−9", "1.0"]);
+    }
+}
