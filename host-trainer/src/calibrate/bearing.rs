@@ -225,7 +225,11 @@ fn explained(problem: &Problem, found: &Found) -> Result<Vec<Explained>, Calibra
     Ok([0, 1].into_iter().filter_map(of).collect())
 }
 
-fn identify(
+/// The transmission path of each channel from a rig to recordings.
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn identify(
     rig: &Rig,
     measured: &[Recording],
     seed: u64,

@@ -15,7 +15,7 @@ use super::compete::{Contender, Contest};
 use super::outcome::{Cause, Diagnosis, Fit, Fitted, HeldOut, Location, Outcome, Parameter, Rejected, SCHEMA, Verdict};
 use super::prove::{Proof, prove};
 use super::residual::{Excess, Whitened, excess, tests, whitened};
-use super::{hypothesis, locate, pointers};
+use super::{hypothesis, locate, pointers, recorded};
 use crate::calibrate::bearing::{Options, calibrate};
 use crate::calibrate::estimate::{Estimate, covariance, estimates};
 use crate::calibrate::split::{Split, part};
@@ -58,10 +58,14 @@ pub fn diagnose(
     let mut caveats = Vec::new();
     if let Some(baseline) = baseline {
         progress("calibrating to the baseline");
-        let calibration = calibrate(&rig, baseline, &Options { seed, ..Options::default() }, progress)?;
-        rig = calibration.rig;
-        if !calibration.path_poles.is_empty() {
-            caveats.push("The rig does not reach the baseline without a transmission path; sizes of causes are those of the rig as given.".into());
+        rig = calibrate(&rig, baseline, &Options { seed, ..Options::default() }, progress)?.rig;
+        if !rig.paths.is_empty() {
+            return recorded::diagnose(&rig, Some(baseline), recordings, seed, progress);
+        }
+    } else if !rig.unknown.is_empty() {
+        progress("fitting the rig's unknown parameters");
+        if let Some(rig) = recorded::beyond_the_rig(&rig, recordings, seed)? {
+            return recorded::diagnose(&rig, None, recordings, seed, progress);
         }
     }
     let raw = recordings;
@@ -105,18 +109,21 @@ pub fn diagnose(
     let mut kept: Vec<&Contender> = Vec::new();
     let mut left = before;
     let second;
-    if let Some(best) = contenders.first().filter(|c| c.merit > LEAST_MERIT) {
+    // A rig that stands only as long as nothing shakes it is none.
+    let stable = |c: &Contender| remaining(c, seed).ok();
+    let best = contenders.iter().filter(|c| c.merit > LEAST_MERIT).find_map(|c| Some((c, stable(c)?)));
+    if let Some((best, rest)) = best {
         kept.push(best);
-        left = remaining(best, seed)?;
+        left = rest;
         if left.deviations > EXCESS {
             progress("looking for a second cause");
-            second = after(best, &ground, &hypotheses)?.run(&others(&hypotheses, best), progress)?;
-            if let Some(next) = second.first().filter(|c| c.merit > LEAST_MERIT) {
-                let rest = remaining(next, seed)?;
-                if rest.deviations < EXCESS || left.nats - rest.nats > SECOND_EXPLAINS * left.nats {
-                    kept.push(next);
-                    left = rest;
-                }
+            second = after(best, &ground)?.run(&others(&hypotheses, best), progress)?;
+            let next = second.iter().filter(|c| c.merit > LEAST_MERIT).find_map(|c| Some((c, stable(c)?)));
+            if let Some((next, rest)) = next
+                && (rest.deviations < EXCESS || left.nats - rest.nats > SECOND_EXPLAINS * left.nats)
+            {
+                kept.push(next);
+                left = rest;
             }
         }
     }
@@ -240,11 +247,7 @@ fn remaining(contender: &Contender, seed: u64) -> Result<Excess, DiagnoseError> 
 }
 
 /// The contest for a second cause: the first is part of the rig, its parameters are fitted along.
-fn after<'o>(
-    best: &Contender<'o>,
-    ground: &Contest<'o>,
-    _: &[hypothesis::Hypothesis],
-) -> Result<Contest<'o>, DiagnoseError> {
+fn after<'o>(best: &Contender<'o>, ground: &Contest<'o>) -> Result<Contest<'o>, DiagnoseError> {
     Ok(Contest { rig: best.rig()?, unknown: best.problem.coordinates.clone(), ..ground.clone() })
 }
 

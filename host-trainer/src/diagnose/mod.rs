@@ -7,6 +7,7 @@
 //! | [`sdof`] | the rig of one degree of freedom |
 //! | [`faults`] | what sensor and cable do, beside recordings that took no part |
 //! | [`bearing`] | the 5-DoF rig |
+//! | [`recorded`] | real recordings, where the structure is unknown |
 //! | [`acquisition`] | faults between sensor and file |
 //! | [`residual`] | what the rig leaves, and whether chance could |
 //! | [`pointers`] | where a search in time or frequency starts |
@@ -26,6 +27,7 @@ pub mod locate;
 pub mod outcome;
 pub mod pointers;
 pub mod prove;
+pub mod recorded;
 pub mod residual;
 pub mod screen;
 pub mod sdof;
