@@ -2,30 +2,9 @@
 
 use std::fmt::Write;
 use std::path::Path;
-use std::process::{Command, Output};
 
-fn ballrace(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_ballrace")).current_dir(folder).args(arguments).output().expect("the binary runs")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).expect("UTF-8")
-}
-
-/// Done, with its stdout.
-fn done(folder: &Path, arguments: &[&str]) -> String {
-    let output = ballrace(folder, arguments);
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", text(&output.stderr));
-    text(&output.stdout)
-}
-
-/// Refused with status 2, with its stderr.
-fn refused(folder: &Path, arguments: &[&str]) -> String {
-    let output = ballrace(folder, arguments);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", text(&output.stdout));
-    assert!(output.stdout.is_empty(), "nothing on stdout");
-    text(&output.stderr)
-}
+mod support;
+use support::{done, refused};
 
 /// Recordings of a resonance driven by noise; the last ones rattle.
 fn recordings(folder: &Path) {

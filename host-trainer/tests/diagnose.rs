@@ -3,38 +3,17 @@
 use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use serde_json::Value;
+
+mod support;
+use support::{done, refused};
 
 const RATE_HZ: f64 = 500.0;
 const SAMPLES: usize = 2000;
 const RIG: &str = "kind = \"sdof\"\nmass_kg = 2.0\ndamping_n_s_per_m = 4.0\nstiffness_n_per_m = 800.0 # measured\n\
                    input_gain_n_per_unit = 3.0\nrestoring = \"linear\"\ngravity_n = 0.0\n";
 const FRICTION: &str = "\n[[effect]]\nname = \"coulomb-friction\"\nforce_n = 0.5\n";
-
-fn ballrace(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_ballrace")).current_dir(folder).args(arguments).output().expect("the binary runs")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).expect("UTF-8")
-}
-
-/// Done, with its stdout.
-fn done(folder: &Path, arguments: &[&str]) -> String {
-    let output = ballrace(folder, arguments);
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", text(&output.stderr));
-    text(&output.stdout)
-}
-
-/// Refused with status 2, with its stderr.
-fn refused(folder: &Path, arguments: &[&str]) -> String {
-    let output = ballrace(folder, arguments);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", text(&output.stdout));
-    assert!(output.stdout.is_empty(), "nothing on stdout");
-    text(&output.stderr)
-}
 
 fn document(told: &str) -> Value {
     serde_json::from_str(told).expect("one document")

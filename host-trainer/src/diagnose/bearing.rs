@@ -325,7 +325,7 @@ fn rejected(all: &[Contender], kept: &[&Contender], stands: bool, explained: f64
         if stands && kept.iter().any(|k| k.name == contender.name) || out.iter().any(|r| r.name == contender.name) {
             continue;
         }
-        let place = if contender.place.is_empty() { String::new() } else { format!(" ({})", contender.place) };
+        let place = if contender.place.is_empty() { String::new() } else { format!("({}) ", contender.place) };
         let why = if stands {
             format!("{place}gains {:.0} in ln L where the cause gains {top:.0}", contender.gain)
         } else if contender.merit < LEAST_MERIT {
@@ -337,7 +337,7 @@ fn rejected(all: &[Contender], kept: &[&Contender], stands: bool, explained: f64
                 100.0 * (1.0 - explained)
             )
         };
-        out.push(Rejected { name: contender.name.into(), why: why.trim_start().into() });
+        out.push(Rejected { name: contender.name.into(), why });
     }
     out
 }

@@ -4,22 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+pub use crate::force_balance::Verdict;
 use crate::rig::Rig;
 
 /// Name of the format.
 pub const SCHEMA: &str = "ballrace-diagnosis/1";
-
-/// What it comes to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Verdict {
-    /// Recordings and rig differ, and the causes say why.
-    Mismatch,
-    /// They do not differ beyond what chance gives.
-    NoMismatch,
-    /// They differ, and nothing in the vocabulary says why.
-    Unexplained,
-}
 
 /// A parameter: a number in SI units, or a name.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -45,16 +45,12 @@ fn outcome(told: bool, recordings: &[Recording], finding: Finding, seed: u64) ->
         .flatten();
     let diagnosis = Diagnosis {
         schema: SCHEMA,
-        verdict: match finding.verdict {
-            force_balance::Verdict::Mismatch => Verdict::Mismatch,
-            force_balance::Verdict::NoMismatch => Verdict::NoMismatch,
-            force_balance::Verdict::Unexplained => Verdict::Unexplained,
-        },
+        verdict: finding.verdict,
         causes: finding.causes.iter().map(cause).collect(),
         rejected: finding.rejected.iter().map(|r| Rejected { name: r.name.clone(), why: r.why.clone() }).collect(),
         location: match finding.verdict {
             // What is left is noise, and so is where there is most of it.
-            force_balance::Verdict::NoMismatch => Location { channel: channel.into(), ..Location::default() },
+            Verdict::NoMismatch => Location { channel: channel.into(), ..Location::default() },
             // Nor is it in what is left of the forces.
             _ if shown.is_some() => faults::location(channel, &lasting),
             _ => location(&finding.location, recordings.len(), channel),
@@ -145,7 +141,7 @@ fn caveats(told: bool, finding: &Finding) -> Vec<String> {
     let mut out = Vec::new();
     // Of faults in the samples the balance knows nothing.
     let forces = finding.fit.after < finding.fit.before;
-    if finding.verdict == force_balance::Verdict::Mismatch && forces && finding.fit.explained_share < MOST {
+    if finding.verdict == Verdict::Mismatch && forces && finding.fit.explained_share < MOST {
         out.push(format!(
             "The causes explain {:.0} % of what columns without a name show to be explainable; the rest has no name here.",
             100.0 * finding.fit.explained_share

@@ -1,6 +1,6 @@
 use super::bearing::diagnose;
 use super::outcome::{Outcome, Parameter, Verdict};
-use crate::recording::Recording;
+use crate::recording::{LoadOptions, Recording, Unit, load, reference_data};
 use crate::rig::test_support::{condition, nominal};
 use crate::rig::{EffectEntry, Rig, Run, Start, simulate_many};
 
@@ -91,4 +91,35 @@ fn what_nothing_explains_is_said_to_be_unexplained() {
     let outcome = diagnose(&nominal(), None, &made, 6, &|_| ()).unwrap();
     assert_eq!(outcome.diagnosis.verdict, Verdict::Unexplained, "{:?}", outcome.diagnosis);
     assert!(outcome.diagnosis.causes.is_empty());
+}
+
+/// Case Western Reserve University records: 97 healthy, 130 a pit in the outer race, 118 one on a ball that nobody finds.
+#[test]
+fn literature_a_real_pit_is_named_by_its_rhythm_and_no_other_name_is_given() {
+    let Some(folder) = reference_data::folder("cwru") else { return };
+    let read = |file: &str, record: u32, rate: f64| {
+        let options = LoadOptions {
+            variable: Some(format!("X{record:03}_DE_time")),
+            sample_rate_hz: Some(rate),
+            resample_hz: Some(12_000.0),
+            unit: Unit::parse("g"),
+            ..LoadOptions::default()
+        };
+        let mut recording = load(&[folder.join(file)], &options).unwrap().recordings.swap_remove(0);
+        (recording.shaft_hz, recording.load_n) = (Some(29.93), Some(300.0));
+        vec![recording]
+    };
+    let mut rig = nominal();
+    rig.set("bearing.ball_diameter_m", 0.3126 * 0.0254).unwrap();
+    rig.set("bearing.pitch_diameter_m", 1.537 * 0.0254).unwrap();
+    rig.unknown = ["inner", "outer", "resonator"].map(String::from).to_vec();
+    let healthy = read("97_Normal_0.mat", 97, 48_000.0);
+    let of = |recordings: &[Recording]| diagnose(&rig, Some(&healthy), recordings, 1, &|_| ()).unwrap();
+    let outer = of(&read("130_at_6_0.mat", 130, 12_000.0));
+    assert_eq!(outer.diagnosis.causes[0].name, "outer-race-defect", "{:?}", outer.diagnosis);
+    assert!(outer.diagnosis.fit.after < 0.5 * outer.diagnosis.fit.before);
+    let ball = of(&read("118_0.mat", 118, 12_000.0));
+    assert_eq!(ball.diagnosis.verdict, Verdict::Unexplained, "{:?}", ball.diagnosis);
+    let same = of(&healthy);
+    assert_eq!(same.diagnosis.verdict, Verdict::NoMismatch, "{:?}", same.diagnosis);
 }

@@ -33,6 +33,8 @@ pub fn with_interval(value: f64, interval95: Option<[f64; 2]>) -> (String, Strin
 /// A probability by chance.
 pub fn chance(p_value: f64) -> String {
     match p_value {
+        // Beyond what numbers of this kind hold, and far beyond what any noise model is good for.
+        p if p < 1e-30 => "< 1e−30".into(),
         p if p < 1e-4 => format!("{p:.0e}").replace('-', "−"),
         p if p < 0.01 => format!("{p:.4}"),
         p => significant(p, 2),
