@@ -77,6 +77,41 @@ fn from_recordings_to_the_same_events_from_every_form_of_the_model() {
 }
 
 #[test]
+fn what_a_diagnosis_names_enters_the_library() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    recordings(&folder.join("data"));
+    let diagnosis = |causes: &str| {
+        let text = format!(r#"{{"schema": "ballrace-diagnosis/1", "causes": [{causes}]}}"#);
+        std::fs::write(folder.join("diagnosis.json"), text).expect("written");
+    };
+    let arguments = [&FIT[..], &["--null", "0", "--diagnosis", "diagnosis.json"]].concat();
+    diagnosis(r#"{"name": "structural-resonance"}, {"name": "hardening-stiffness"}, {"name": "unbalance"}"#);
+    let told = done(folder, &arguments);
+    for expected in [
+        "n_MD 4, even orders",
+        "for structural-resonance: the terms of a state more enter, n_MD 3 becomes 4",
+        "for hardening-stiffness: products of three states enter, n_D 1 becomes 3",
+        "for unbalance: the library stays as it is",
+    ] {
+        assert!(told.contains(expected), "{expected:?} in {told}");
+    }
+    let report = done(folder, &[&arguments[..], &["--json"]].concat());
+    let report: serde_json::Value = serde_json::from_str(&report).expect("one document");
+    assert_eq!(report["training"]["entered"][1]["cause"], "hardening-stiffness");
+    assert_eq!(report["training"]["functions"], 35);
+    diagnosis("");
+    assert!(done(folder, &arguments).contains("the diagnosis names no cause, so the library stays as it is"));
+    diagnosis(r#"{"name": "gremlins"}"#);
+    let error = refused(folder, &arguments);
+    assert!(error.contains("diagnosis.json, key `causes[0].name`: found \"gremlins\", expected one of"), "{error}");
+    diagnosis(r#"{"name": "structural-resonance"}"#);
+    let full: Vec<&str> = arguments.iter().map(|a| if *a == "3" { "16" } else { *a }).collect();
+    let error = refused(folder, &full);
+    assert!(error.contains("structural-resonance: with it n_MD would be 17, expected at most 16"), "{error}");
+}
+
+#[test]
 fn exported_c_and_rust_hold_the_bytes_of_the_binary_form() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();

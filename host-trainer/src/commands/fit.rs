@@ -7,7 +7,7 @@ use clap::ValueEnum;
 
 use super::input::{Recordings, bar};
 use super::{Failure, json, line, write};
-use crate::fit::{FitConfig, Fitted, Solver, fit, words};
+use crate::fit::{FitConfig, Fitted, Solver, causes, fit, terms, words};
 use crate::model_file;
 use crate::report;
 use crate::sindy_nn::gradient::Lambdas;
@@ -20,7 +20,9 @@ use crate::stlsq::StlsqConfig;
 /// phase-randomised surrogates (the null).
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Example:\n  ballrace fit data/Bearing3_3 --healthy 100 --out model.json\n  \
-    fits SINDy-NN to the first 100 recordings of a run to failure and writes model.json")]
+    fits SINDy-NN to the first 100 recordings of a run to failure and writes model.json\n  \
+    ballrace fit corrected --diagnosis diagnosis/diagnosis.json --out model.json\n  \
+    fits recordings of the corrected rig with the terms of the causes that `diagnose` has found")]
 pub struct Args {
     #[command(flatten)]
     input: Recordings,
@@ -49,6 +51,9 @@ pub struct Args {
     /// Orders of the finite differences
     #[arg(long, value_enum, default_value_t = OrdersName::Even)]
     orders: OrdersName,
+    /// What `diagnose` has found: the terms of its causes enter the library, which only grows by it
+    #[arg(long, value_name = "diagnosis.json")]
+    diagnosis: Option<PathBuf>,
     /// Latent variables [default: n_MD]
     #[arg(long, value_name = "N")]
     latent: Option<usize>,
@@ -216,6 +221,9 @@ fn healthy_by_default(recordings: usize) -> usize {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     args.check()?;
+    let mut config = args.config();
+    let causes = args.diagnosis.as_deref().map(causes::read).transpose().map_err(Failure::input)?;
+    let entered = terms::enter(&mut config, causes.as_deref().unwrap_or_default()).map_err(Failure::input)?;
     let mut input = args.input.read(None)?;
     let total = input.series.len();
     let healthy = args.healthy.unwrap_or(if input.run_to_failure { healthy_by_default(total) } else { total });
@@ -227,13 +235,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         eprintln!("{} bad rows dropped", input.skipped_rows);
     }
     let bar = bar("fit");
-    let fitted = fit(&input.continuous(healthy), input.sample_rate_hz, &args.config(), &|stage| {
+    let fitted = fit(&input.continuous(healthy), input.sample_rate_hz, &config, &|stage| {
         bar.set_message(stage.name);
         bar.set_position((100.0 * stage.done) as u64);
     });
     bar.finish_and_clear();
     let mut fitted = fitted.map_err(Failure::input)?;
     fitted.report.training.channel = Some(input.channel.clone());
+    fitted.report.training.entered = entered;
     model_file::write(&args.out, &fitted.model, &fitted.report).map_err(Failure::other)?;
     if let Some(path) = &args.report {
         let page = report::fit::document(&fitted, &input).map_err(Failure::other)?;
@@ -244,6 +253,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return json(report);
     }
     line(format_args!("{} of {total} recordings taken as healthy", healthy))?;
+    if causes.is_some_and(|causes| causes.is_empty()) {
+        line("the diagnosis names no cause, so the library stays as it is")?;
+    }
     line(words::report(report, if args.all_terms { usize::MAX } else { 6 }))?;
     line(format_args!("wrote {} ({} bytes on the device)", args.out.display(), model.bytes().len()))
 }

@@ -2,13 +2,16 @@
 //!
 //! [`fit`] is the whole of it. The same [`Solver`] runs on the recordings in the chosen alignment, on
 //! the recordings in the causal alignment, and on phase-randomised surrogates of them in both; every
-//! score is taken by core's evaluator, sample by sample, as the device would.
+//! score is taken by core's evaluator, sample by sample, as the device would. What a diagnosis has found enters the
+//! library before that, by [`terms`].
 
 mod calibrate;
+pub mod causes;
 mod describe;
 mod once;
 pub mod report;
 pub mod score;
+pub mod terms;
 pub mod verdict;
 pub mod words;
 

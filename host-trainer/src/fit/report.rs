@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::once::{Once, Split};
 use super::score::Scores;
+use super::terms::Entered;
 use super::verdict::Verdict;
 use super::{FitConfig, Solver};
 use crate::stlsq::Diagnosis;
@@ -56,6 +57,9 @@ pub struct Training {
     pub functions: usize,
     /// Their names, in order.
     pub terms: Vec<String>,
+    /// What causes of a diagnosis brought into the library.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub entered: Vec<Entered>,
     /// Gradient steps, for SINDy-NN.
     pub steps: Option<usize>,
     /// Whether the held-out loss ended the training early.
@@ -131,6 +135,7 @@ impl Training {
             .replace("n_md", "n_MD"),
             functions: library.len(),
             terms: (0..library.len()).filter_map(|t| library.term(t)).map(|t| t.to_string()).collect(),
+            entered: Vec::new(),
             steps: once.trained.as_ref().map(|t| t.steps),
             stopped_early: once.trained.as_ref().map(|t| t.stopped_early),
             seed: config.seed,

@@ -100,6 +100,13 @@ pub fn of(model: &Model<'_>, recordings: &[Series]) -> Score {
     }
 }
 
+/// Of each recording the share of its variance that the prediction of the next sample leaves, 1 − R²; not a number
+/// unless the model is causal. Unlike the monitor's level it can be compared between models.
+pub fn unexplained(model: &Model<'_>, recordings: &[Series]) -> Vec<f64> {
+    let share = |series: &Series| 1.0 - recording_sums(model, &series.samples).1.r_squared();
+    recordings.par_iter().map(share).collect()
+}
+
 /// Standard deviation of each derivative's residual, scaled units.
 pub fn residual_spread(model: &Model<'_>, recordings: &[Series]) -> Vec<f32> {
     let (derivatives, _) = sums(model, &recordings.iter().collect::<Vec<_>>());

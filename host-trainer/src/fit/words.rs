@@ -25,6 +25,9 @@ pub fn report(report: &Report, most_terms: usize) -> String {
         _ => String::new(),
     };
     let _ = writeln!(out, "{}; {}; {} functions{training}", t.solver, t.states, t.functions);
+    for entered in &t.entered {
+        let _ = writeln!(out, "{}", entered.line());
+    }
     out += &scores(&report.scores);
     let _ = writeln!(out, "\nverdict: {}", report.verdict.words);
     for equation in &report.equations {

@@ -112,6 +112,7 @@ pub fn training(report: &Report) -> Section {
         let early = if t.stopped_early == Some(true) { ", stopped early" } else { "" };
         rows.push(row("gradient steps", format!("{steps}{early}")));
     }
+    rows.extend(t.entered.iter().map(|e| row("library", e.line())));
     rows.push(row(
         "healthy level",
         format!(
