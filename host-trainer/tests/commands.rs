@@ -90,7 +90,7 @@ fn what_a_diagnosis_names_enters_the_library() {
     let told = done(folder, &arguments);
     for expected in [
         "n_MD 4, even orders",
-        "for structural-resonance: the terms of a state more enter, n_MD 3 becomes 4",
+        "for structural-resonance: the terms of one more state enter, n_MD 3 becomes 4",
         "for hardening-stiffness: products of three states enter, n_D 1 becomes 3",
         "for unbalance: the library stays as it is",
     ] {

@@ -137,7 +137,7 @@ pub fn enter(config: &mut FitConfig, causes: &[String]) -> Result<Vec<Entered>, 
                 }
                 config.spec.dimension = found;
                 config.latent = config.latent.map(|latent| (latent + states).min(MAX_DIMENSION));
-                let more = if states == 1 { "a state more".to_owned() } else { format!("{states} states more") };
+                let more = if states == 1 { "one more state".to_owned() } else { format!("{states} more states") };
                 (true, format!("the terms of {more} enter, n_MD {before} becomes {found}"))
             }
         };
