@@ -6,10 +6,12 @@ use super::input::bar;
 use super::{Failure, json, line};
 use crate::demo::{self, Config};
 
-/// Make recordings, fit, export, run the device on them, and write a report
+/// Simulate a machine that is not as drawn, find out why, and correct the model on the device
 ///
-/// The machine is simulated: its outer race is damaged from some recording on, which the model is
-/// not told.
+/// From some recording on the machine has a mode of vibration that its drawing has not, which nobody is
+/// told. A model of the drawing is fitted and exported; the device's own code runs it over the
+/// recordings and raises an alarm; some of them are diagnosed; a model of the corrected rig, with the
+/// cause's terms in its library, is fitted and exported, and the device's residual falls.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Example:\n  ballrace demo --out demo\n  then open demo/report.html")]
 pub struct Args {

@@ -1,5 +1,5 @@
-//! A run to failure that is not one: the 5-DoF rig, recording after recording, and from one of them on
-//! a pit in its outer race that grows.
+//! A machine's life that is not one: the 5-DoF rig, recording after recording, and from one of them on a mode of
+//! vibration that the rig has not, as of a bracket that has come loose.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::recording::Recording;
 use crate::rig::RigError;
-use crate::rig::config::{EffectEntry, Model, Rig};
+use crate::rig::config::{EffectEntry, Rig};
 use crate::rig::simulate::{OperatingCondition, Run, Start, simulate_many};
 
 /// What to make.
@@ -21,26 +21,22 @@ pub struct Plan {
     pub seconds: f64,
     /// Sample rate, Hz.
     pub sample_rate_hz: f64,
-    /// Depth of the pit in the last recording, m; 0 for a machine that stays healthy.
-    pub depth_m: f64,
+    /// How much of the mode the sensor sees, as a multiple of what the housing's mass alone would give; 0 for a machine
+    /// that stays as it was drawn.
+    pub gain: f64,
     /// Seed of everything random, the effect's start included.
     pub seed: u64,
 }
 
-/// What anyone may know of the machine: its drawing and its tachometer.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Machine {
-    /// Shaft speed, Hz.
-    pub shaft_hz: f64,
-    /// Rate at which balls pass a point of the outer race, Hz.
-    pub ball_pass_hz: f64,
-}
-
 /// What only the maker knows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Truth {
     /// Name of the effect.
     pub effect: &'static str,
+    /// Its natural frequency, Hz.
+    pub frequency_hz: f64,
+    /// Its damping ratio.
+    pub damping_ratio: f64,
     /// First recording with it, from 0; `None` where it never comes.
     pub first_affected: Option<usize>,
 }
@@ -48,55 +44,58 @@ pub struct Truth {
 /// What was made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Made {
-    /// The recordings: one channel, `ay`, the vertical sensor.
+    /// The recordings: `ay`, the vertical sensor, and `ax`, the horizontal one.
     pub recordings: Vec<Recording>,
-    /// What may be known.
-    pub machine: Machine,
-    /// What may not.
+    /// What may not be known.
     pub truth: Truth,
 }
 
-const EFFECT: &str = "outer-race-defect";
-const RIG: &str = include_str!("rig.toml");
-const SHAFT_HZ: f64 = 25.0;
-const LOAD_N: f64 = 500.0;
-/// From one recording to the next speed and load are not quite the same: largest relative difference.
+const EFFECT: &str = "structural-resonance";
+/// The rig as it was drawn: what anyone may know of the machine.
+pub const RIG: &str = include_str!("rig.toml");
+/// Speeds and loads that the machine runs at, Hz and N.
+const SHAFT_HZ: [f64; 3] = [20.0, 25.0, 30.0];
+const LOAD_N: [f64; 3] = [300.0, 500.0, 800.0];
+/// From one recording to the next they are not quite the same: largest relative difference.
 const SCATTER: f64 = 0.01;
-/// Width of the pit, rad.
-const WIDTH_RAD: f64 = 0.09;
+/// Where the mode can lie: above those of shaft and housing, below the resonator's.
+const FREQUENCY_HZ: std::ops::Range<f64> = 1550.0..1750.0;
+const DAMPING_RATIO: std::ops::Range<f64> = 0.016..0.024;
 /// The effect starts after a share of the recordings in this range.
-const START: std::ops::Range<f64> = 0.5..0.65;
+const START: std::ops::Range<f64> = 0.4..0.55;
+
+/// The rig as it was drawn.
+///
+/// # Errors
+/// None in practice.
+pub fn nominal() -> Result<Rig, RigError> {
+    Rig::parse(RIG, Path::new("rig.toml"))
+}
 
 /// Makes the recordings. The same plan gives the same samples.
 ///
 /// # Errors
 /// What the simulation refuses.
 pub fn make(plan: &Plan) -> Result<Made, RigError> {
-    let rig = Rig::parse(RIG, Path::new("rig.toml"))?;
+    let nominal = nominal()?;
     let mut rng = ChaCha8Rng::seed_from_u64(plan.seed);
-    let start = rng.random_range(START) * plan.recordings as f64;
-    let last = (plan.recordings.max(1) - 1) as f64;
-    let depth = |n: usize| plan.depth_m * ((n as f64 - start) / (last - start)).max(0.0);
-    // Toward the load, where the balls press hardest.
-    let angle = std::f64::consts::FRAC_PI_2 + rng.random_range(-0.3..0.3);
-    let rigs: Vec<Rig> = (0..plan.recordings)
-        .map(|n| match depth(n) {
-            0.0 => rig.clone(),
-            depth => rig.clone().with_effect(EffectEntry::new(
-                EFFECT,
-                &[("depth_m", depth), ("width_rad", WIDTH_RAD), ("angle_rad", angle)],
-            )),
-        })
-        .collect();
-    let mut near = |value: f64| value * (1.0 + rng.random_range(-SCATTER..SCATTER));
-    let runs: Vec<Run> = rigs
-        .iter()
-        .enumerate()
-        .map(|(n, rig)| Run {
-            rig,
+    let start = (rng.random_range(START) * plan.recordings as f64).ceil() as usize;
+    let (frequency_hz, damping_ratio) = (rng.random_range(FREQUENCY_HZ), rng.random_range(DAMPING_RATIO));
+    let mode = EffectEntry::new(
+        EFFECT,
+        &[("frequency_hz", frequency_hz), ("damping_ratio", damping_ratio), ("gain", plan.gain)],
+    );
+    let changed = nominal.clone().with_effect(mode);
+    let first_affected = (plan.gain != 0.0 && start < plan.recordings).then_some(start);
+    let affected = |n: usize| first_affected.is_some_and(|first| n >= first);
+    let mut one_of =
+        |values: [f64; 3]| values[rng.random_range(0..values.len())] * (1.0 + rng.random_range(-SCATTER..SCATTER));
+    let runs: Vec<Run> = (0..plan.recordings)
+        .map(|n| Run {
+            rig: if affected(n) { &changed } else { &nominal },
             condition: OperatingCondition {
-                shaft_hz: near(SHAFT_HZ),
-                load_n: near(LOAD_N),
+                shaft_hz: one_of(SHAFT_HZ),
+                load_n: one_of(LOAD_N),
                 sample_rate_hz: plan.sample_rate_hz,
                 samples: (plan.seconds * plan.sample_rate_hz).round() as usize,
             },
@@ -104,50 +103,46 @@ pub fn make(plan: &Plan) -> Result<Made, RigError> {
         })
         .collect();
     let mut recordings = simulate_many(&runs)?;
-    recordings.iter_mut().for_each(|recording| recording.channels.retain(|channel| channel.name == "ay"));
-    let machine = Machine { shaft_hz: SHAFT_HZ, ball_pass_hz: SHAFT_HZ * ball_pass_order(&rig) };
-    let first_affected = (0..plan.recordings).find(|n| depth(*n) > 0.0);
-    Ok(Made { recordings, machine, truth: Truth { effect: EFFECT, first_affected } })
-}
-
-fn ball_pass_order(rig: &Rig) -> f64 {
-    match &rig.model {
-        Model::Bearing(rig) => rig.bearing.geometry().orders().bpfo,
-        Model::Sdof(_) => f64::NAN,
+    for recording in &mut recordings {
+        recording.channels.retain(|channel| ["ax", "ay"].contains(&channel.name.as_str()));
+        // The vertical one first: it is the one that a monitor takes where nobody says.
+        recording.channels.sort_by(|a, b| b.name.cmp(&a.name));
     }
+    let truth = Truth { effect: EFFECT, frequency_hz, damping_ratio, first_affected };
+    Ok(Made { recordings, truth })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::signal::envelope::envelope_spectrum;
+    use crate::signal::spectrum::welch;
 
-    const PLAN: Plan = Plan { recordings: 12, seconds: 0.4, sample_rate_hz: 25_600.0, depth_m: 4e-6, seed: 3 };
+    const PLAN: Plan = Plan { recordings: 12, seconds: 0.3, sample_rate_hz: 25_600.0, gain: 5.0, seed: 3 };
 
     #[test]
-    fn the_effect_comes_after_half_and_shows_at_the_ball_pass_rate() {
+    fn the_mode_comes_about_half_way_and_shows_at_its_frequency() {
         let made = make(&PLAN).unwrap();
         let first = made.truth.first_affected.unwrap();
-        assert!((6..9).contains(&first), "{first}");
-        let strength_at_ball_pass = |recording: &Recording| {
+        assert!((5..8).contains(&first), "{first}");
+        let density = |recording: &Recording| {
             let samples: Vec<f32> = recording.channels[0].samples.iter().map(|v| *v as f32).collect();
-            let spectrum = envelope_spectrum(&[&samples], 25_600.0, &(3500.0..7000.0)).unwrap();
-            let at = (made.machine.ball_pass_hz / spectrum.step_hz).round() as usize;
-            spectrum.values[at - 1..=at + 1].iter().fold(0.0, |a: f64, b| a.max(*b))
+            let spectrum = welch(&[&samples], 25_600.0, 512).unwrap();
+            spectrum.values[(made.truth.frequency_hz / spectrum.step_hz).round() as usize]
         };
-        let (early, late) = (strength_at_ball_pass(&made.recordings[0]), strength_at_ball_pass(&made.recordings[11]));
+        let (early, late) = (density(&made.recordings[0]), density(&made.recordings[11]));
         assert!(late > 5.0 * early, "{early} {late}");
+        assert_eq!(made.recordings[0].channels[0].name, "ay");
     }
 
     #[test]
-    fn null_without_depth_there_is_no_effect() {
-        let made = make(&Plan { depth_m: 0.0, ..PLAN }).unwrap();
+    fn null_without_gain_there_is_no_effect() {
+        let made = make(&Plan { gain: 0.0, ..PLAN }).unwrap();
         assert_eq!(made.truth.first_affected, None);
     }
 
     #[test]
     fn same_seed_same_samples_and_the_effect_changes_nothing_before_it_starts() {
-        let (made, control) = (make(&PLAN).unwrap(), make(&Plan { depth_m: 0.0, ..PLAN }).unwrap());
+        let (made, control) = (make(&PLAN).unwrap(), make(&Plan { gain: 0.0, ..PLAN }).unwrap());
         assert_eq!(made, make(&PLAN).unwrap());
         assert_ne!(made, make(&Plan { seed: 4, ..PLAN }).unwrap());
         let first = made.truth.first_affected.unwrap();

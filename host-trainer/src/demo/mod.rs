@@ -1,56 +1,62 @@
-//! The main job on an embedded default: recordings, fit, export, the device, a report.
+//! The main job on an embedded default: a machine and its digital twin, a model, the device, a diagnosis, and back.
 //!
-//! [`run`] makes the recordings and writes them; everything after that knows only their folder and
-//! how many of them are healthy, as of a machine that was just commissioned. What was put in
-//! ([`generator::Truth`]) meets what was found only in the [`Outcome`].
+//! | module | holds |
+//! |---|---|
+//! | [`generator`] | a machine that from some recording on is not as drawn |
+//! | [`job`] | from recordings and drawing to a corrected model on the device |
+//! | [`outcome`] | what was put in beside what was found |
+//! | [`page`] | the report |
+//!
+//! [`run`] makes the recordings and writes them and the machine's drawing; everything after that knows only this
+//! folder. What was put in ([`generator::Truth`]) meets what was found only in the [`Outcome`].
 
 pub mod generator;
-mod outcome;
+pub mod job;
+pub mod outcome;
 mod page;
 
 use std::path::{Path, PathBuf};
 
 use ballrace_core::states::{Alignment, Orders, StateSpec};
 
-use crate::export::{self, BreaksLimit, Format, Limits, Sizes};
-use crate::fit::{self, FitConfig, FitError, Fitted, Solver, fit};
-use crate::input::{Input, InputError};
-use crate::model_file;
-use crate::recording::{self, LoadOptions, ReadError, write::WriteError};
+use crate::fit::{FitConfig, FitError, Solver};
 use crate::sindy_nn::train::TrainConfig;
-use crate::watch::{self, WatchError, Watched, watch};
 use generator::Plan;
+use job::Job;
 pub use outcome::Outcome;
 
-/// What to make and how to fit it.
+/// What to make and what to do with it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {
     /// The recordings.
     pub plan: Plan,
-    /// How many from the start are taken for healthy: the machine was commissioned with them.
-    pub healthy: usize,
-    /// The fit.
-    pub fit: FitConfig,
+    /// The job.
+    pub job: Job,
 }
 
 impl Config {
     /// The demo of a seed: small enough for well under a minute on two cores.
+    ///
+    /// States of the past only, so that the prediction is one of the next sample. Four of them: more make the model of
+    /// the machine as drawn no better.
     pub fn new(seed: u64) -> Self {
-        let train = TrainConfig { max_steps: 1500, batch: 512, ..TrainConfig::default() };
+        let train = TrainConfig { max_steps: 2500, batch: 1024, learning_rate: 3e-3, ..TrainConfig::default() };
         Self {
-            plan: Plan { recordings: 60, seconds: 0.25, sample_rate_hz: 25_600.0, depth_m: 3e-6, seed },
-            healthy: 20,
-            fit: FitConfig {
-                spec: StateSpec { dimension: 8, orders: Orders::Even, alignment: Alignment::Half },
-                degree: 2,
-                harmonics: 1,
-                latent: None,
-                solver: Solver::SindyNn { hidden: vec![64], train },
-                hold_out_every: 5,
-                null_fits: 5,
-                seed,
-                block: None,
-                full_scale: 0.0,
+            plan: Plan { recordings: 60, seconds: 0.25, sample_rate_hz: 25_600.0, gain: 4.0, seed },
+            job: Job {
+                diagnosed: 4,
+                fit: FitConfig {
+                    spec: StateSpec { dimension: 4, orders: Orders::Consecutive, alignment: Alignment::Causal },
+                    degree: 2,
+                    harmonics: 1,
+                    latent: None,
+                    solver: Solver::SindyNn { hidden: vec![32], train },
+                    hold_out_every: 5,
+                    null_fits: 3,
+                    seed,
+                    block: None,
+                    full_scale: 0.0,
+                },
             },
         }
     }
@@ -73,47 +79,51 @@ pub enum DemoError {
     Rig(#[from] crate::rig::RigError),
     /// The recordings, on the way out.
     #[error(transparent)]
-    Write(#[from] WriteError),
+    Write(#[from] crate::recording::write::WriteError),
     /// The recordings, on the way back.
     #[error(transparent)]
-    Read(#[from] ReadError),
+    Read(#[from] crate::recording::ReadError),
     /// The recordings, together.
     #[error(transparent)]
-    Input(#[from] InputError),
-    /// More healthy recordings than recordings, or none.
-    #[error("healthy recordings: found {found}, expected 1 to {total}")]
-    Healthy {
-        /// As asked for.
-        found: usize,
+    Input(#[from] crate::input::InputError),
+    /// Not enough to diagnose some and judge by others.
+    #[error("recordings: found {found}, expected at least {expected}")]
+    Few {
         /// Recordings there are.
-        total: usize,
+        found: usize,
+        /// Recordings needed.
+        expected: usize,
     },
-    /// The fit.
+    /// A fit.
     #[error(transparent)]
     Fit(#[from] FitError),
-    /// The model file.
+    /// A model file.
     #[error(transparent)]
-    File(#[from] model_file::FileError),
+    File(#[from] crate::model_file::FileError),
     /// The device.
     #[error(transparent)]
-    Limit(#[from] BreaksLimit),
+    Limit(#[from] crate::export::BreaksLimit),
     /// The device's form of the model.
     #[error(transparent)]
     Model(#[from] ballrace_core::model::ModelError),
     /// The device on the recordings.
     #[error(transparent)]
-    Watch(#[from] WatchError),
+    Watch(#[from] crate::watch::WatchError),
+    /// The diagnosis.
+    #[error(transparent)]
+    Diagnose(#[from] crate::diagnose::DiagnoseError),
+    /// The diagnosis, on the way out.
+    #[error(transparent)]
+    Store(#[from] crate::diagnose::write::StoreError),
+    /// The diagnosis, on the way back.
+    #[error(transparent)]
+    Causes(#[from] crate::fit::causes::CausesError),
+    /// The causes' terms.
+    #[error(transparent)]
+    Terms(#[from] crate::fit::terms::NoRoom),
     /// The report.
     #[error(transparent)]
     Draw(#[from] crate::plot::DrawError),
-}
-
-/// What the tools found in a folder of recordings.
-struct Found {
-    input: Input,
-    fitted: Fitted,
-    sizes: Sizes,
-    watched: Watched,
 }
 
 /// Runs the whole of it into a folder, which is made where there is none. `progress` gets what is
@@ -123,50 +133,16 @@ struct Found {
 /// The first thing that goes wrong.
 pub fn run(config: &Config, out: &Path, progress: &(dyn Fn(&str, f64) + Sync)) -> Result<Outcome, DemoError> {
     progress("making recordings", 0.0);
-    let folder = out.join("recordings");
     let made = generator::make(&config.plan)?;
-    recording::write::folder(&folder, &made.recordings)?;
-    let found = job(&folder, config.healthy, &config.fit, out, progress)?;
+    crate::recording::write::folder(&out.join("recordings"), &made.recordings)?;
+    write(&out.join(job::RIG), generator::RIG.as_bytes())?;
+    let found = job::run(&config.job, out, progress)?;
     let outcome = Outcome::of(config, &made, &found);
     progress("report", 0.95);
     let page = page::document(&outcome, &found)?;
     write(&out.join("report.html"), page.html().as_bytes())?;
     progress("done", 1.0);
     Ok(outcome)
-}
-
-/// From a folder of recordings to a model and what the device makes of them: as any user would.
-fn job(
-    folder: &Path,
-    healthy: usize,
-    config: &FitConfig,
-    out: &Path,
-    progress: &(dyn Fn(&str, f64) + Sync),
-) -> Result<Found, DemoError> {
-    progress("reading", 0.02);
-    let loaded = recording::load(&[folder.to_owned()], &LoadOptions::default())?;
-    let input = Input::of(&loaded.recordings, None)?;
-    let total = input.series.len();
-    let commissioning = input.series.get(..healthy).filter(|s| !s.is_empty());
-    let commissioning = commissioning.ok_or(DemoError::Healthy { found: healthy, total })?;
-    let mut fitted = fit(commissioning, input.sample_rate_hz, config, &|stage: fit::Stage| {
-        progress(&stage.name, 0.05 + 0.85 * stage.done);
-    })?;
-    fitted.report.training.channel = Some(input.channel.clone());
-    model_file::write(&out.join("model.json"), &fitted.model, &fitted.report)?;
-
-    progress("export", 0.9);
-    let sizes = export::sizes(&fitted.model.view());
-    Limits::default().check(&sizes)?;
-    for (name, format) in [("model.bin", Format::Bin), ("model.h", Format::C), ("model.rs", Format::Rust)] {
-        write(&out.join(name), &export::export(&fitted.model, format)?)?;
-    }
-
-    progress("the device on all recordings", 0.92);
-    let watched = watch(&fitted.model, &input, &watch::Options::default(), &mut |_, _| ())?;
-    let lines: String = watched.events.iter().map(|event| format!("{event}\n")).collect();
-    write(&out.join("events.jsonl"), lines.as_bytes())?;
-    Ok(Found { input, fitted, sizes, watched })
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), DemoError> {

@@ -1,33 +1,133 @@
-//! The demo's report: what was put in, what was found, and why.
+//! The demo's report: what was put in, what was found, and what came of it. For two minutes.
 
-use super::{Found, Outcome};
+use super::Outcome;
+use super::job::{DIAGNOSIS, Found};
+use crate::diagnose::outcome::Parameter;
 use crate::fit::report::Report;
 use crate::plot::DrawError;
+use crate::plot::comparison::{self, Curve, Names};
+use crate::plot::lines::Mark;
+use crate::plot::style::{EARLY, LATE, MEASURED, PREDICTED};
+use crate::report::number::{significant, with_interval};
 use crate::report::signal::Comparison;
 use crate::report::{Cell, Document, Section, Tone, model, monitor};
 
+/// What the truth is called in pictures.
+const PUT_IN: &str = "put in";
+
 /// The report.
 pub(super) fn document(outcome: &Outcome, found: &Found) -> Result<Document, DrawError> {
-    let (view, report) = (found.fitted.model.view(), &found.fitted.report);
     let about = format!(
-        "A simulated machine: {} recordings of {} s at {} Hz, seed {}; the model knows the first {} as healthy.",
-        outcome.recordings, outcome.seconds, outcome.sample_rate_hz, outcome.seed, outcome.healthy
+        "A simulated machine: {} recordings of {} s at {} Hz, seed {}. All that is known of it is its drawing, a rig of 5 \
+         degrees of freedom; what was put in beyond that meets what was found only in this report.",
+        outcome.recordings, outcome.seconds, outcome.sample_rate_hz, outcome.seed
     );
-    let (tone, verdict) = verdict(outcome);
-    let mark = outcome.truth.first_affected.map(|first| (first, "fault put in"));
-    let mut document = Document::new("ballrace demo", about, tone, verdict)
-        .section(story(outcome))
+    let sentences = [outcome.put_in(), outcome.raised(), outcome.named(), outcome.fell()];
+    let view = found.before.model.view();
+    let mark = outcome.truth.first_affected.map(|first| (first, PUT_IN));
+    let mut document = Document::new("ballrace demo", about, tone(outcome), sentences.join(" "))
+        .section(residual(outcome, found)?)
+        .section(cause(outcome))
         .section(monitor::trend(&found.watched, &view.monitor, mark)?);
-    if let Some(comparison) = Comparison::of(&found.input, Some(outcome.machine.ball_pass_hz)) {
-        document = document.section(comparison.spectra()?).section(comparison.prediction(&view)?);
+    if let Some(comparison) = Comparison::of(&found.input, None) {
+        document = document.section(comparison.spectra()?);
     }
+    let report = &found.after.report;
     Ok(document.sections([
-        scores(outcome, report),
         model::equations(report),
         model::sizes(&outcome.sizes),
+        scores(outcome, report),
+        steps(outcome),
         monitor::events(&found.watched),
         model::training(report),
     ]))
+}
+
+fn tone(outcome: &Outcome) -> Tone {
+    let changed = outcome.truth.first_affected.is_some();
+    let alarmed = outcome.first_alarm.is_some() == changed && !outcome.false_alarm;
+    let fell = !changed || outcome.residual.after < outcome.residual.before;
+    if alarmed && fell && outcome.rightly_named { Tone::Good } else { Tone::Bad }
+}
+
+/// The picture that the rest explains.
+fn residual(outcome: &Outcome, found: &Found) -> Result<Section, DrawError> {
+    let residuals = &found.residuals;
+    let all = |values: &[f64]| values.iter().enumerate().map(|(n, v)| ((n + 1) as f64, *v)).collect::<Vec<_>>();
+    let floor = found.judged.iter().zip(&residuals.floor).map(|(n, v)| ((n + 1) as f64, *v)).collect();
+    let mut curves = vec![Curve { name: "model of the drawing", points: all(&residuals.before), color: EARLY }];
+    if let Some(without) = &residuals.without_terms {
+        curves.push(Curve { name: "corrected, without the new terms", points: all(without), color: PREDICTED });
+    }
+    curves.push(Curve { name: "corrected", points: all(&residuals.after), color: LATE });
+    curves.push(Curve { name: "fitted to these very recordings", points: floor, color: MEASURED });
+    let marks: Vec<Mark> =
+        outcome.truth.first_affected.iter().map(|n| Mark { at: *n as f64 + 0.5, name: PUT_IN.into() }).collect();
+    let names = Names { x: "recording", y: "share of variance left" };
+    let svg = comparison::svg(&curves, 0.5..outcome.recordings as f64 + 0.5, names, &marks)?;
+    let r = &outcome.residual;
+    let row = |model: &str, value: f64| vec![Cell::text(model), Cell::number(significant(value, 3))];
+    let mut rows = vec![row("of the machine as drawn", r.before)];
+    rows.extend(r.without_terms.map(|v| row("of the corrected rig, without the terms that entered", v)));
+    rows.push(row("of the corrected rig: model.bin", r.after));
+    rows.push(row("of these very recordings, which no diagnosis has", r.floor));
+    let alarms = match outcome.alarms_after {
+        0 => "no alarm".to_owned(),
+        1 => "an alarm".to_owned(),
+        n => format!("{n} alarms"),
+    };
+    let section = Section::new("The device's residual, before and after")
+        .figure(
+            svg,
+            "Of each recording the share of its variance that the prediction of the next sample leaves, by the device's own \
+             code: the same measure for every model. 0 would be foretold to the last digit.",
+        )
+        .table(
+            format!("Mean over the {} recordings that took no part in the diagnosis.", r.recordings),
+            &["model", "share left"],
+            rows,
+        );
+    let section = match outcome.terms() {
+        Some(sentence) => section.paragraph(sentence),
+        None => section,
+    };
+    Ok(section.paragraph(format!(
+        "Over these recordings the monitor raises {alarms} with the corrected model, whose healthy level is that of the corrected \
+         rig's simulation."
+    )))
+}
+
+/// What was found beside what was put in.
+fn cause(outcome: &Outcome) -> Section {
+    let truth = |name: &str| match (outcome.truth.first_affected, name) {
+        (Some(_), "frequency_hz") => significant(outcome.truth.frequency_hz, 5),
+        (Some(_), "damping_ratio") => significant(outcome.truth.damping_ratio, 3),
+        _ => "–".to_owned(),
+    };
+    let mut section = Section::new("What the drawing left out");
+    for cause in &outcome.causes {
+        let rows = cause.parameters.iter().map(|(name, value)| {
+            let (value, interval) = match value {
+                Parameter::Number(v) => with_interval(*v, cause.interval95.get(name).copied()),
+                Parameter::Name(text) => (text.clone(), String::new()),
+            };
+            vec![Cell::text(name.clone()), Cell::number(value), Cell::number(interval), Cell::number(truth(name))]
+        });
+        section = section
+            .table(cause.name.clone(), &["parameter", "found", "95 %", "put in"], rows.collect())
+            .equations([cause.equation.clone()].into())
+            .paragraph(cause.evidence.clone());
+    }
+    for entered in &outcome.entered {
+        section = section.paragraph(format!("Into the library {}.", entered.line()));
+    }
+    if outcome.causes.is_empty() {
+        section = section.paragraph(outcome.named());
+    }
+    let numbers: Vec<String> = outcome.diagnosed.iter().map(|n| (n + 1).to_string()).collect();
+    section
+        .paragraph(format!("Recordings {} were diagnosed.", numbers.join(", ")))
+        .link(format!("{DIAGNOSIS}/report.html"), "The report of the diagnosis: how, and all that lost.")
 }
 
 fn scores(outcome: &Outcome, report: &Report) -> Section {
@@ -36,36 +136,30 @@ fn scores(outcome: &Outcome, report: &Report) -> Section {
         return section;
     }
     section.paragraph(
-        "So the healthy machine's spectrum is all that the model has learnt of it. Its model still serves as a yardstick: what the device judges is how much the residual differs from the \
-         healthy machine's.",
+        "So the spectrum is all that the model has learnt, as it should be where what moves the machine is noise. It still \
+         serves as a yardstick: what the device judges is how much the residual differs from what the rig leads to expect.",
     )
 }
 
-fn verdict(outcome: &Outcome) -> (Tone, String) {
-    let tone = match (&outcome.first_alarm, outcome.truth.first_affected) {
-        (Some(_), Some(_)) if !outcome.false_alarm => Tone::Good,
-        (None, None) => Tone::Good,
-        _ => Tone::Bad,
-    };
-    (tone, format!("{} {}", outcome.put_in(), outcome.raised()))
-}
-
-fn story(outcome: &Outcome) -> Section {
+fn steps(outcome: &Outcome) -> Section {
     let row = |file: &str, what: &str| vec![Cell::text(file), Cell::text(what)];
     let rows = vec![
-        row("recordings/", "the recordings, with recordings.toml"),
-        row("model.json", "the fitted model with its scores and equations"),
+        row("recordings/, rig.toml", "the recordings with recordings.toml, and the drawing: all that the job knows"),
+        row("before.json, before.bin", "the model of the machine as drawn"),
+        row("events.jsonl", "what the device told of with that, over all recordings"),
+        row("diagnosis/", "diagnosis.json, rig.corrected.toml, report.html, heldout/"),
+        row("model.json", "the model of the corrected rig with its scores and equations"),
         row("model.bin, model.h, model.rs", "the same for the device: in place from flash, as C, as Rust"),
-        row("events.jsonl", "what the device's own code told of, over all recordings"),
     ];
+    let states = |n: usize| format!("{n} states");
+    let dimension = outcome.scores.in_sample.derivatives.len();
     Section::new("What was done")
         .paragraph(format!(
-            "Recordings were made with the 5-degree-of-freedom rig: a bearing that turns at {} Hz, its housing, and a resonator \
-             that carries the sensor; and, from some recording on, a growing pit in its outer race, which {:.1} balls pass a \
-             second. A model was fitted to the \
-             first {} recordings and exported; then the device's own code ran over all of them. Neither the fit nor the device \
-             was told that there is a fault, or where it starts.",
-            outcome.machine.shaft_hz, outcome.machine.ball_pass_hz, outcome.healthy
+            "The drawing was simulated at the speeds and loads of all recordings (predict) and a model fitted to that (fit), \
+             exported and run by the device's own code over the recordings (export, monitor). Of those from the alarm on some \
+             were diagnosed (diagnose). The corrected rig was simulated in the same way, a model of {} with the cause's terms in \
+             its library fitted to that (fit --diagnosis), exported, and run over the recordings that took no part.",
+            states(dimension)
         ))
         .table("Beside this report", &[], rows)
 }

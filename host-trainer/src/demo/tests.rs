@@ -1,18 +1,18 @@
 use super::*;
+use crate::diagnose::outcome::Verdict;
+use crate::export::Format;
+use crate::model_file;
 use crate::report::html::tests::assert_well_formed;
+use crate::stlsq::StlsqConfig;
 
-/// The same job, in a few seconds.
-fn small(depth_m: f64) -> Config {
+/// The same job, smaller: least squares instead of a network, and fewer recordings.
+fn small(gain: f64) -> Config {
     let config = Config::new(5);
-    let train = TrainConfig { max_steps: 150, batch: 256, ..TrainConfig::default() };
     Config {
-        plan: Plan { recordings: 30, seconds: 0.2, depth_m, ..config.plan },
-        healthy: 12,
-        fit: FitConfig {
-            spec: StateSpec { dimension: 4, ..config.fit.spec },
-            solver: Solver::SindyNn { hidden: vec![16], train },
-            null_fits: 2,
-            ..config.fit
+        plan: Plan { recordings: 24, seconds: 0.2, gain, ..config.plan },
+        job: Job {
+            diagnosed: 3,
+            fit: FitConfig { solver: Solver::Stlsq(StlsqConfig::default()), null_fits: 2, ..config.job.fit },
         },
     }
 }
@@ -39,62 +39,89 @@ fn ran(config: &Config) -> (Outcome, tempfile::TempDir) {
 }
 
 #[test]
-fn the_alarm_comes_after_the_fault_and_not_before() {
-    let (outcome, folder) = ran(&small(6e-6));
+fn the_loop_is_closed_and_the_same_seed_gives_the_same_bytes() {
+    let config = small(4.0);
+    let (outcome, folder) = ran(&config);
     let first = outcome.truth.first_affected.unwrap();
     let alarm = outcome.first_alarm.as_ref().expect("an alarm").recording_index as usize;
     assert!(alarm >= first && !outcome.false_alarm, "{alarm} {first}");
+    assert!(outcome.rightly_named && outcome.causes.len() == 1, "{:?}", outcome.causes);
+    let r = &outcome.residual;
+    assert!(r.before > 1.3 * r.own && r.lower_in + 1 >= r.recordings, "{r:?}");
+    assert!(r.after < 0.8 * r.before && r.after < 1.1 * r.floor, "{r:?}");
+    assert!(r.after < 0.9 * r.without_terms.unwrap(), "the terms themselves help: {r:?}");
+    assert_eq!((outcome.alarms_after, outcome.entered.len()), (0, 1));
 
-    let files = files(folder.path());
-    let names: Vec<_> = files.iter().map(|(path, _)| path.to_str().unwrap()).collect();
-    for name in ["model.json", "model.bin", "model.h", "model.rs", "events.jsonl", "recordings/recordings.toml"] {
+    let left = files(folder.path());
+    let names: Vec<_> = left.iter().map(|(path, _)| path.to_str().unwrap()).collect();
+    for name in [
+        "before.bin",
+        "before.json",
+        "diagnosis/diagnosis.json",
+        "diagnosis/report.html",
+        "diagnosis/rig.corrected.toml",
+        "events.jsonl",
+        "model.bin",
+        "model.h",
+        "model.json",
+        "model.rs",
+        "recordings/recordings.toml",
+        "rig.toml",
+    ] {
         assert!(names.contains(&name), "{name} in {names:?}");
     }
-    assert_eq!(names.iter().filter(|name| name.ends_with(".csv")).count(), 30);
     let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
     assert_well_formed(&page);
-    assert_eq!(page.matches("<svg").count(), 5);
-    assert!(page.contains("fault put in") && page.contains(&outcome.raised()));
+    assert_eq!(page.matches("<svg").count(), 4);
+    assert!(page.contains(&outcome.raised()) && page.contains("structural-resonance"));
     let events = std::fs::read_to_string(folder.path().join("events.jsonl")).unwrap();
     assert!(events.lines().all(|line| serde_json::from_str::<serde_json::Value>(line).is_ok()));
     assert!(events.contains("\"anomalous\""));
-    // The exported model is the one that watched.
+    // The exported model is the one that is told of, and its file says what entered.
     let (model, _) = model_file::read(&folder.path().join("model.bin")).unwrap();
     assert_eq!(model.bytes().len(), outcome.sizes.flash_bytes);
-}
+    let (same, report) = model_file::read(&folder.path().join("model.json")).unwrap();
+    assert_eq!(crate::export::export(&same, Format::Bin).unwrap(), model.bytes());
+    assert_eq!(report.unwrap().training.entered, outcome.entered);
 
-#[test]
-fn null_a_machine_that_stays_healthy_raises_no_alarm() {
-    for seed in 5..8 {
-        let config = small(0.0);
-        let config =
-            Config { plan: Plan { seed, ..config.plan }, fit: FitConfig { null_fits: 0, ..config.fit }, ..config };
-        let (outcome, folder) = ran(&config);
-        assert_eq!(
-            (outcome.first_alarm.as_ref(), outcome.alarms, outcome.false_alarm),
-            (None, 0, false),
-            "seed {seed}"
-        );
-        let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
-        assert_well_formed(&page);
-        assert!(page.contains("rightly so") && !page.contains("fault put in"));
-    }
-}
-
-#[test]
-fn same_seed_same_bytes() {
-    let config = small(6e-6);
-    let ((one, a), (two, b)) = (ran(&config), ran(&config));
-    assert_eq!(one, two);
-    for (left, right) in files(a.path()).iter().zip(files(b.path())) {
+    let (again, other) = ran(&config);
+    assert_eq!(again, outcome);
+    for (left, right) in left.iter().zip(files(other.path())) {
         assert!(*left == right, "{} differs", left.0.display());
     }
 }
 
 #[test]
-fn too_many_healthy_recordings_are_refused() {
+fn null_where_nothing_was_put_in_nothing_is_found_and_nothing_falls() {
+    let (outcome, folder) = ran(&small(0.0));
+    assert_eq!((outcome.first_alarm.as_ref(), outcome.alarms, outcome.false_alarm), (None, 0, false));
+    assert_eq!((outcome.diagnosis, outcome.causes.len()), (Verdict::NoMismatch, 0));
+    assert!(outcome.rightly_named && outcome.entered.is_empty());
+    let r = &outcome.residual;
+    assert!(r.without_terms.is_none() && (r.after / r.before - 1.0).abs() < 0.02, "{r:?}");
+    let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert_well_formed(&page);
+    assert!(page.contains("rightly so") && !page.contains("put in</text>"));
+}
+
+#[test]
+fn null_a_machine_as_drawn_raises_no_alarm_whatever_the_seed() {
+    for seed in 6..9 {
+        let config = small(0.0);
+        let made = generator::make(&Plan { seed, ..config.plan }).unwrap();
+        let fit = FitConfig { seed, null_fits: 0, ..config.job.fit };
+        let model = job::model_of(&generator::nominal().unwrap(), &made.recordings, 77, &fit, &|_| ()).unwrap().model;
+        let input = crate::input::Input::of(&made.recordings, Some(job::CHANNEL)).unwrap();
+        let watched = crate::watch::watch(&model, &input, &crate::watch::Options::default(), &mut |_, _| ()).unwrap();
+        assert_eq!(watched.summary.alarms, 0, "seed {seed}");
+    }
+}
+
+#[test]
+fn too_few_recordings_are_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let config = Config { healthy: 31, ..small(0.0) };
+    let config = small(0.0);
+    let config = Config { plan: Plan { recordings: 11, ..config.plan }, ..config };
     let error = run(&config, folder.path(), &|_, _| ()).unwrap_err();
-    assert_eq!(error.to_string(), "healthy recordings: found 31, expected 1 to 30");
+    assert_eq!(error.to_string(), "recordings: found 11, expected at least 12");
 }

@@ -64,6 +64,9 @@ fn section(out: &mut String, section: &Section) {
                 let lines: Vec<String> = lines.iter().map(|line| escape(line)).collect();
                 let _ = writeln!(out, "<div class=\"equations\">{}</div>", lines.join("\n"));
             }
+            Part::Link { path, text } => {
+                let _ = writeln!(out, "<p><a href=\"{}\">{}</a></p>", escape(path), escape(text));
+            }
         }
     }
     out.push_str("</section>\n");

@@ -79,6 +79,13 @@ pub enum Part {
     },
     /// Lines of mathematics.
     Equations(Vec<String>),
+    /// A way to a file beside this one.
+    Link {
+        /// Its path from the report's folder.
+        path: String,
+        /// What is there.
+        text: String,
+    },
 }
 
 /// A heading and what is under it.
@@ -113,6 +120,13 @@ impl Section {
     #[must_use]
     pub fn figure(mut self, svg: impl Into<String>, caption: impl Into<String>) -> Self {
         self.parts.push(Part::Figure { svg: svg.into(), caption: caption.into() });
+        self
+    }
+
+    /// With a way to a file more, its path as seen from the report's folder.
+    #[must_use]
+    pub fn link(mut self, path: impl Into<String>, text: impl Into<String>) -> Self {
+        self.parts.push(Part::Link { path: path.into(), text: text.into() });
         self
     }
 
