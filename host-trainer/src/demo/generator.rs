@@ -99,7 +99,7 @@ pub fn make(plan: &Plan) -> Result<Made, RigError> {
                 sample_rate_hz: plan.sample_rate_hz,
                 samples: (plan.seconds * plan.sample_rate_hz).round() as usize,
             },
-            start: Start::seeded(plan.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(n as u64)),
+            start: Start::of_series(plan.seed, n),
         })
         .collect();
     let mut recordings = simulate_many(&runs)?;

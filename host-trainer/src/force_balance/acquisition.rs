@@ -10,7 +10,7 @@ use super::{
     finding::{CauseParameter, FoundCause},
     states::{States, Track},
 };
-use crate::rig::{EffectEntry, Value, effect::Values};
+use crate::rig::EffectEntry;
 
 /// Equal samples in a row that make a plateau.
 const PLATEAU: usize = 3;
@@ -34,19 +34,16 @@ impl Fault {
     /// As a cause that stands.
     pub fn cause(&self) -> FoundCause {
         let stated = self.entry.definition().map_or(&[][..], |d| d.parameters).iter().filter(|p| p.in_vocabulary());
-        let parameters = stated.filter_map(|parameter| match self.entry.parameters.get(parameter.name)? {
-            Value::Number(value) => {
-                Some(CauseParameter { name: parameter.name.into(), value: *value, interval95: None })
-            }
-            Value::Text(_) => None,
+        let parameters = stated.filter_map(|parameter| {
+            let value = self.entry.number(parameter.name)?;
+            Some(CauseParameter { name: parameter.name.into(), value, interval95: None })
         });
-        let rig = Values::new(&self.entry, "sdof");
         FoundCause {
             name: self.entry.name.clone(),
             probability: 0.99,
             parameters: parameters.collect(),
             evidence: self.evidence.clone(),
-            equation: rig.map_or_else(String::new, |v| (v.definition().equation)(&v)),
+            equation: self.entry.equation("sdof"),
             entry: self.entry.clone(),
         }
     }

@@ -96,7 +96,7 @@ pub struct Calibration {
 ///
 /// A rig of another kind, recordings without what is needed, nothing unknown, or nothing that the data determine.
 pub fn calibrate_sdof(rig: &Rig, recordings: &[Recording]) -> Result<Calibration, BalanceError> {
-    equation::machine(rig)?;
+    let machine = equation::machine(rig)?;
     let mut states = States::new(recordings)?;
     states.learn_hold(rig)?;
     let unknown = equation::unknown(rig);
@@ -113,7 +113,7 @@ pub fn calibrate_sdof(rig: &Rig, recordings: &[Recording]) -> Result<Calibration
         .map(|((parameter, value), half)| Estimate {
             key: parameter.key().into(),
             unit: parameter.unit(),
-            guess: parameter.of(equation::machine(rig).expect("checked above")),
+            guess: parameter.of(machine),
             value: *value,
             interval95: [value - half, value + half],
         })

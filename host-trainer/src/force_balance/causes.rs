@@ -92,10 +92,7 @@ fn cause(table: &Table, model: &Model, part: usize, machine: &SdofRig, states: &
 /// A constant force and a bias of the position sensor leave the same in the balance of a linear spring. Where the mass
 /// starts tells them apart: from rest at the nominal zero a bias shows in the first sample, a force only later.
 fn bias_or_force(entry: EffectEntry, machine: &SdofRig, states: &States) -> EffectEntry {
-    let number = |key: &str| match entry.parameters.get(key) {
-        Some(Value::Number(number)) => *number,
-        _ => 0.0,
-    };
+    let number = |key: &str| entry.number(key).unwrap_or_default();
     let k = machine.stiffness_n_per_m;
     let bias = match entry.name.as_str() {
         "constant-force" if k > 0.0 => number("force_n") / k,

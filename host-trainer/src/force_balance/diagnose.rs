@@ -250,10 +250,8 @@ pub fn fitted(
         for parameter in cause.entry.definition().map_or(&[][..], |d| d.parameters) {
             if let Some(fitted) = fitted.iter().find(|f| f.name == parameter.name) {
                 numbers.push(fitted.clone());
-            } else if let (true, Some(crate::rig::Value::Number(value))) =
-                (parameter.in_vocabulary(), cause.entry.parameters.get(parameter.name))
-            {
-                numbers.push(CauseParameter { name: parameter.name.into(), value: *value, interval95: None });
+            } else if let (true, Some(value)) = (parameter.in_vocabulary(), cause.entry.number(parameter.name)) {
+                numbers.push(CauseParameter { name: parameter.name.into(), value, interval95: None });
             }
         }
         numbers.retain(|n| {

@@ -218,10 +218,7 @@ fn later(rig: &Rig, offset_s: f64) -> Option<Rig> {
     }
     let mut moved = rig.clone();
     for effect in &mut moved.effects {
-        let number = |key: &str| match effect.parameters.get(key) {
-            Some(Value::Number(number)) => *number,
-            _ => 0.0,
-        };
+        let number = |key: &str| effect.number(key).unwrap_or_default();
         if effect.name == "mains-interference" {
             let phase = number("phase_rad") + std::f64::consts::TAU * number("frequency_hz") * offset_s;
             effect.parameters.insert("phase_rad".into(), Value::Number(phase));

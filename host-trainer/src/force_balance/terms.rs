@@ -11,7 +11,7 @@ use super::{
     equation::{Equation, Parameter, forces},
     states::{Sensed, States, Track},
 };
-use crate::rig::{EffectEntry, Rig, Value, config::Restoring, simulate::plan_of};
+use crate::rig::{EffectEntry, Rig, config::Restoring, simulate::plan_of};
 
 /// What a fitted coefficient means.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -174,10 +174,7 @@ impl Builder<'_> {
 
     /// A parameter of an effect that the search is to look around.
     fn focus(&self, name: &str, key: &str) -> Option<f64> {
-        match self.focus.iter().find(|e| e.name == name)?.parameters.get(key)? {
-            Value::Number(number) => Some(*number),
-            Value::Text(_) => None,
-        }
+        self.focus.iter().find(|e| e.name == name)?.number(key)
     }
 
     /// The grid, or where there is something to look around, between its neighbours.
@@ -286,11 +283,7 @@ impl Builder<'_> {
     }
 
     fn sensed_value(&self, name: &str) -> Option<f64> {
-        let with = self.focus.iter().filter(|e| e.name == name).find_map(|e| e.parameters.get("value"));
-        match with? {
-            Value::Number(number) => Some(*number),
-            Value::Text(_) => None,
-        }
+        self.focus.iter().filter(|e| e.name == name).find_map(|e| e.number("value"))
     }
 
     /// A mode that the mass drives as its base: η̈ + 2ζω η̇ + ω² η = q̈, of which ω² η and η̇ act back.

@@ -8,12 +8,11 @@ use super::{
     states::States,
     table::{Model, Table},
 };
-use crate::rig::{Rig, effect::Values};
+use crate::rig::Rig;
 
 /// The term that an effect of a rig adds.
 pub fn equation(rig: &Rig, index: usize) -> String {
-    let values = rig.effects.get(index).and_then(|effect| Values::new(effect, "sdof"));
-    values.map_or_else(String::new, |values| (values.definition().equation)(&values))
+    rig.effects.get(index).map_or_else(String::new, |effect| effect.equation("sdof"))
 }
 
 /// What a person can check about the cause of this index in the chosen model.

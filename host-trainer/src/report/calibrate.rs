@@ -7,7 +7,7 @@ use crate::plot::comparison::{self, Curve, Names};
 use crate::plot::lines::Mark;
 use crate::plot::style::{EARLY, LATE, MEASURED};
 use crate::recording::{Channel, Recording};
-use crate::rig::{Model, Rig};
+use crate::rig::Rig;
 use crate::signal::spectrum::welch;
 use crate::whittle::observed::{CHANNELS, accelerations};
 
@@ -123,7 +123,7 @@ fn spectra(
 }
 
 fn marks(rig: &Rig, recording: &Recording) -> Vec<Mark> {
-    let (Model::Bearing(machine), Some(shaft_hz)) = (&rig.model, recording.shaft_hz) else { return Vec::new() };
+    let (Some(machine), Some(shaft_hz)) = (rig.bearing(), recording.shaft_hz) else { return Vec::new() };
     let pass = machine.bearing.geometry().orders().bpfo * shaft_hz;
     let name = |k: i32| if k == 1 { format!("BPFO {pass:.1} Hz") } else { format!("{k}×") };
     (1..=HARMONICS as i32).map(|k| Mark { name: name(k), at: f64::from(k) * pass }).collect()

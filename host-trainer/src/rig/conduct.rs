@@ -55,9 +55,11 @@ pub fn recordings(rig: &Rig, recordings: &[Recording], seed: u64) -> Result<Vec<
 }
 
 fn bearing(rig: &Rig, conditions: &[OperatingCondition], seed: u64) -> Result<Vec<Recording>, RigError> {
-    let start = |index: usize| Start::seeded(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(index as u64));
-    let run =
-        |(index, condition): (usize, &OperatingCondition)| Run { rig, condition: *condition, start: start(index) };
+    let run = |(index, condition): (usize, &OperatingCondition)| Run {
+        rig,
+        condition: *condition,
+        start: Start::of_series(seed, index),
+    };
     let runs: Vec<Run> = conditions.iter().enumerate().map(run).collect();
     simulate_many(&runs)
 }

@@ -56,6 +56,11 @@ impl Start {
         Self { cage_angle0_rad, shaft_angle0_rad, seed, noise: true, settle_s: Self::SETTLE_S, substeps: None }
     }
 
+    /// Random angles and noise for one run of a series: all runs differ, and so do those of another seed.
+    pub fn of_series(seed: u64, index: usize) -> Self {
+        Self::seeded(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(index as u64))
+    }
+
     /// These angles, and nothing random.
     pub fn silent(cage_angle0_rad: f64, shaft_angle0_rad: f64) -> Self {
         Self { cage_angle0_rad, shaft_angle0_rad, noise: false, ..Self::seeded(0) }
@@ -170,7 +175,7 @@ pub fn fewest_substeps(rig: &Rig, sample_rate_hz: f64) -> usize {
 /// Time from rest that is enough where what is left of the start may be a ten-thousandth of the noise: some time constants
 /// of the mass that is damped least.
 pub fn shortest_settling_s(rig: &Rig) -> f64 {
-    let Model::Bearing(rig) = &rig.model else { return Start::SETTLE_S };
+    let Some(rig) = rig.bearing() else { return Start::SETTLE_S };
     let rate = |s: &Support| 0.5 * s.damping_n_s_per_m / s.mass_kg;
     let least = rate(&rig.inner).min(rate(&rig.outer)).min(rate(&rig.resonator));
     (TIME_CONSTANTS / least.max(1e-9)).clamp(0.02, Start::SETTLE_S)

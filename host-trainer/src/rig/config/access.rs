@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Domain, EffectEntry, Model, Rig, Value};
+use super::{BearingRig, Domain, EffectEntry, Model, Rig, Value};
 use crate::rig::error::RigError;
 
 /// What an error names where there is no file.
@@ -26,6 +26,19 @@ impl Rig {
         self
     }
 
+    /// The machine of a bearing rig; `None` for a rig of another kind.
+    pub fn bearing(&self) -> Option<&BearingRig> {
+        match &self.model {
+            Model::Bearing(machine) => Some(machine),
+            Model::Sdof(_) => None,
+        }
+    }
+
+    /// The effect that a dotted name such as `effect[2].depth_m` is a parameter of.
+    pub fn effect_of(&self, key: &str) -> Option<&EffectEntry> {
+        self.effects.get(effect_key(key)?.0)
+    }
+
     /// Names of all numbers, effects' included.
     pub fn keys(&self) -> Vec<String> {
         let model = self.model.keys().iter().map(|key| key.name.to_owned());
@@ -39,10 +52,7 @@ impl Rig {
     /// The number of this name.
     pub fn get(&self, key: &str) -> Option<f64> {
         if let Some((index, parameter)) = effect_key(key) {
-            return match self.effects.get(index)?.parameters.get(parameter)? {
-                Value::Number(number) => Some(*number),
-                Value::Text(_) => None,
-            };
+            return self.effects.get(index)?.number(parameter);
         }
         match (&self.model, key) {
             (Model::Bearing(rig), "bearing.balls") => Some(rig.bearing.balls as f64),
@@ -122,7 +132,7 @@ impl Rig {
                 });
             }
         }
-        if let Model::Bearing(rig) = &self.model {
+        if let Some(rig) = self.bearing() {
             let bearing = &rig.bearing;
             if bearing.ball_diameter_m >= bearing.pitch_diameter_m {
                 return Err(RigError::BadValue {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::rig::effect::{self, Definition, Holds};
+use crate::rig::effect::{self, Definition, Holds, Values};
 
 /// A parameter of an effect.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,6 +33,28 @@ impl EffectEntry {
     pub fn with_text(mut self, key: &str, value: &str) -> Self {
         self.parameters.insert(key.into(), Value::Text(value.into()));
         self
+    }
+
+    /// A number that it states; `None` where it is left at its default or is no number.
+    pub fn number(&self, key: &str) -> Option<f64> {
+        match self.parameters.get(key)? {
+            Value::Number(number) => Some(*number),
+            Value::Text(_) => None,
+        }
+    }
+
+    /// A text that it states; `None` where it is left at its default or is no text.
+    pub fn text(&self, key: &str) -> Option<&str> {
+        match self.parameters.get(key)? {
+            Value::Number(_) => None,
+            Value::Text(text) => Some(text),
+        }
+    }
+
+    /// The term that it adds to the equations of a rig of this kind, `bearing-5dof` or `sdof`, in that rig's symbols;
+    /// empty where such a rig cannot have it.
+    pub fn equation(&self, kind: &str) -> String {
+        Values::new(self, kind).map_or_else(String::new, |values| (values.definition().equation)(&values))
     }
 
     /// The definition of its name.

@@ -7,6 +7,7 @@ use crate::rig::config::Domain;
 pub(super) const EFFECT: Definition = Definition {
     name: "backlash",
     applies_to: Applies::Both,
+    deterministic: false,
     parameters: &[
         Parameter::number("width_m", "m", Domain::NotNegative, (1e-7, 1e-1), Scale::Log),
         Parameter::component(Choices::Supported).usually(Usual::Name("outer")),

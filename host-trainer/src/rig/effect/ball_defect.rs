@@ -14,6 +14,7 @@ use crate::rig::config::Domain;
 pub(super) const EFFECT: Definition = Definition {
     name: "ball-defect",
     applies_to: Applies::Bearing,
+    deterministic: true,
     parameters: &[
         DEPTH,
         WIDTH,

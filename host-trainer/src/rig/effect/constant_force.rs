@@ -7,6 +7,7 @@ use crate::rig::config::Domain;
 pub(super) const EFFECT: Definition = Definition {
     name: "constant-force",
     applies_to: Applies::Both,
+    deterministic: false,
     parameters: &[
         Parameter::number("force_n", "N", Domain::Any, (-1e4, 1e4), Scale::Linear),
         Parameter::component(Choices::Supported).usually(Usual::Name("inner-y")),

@@ -12,6 +12,7 @@ use crate::rig::config::Domain;
 pub(super) const EFFECT: Definition = Definition {
     name: "coulomb-friction",
     applies_to: Applies::Both,
+    deterministic: false,
     parameters: &[
         Parameter::number("force_n", "N", Domain::NotNegative, (1e-3, 1e3), Scale::Log),
         Parameter::component(Choices::Supported),

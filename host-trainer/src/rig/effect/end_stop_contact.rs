@@ -9,6 +9,7 @@ use crate::rig::config::Domain;
 pub(super) const EFFECT: Definition = Definition {
     name: "end-stop-contact",
     applies_to: Applies::Both,
+    deterministic: false,
     parameters: &[
         Parameter::number("gap_m", "m", Domain::Any, (1e-7, 1e-1), Scale::Log),
         Parameter::number("stiffness_n_per_m", "N/m", Domain::NotNegative, (1e3, 1e10), Scale::Log),

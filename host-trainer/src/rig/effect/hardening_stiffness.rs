@@ -27,6 +27,7 @@ pub(super) fn equation(v: &Values) -> String {
 pub(super) const EFFECT: Definition = Definition {
     name: "hardening-stiffness",
     applies_to: Applies::Both,
+    deterministic: false,
     parameters: &[
         Parameter::number("cubic_n_per_m3", "N/m³", Domain::NotNegative, (1e9, 1e18), Scale::Log),
         Parameter::component(Choices::Supported),

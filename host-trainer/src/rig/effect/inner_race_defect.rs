@@ -13,6 +13,7 @@ use crate::rig::config::Domain;
 pub(super) const EFFECT: Definition = Definition {
     name: "inner-race-defect",
     applies_to: Applies::Bearing,
+    deterministic: true,
     parameters: &[
         DEPTH,
         WIDTH,

@@ -9,6 +9,7 @@ use crate::rig::{
 pub(super) const EFFECT: Definition = Definition {
     name: "load-step",
     applies_to: Applies::Both,
+    deterministic: true,
     parameters: &[
         Parameter::number("time_s", "s", Domain::Any, (0.0, 10.0), Scale::Linear),
         Parameter::number("change_n", "N", Domain::Any, (-1e4, 1e4), Scale::Linear),

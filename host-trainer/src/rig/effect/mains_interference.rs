@@ -12,6 +12,7 @@ const HARMONICS: [f64; 3] = [1.0, 3.0, 5.0];
 pub(super) const EFFECT: Definition = Definition {
     name: "mains-interference",
     applies_to: Applies::Both,
+    deterministic: false,
     parameters: &[
         Parameter::number("frequency_hz", "Hz", Domain::Positive, (45.0, 65.0), Scale::Linear),
         Parameter::number("amplitude", "unit of the signal", Domain::NotNegative, (1e-4, 1e2), Scale::Log),

@@ -13,6 +13,7 @@ use crate::rig::{
 pub(super) const EFFECT: Definition = Definition {
     name: "misalignment",
     applies_to: Applies::Bearing,
+    deterministic: true,
     parameters: &[
         Parameter::number("force_n", "N", Domain::NotNegative, (1e-1, 1e4), Scale::Log),
         // Which way the coupling is out of line.

@@ -30,6 +30,9 @@ pub struct Definition {
     pub name: &'static str,
     /// Kinds of rig that can have it.
     pub applies_to: Applies,
+    /// Whether it only pushes or shapes and leaves the rig as it is for small motions, so that noise passes through the
+    /// rig as without it.
+    pub deterministic: bool,
     /// What it takes.
     pub parameters: &'static [Parameter],
     /// The term it adds, in the rig's symbols.

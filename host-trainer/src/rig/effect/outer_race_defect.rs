@@ -13,6 +13,7 @@ pub(super) const WIDTH: Parameter =
 pub(super) const EFFECT: Definition = Definition {
     name: "outer-race-defect",
     applies_to: Applies::Bearing,
+    deterministic: true,
     parameters: &[
         DEPTH,
         WIDTH,

@@ -7,6 +7,7 @@ use crate::rig::config::Domain;
 pub(super) const EFFECT: Definition = Definition {
     name: "quadratic-drag",
     applies_to: Applies::Both,
+    deterministic: false,
     parameters: &[
         Parameter::number("drag_n_s2_per_m2", "N s²/m²", Domain::NotNegative, (1e-1, 1e9), Scale::Log),
         Parameter::component(Choices::Supported).usually(Usual::Name("outer")),

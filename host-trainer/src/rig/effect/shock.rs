@@ -10,6 +10,7 @@ use crate::rig::config::Domain;
 pub(super) const EFFECT: Definition = Definition {
     name: "shock",
     applies_to: Applies::Both,
+    deterministic: true,
     parameters: &[
         Parameter::number("time_s", "s", Domain::Any, (0.0, 10.0), Scale::Linear),
         Parameter::number("impulse_n_s", "N s", Domain::Any, (1e-4, 1e2), Scale::Log)

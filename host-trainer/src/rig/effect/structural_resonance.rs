@@ -19,6 +19,7 @@ const SETTLED: f64 = 12.0;
 pub(super) const EFFECT: Definition = Definition {
     name: "structural-resonance",
     applies_to: Applies::Both,
+    deterministic: false,
     parameters: &[
         Parameter::number("frequency_hz", "Hz", Domain::Positive, (10.0, 2e4), Scale::Log),
         Parameter::number("damping_ratio", "", Domain::Between(0.0, 1.0), (1e-3, 0.3), Scale::Log),

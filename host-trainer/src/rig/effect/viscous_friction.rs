@@ -13,6 +13,7 @@ use crate::rig::{
 pub(super) const EFFECT: Definition = Definition {
     name: "viscous-friction",
     applies_to: Applies::Both,
+    deterministic: false,
     parameters: &[
         Parameter::number("damping_n_s_per_m", "N s/m", Domain::NotNegative, (1e-1, 1e6), Scale::Log),
         Parameter::component(Choices::SectionsAndContact).usually(Usual::Name("bearing")),
