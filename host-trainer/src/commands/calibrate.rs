@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use serde::Serialize;
 
 use super::{Failure, json, line, write};
 use crate::calibrate::bearing::{Calibration, Options, PathChoice};
@@ -11,6 +12,7 @@ use crate::force_balance::{self, calibrate_sdof};
 use crate::recording::Recording;
 use crate::recording::{LoadOptions, load};
 use crate::report;
+use crate::report::Document;
 use crate::report::number::{significant, with_interval};
 use crate::rig::{Model, Rig};
 
@@ -77,19 +79,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let calibration = calibrate(&rig, &recordings, &options, &|what| spinner.set_message(what.to_owned()));
     spinner.finish_and_clear();
     let calibration = calibration.map_err(Failure::input)?;
-    calibration.rig.write(&args.out).map_err(Failure::other)?;
-    if let Some(path) = &args.report {
-        let document =
-            report::calibrate::document(&rig, &calibration, &recordings, args.seed).map_err(Failure::other)?;
-        write(path, document.html().as_bytes())?;
-    }
-    if args.json {
-        return json(&calibration);
-    }
-    for text in lines(&calibration) {
-        line(text)?;
-    }
-    line(format_args!("wrote {}", args.out.display()))
+    let document = || report::calibrate::document(&rig, &calibration, &recordings, args.seed).map_err(Failure::other);
+    tell(args, &calibration.rig, &calibration, &lines(&calibration), document)
 }
 
 fn sdof(args: &Args, rig: &Rig, recordings: &[Recording]) -> Result<(), Failure> {
@@ -101,15 +92,26 @@ fn sdof(args: &Args, rig: &Rig, recordings: &[Recording]) -> Result<(), Failure>
     let calibration = calibrate_sdof(rig, recordings);
     spinner.finish_and_clear();
     let calibration = calibration.map_err(Failure::input)?;
-    calibration.rig.write(&args.out).map_err(Failure::other)?;
+    let document = || report::calibrate_sdof::document(&calibration, recordings).map_err(Failure::other);
+    tell(args, &calibration.rig, &calibration, &sdof_lines(&calibration), document)
+}
+
+/// Writes the calibrated rig and the report, and prints the calibration, as JSON or in lines.
+fn tell(
+    args: &Args,
+    rig: &Rig,
+    calibration: &impl Serialize,
+    lines: &[String],
+    document: impl FnOnce() -> Result<Document, Failure>,
+) -> Result<(), Failure> {
+    rig.write(&args.out).map_err(Failure::other)?;
     if let Some(path) = &args.report {
-        let document = report::calibrate_sdof::document(&calibration, recordings).map_err(Failure::other)?;
-        write(path, document.html().as_bytes())?;
+        write(path, document()?.html().as_bytes())?;
     }
     if args.json {
-        return json(&calibration);
+        return json(calibration);
     }
-    for text in sdof_lines(&calibration) {
+    for text in lines {
         line(text)?;
     }
     line(format_args!("wrote {}", args.out.display()))
