@@ -7,21 +7,20 @@ use super::estimate::{Estimate, Undetermined, covariance, estimates, undetermine
 use super::split::Split;
 use super::{CalibrateError, path};
 use crate::recording::Recording;
-use crate::rig::{OperatingCondition, Rig, Run, Start, simulate_many};
-use crate::whittle::coordinate::Coordinate;
+use crate::rig::path::TransmissionPath;
+use crate::rig::{Rig, Run, Start, simulate_many};
+use crate::whittle::coordinate::{Coordinate, NOISE};
 use crate::whittle::likelihood::judged;
 use crate::whittle::observed::{CHANNELS, Observed, accelerations};
-use crate::whittle::problem::Problem;
-use crate::whittle::search::{Found, Limits, search};
+use crate::whittle::problem::{Point, Problem};
+use crate::whittle::search::{Found, Limits, search, search_from_rig};
 
-/// Noise levels are fitted whether the rig's file calls them unknown or not.
-pub const NOISE: [&str; 2] = ["excitation.process_force_psd_n2_per_hz", "sensor.noise_std_m_per_s2"];
 /// Bands that a channel's residual is looked at in.
 const BANDS: usize = 24;
 /// A rig whose residual is further than this from its variance, RMS over bands, lacks a part of the structure, dB.
 const LACKS_STRUCTURE_DB: f64 = 1.0;
 /// Simulations that a spectrum of the rig is averaged over.
-const REPLICATES: u64 = 8;
+const REPLICATES: usize = 8;
 
 /// Whether to look for a transmission path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -110,8 +109,7 @@ pub fn calibrate(
         return Err(CalibrateError::Empty);
     }
     let split = Split::of(recordings);
-    let observed = |recordings: &[Recording]| recordings.iter().map(Observed::of).collect::<Result<Vec<_>, _>>();
-    let (all, fitted) = (observed(recordings)?, observed(&split.fitted)?);
+    let (all, fitted) = (Observed::of_all(recordings)?, Observed::of_all(&split.fitted)?);
     progress("searching with the recordings that are fitted");
     let (part, found) = fit(rig, &fitted)?;
     let explained = explained(&part, &found)?;
@@ -142,8 +140,7 @@ pub fn calibrate(
     progress("searching with all recordings");
     let judged_rig = part.rig_at(&found.point.coordinates)?;
     let whole = Problem { observed: &all, rig: judged_rig.clone(), ..part.clone() };
-    let start = whole.start()?;
-    let last = search(&whole, start, &Limits::default())?;
+    let last = search_from_rig(&whole)?;
     let covariance = covariance(&last.expansion.information, whole.coordinates.len());
     let before: Vec<f64> = whole.coordinates.iter().map(|c| rig.get(&c.key).unwrap_or_default()).collect();
     let mut calibrated = whole.rig_at(&last.point.coordinates)?;
@@ -164,7 +161,7 @@ pub fn calibrate(
     })
 }
 
-/// What is sought: the unknown parameters and the noise levels.
+/// What is sought: the unknown parameters, and the noise levels whether the rig's file calls them unknown or not.
 fn sought(rig: &Rig) -> Result<Vec<Coordinate>, CalibrateError> {
     let mut keys = rig.unknown_keys();
     keys.extend(NOISE.iter().map(|k| (*k).to_owned()).filter(|k| !rig.unknown_keys().contains(k)));
@@ -181,17 +178,14 @@ fn fit<'o>(rig: &Rig, observed: &'o [Observed]) -> Result<(Problem<'o>, Found), 
     }
     let all = sought(&rig)?;
     let noise_only = all.iter().filter(|c| NOISE.contains(&c.key.as_str())).cloned().collect();
-    let mut problem = Problem { observed, rig, coordinates: noise_only, band: 1.0 };
+    let mut problem = Problem::new(observed, rig, noise_only);
     let quick = Limits { change: 2.0, ..Limits::default() };
     let found = search(&problem, problem.start()?, &quick)?;
     problem.rig = problem.rig_at(&found.point.coordinates)?;
     problem.coordinates = all;
-    let found = search(&problem, problem.start()?, &Limits::default())?;
+    let found = search_from_rig(&problem)?;
     // Angles that suited the guess need not suit what it has become.
-    let again = crate::whittle::problem::Point {
-        angles: problem.aligned(&problem.rig_at(&found.point.coordinates)?)?,
-        ..found.point.clone()
-    };
+    let again = Point { angles: problem.aligned(&problem.rig_at(&found.point.coordinates)?)?, ..found.point.clone() };
     let better = search(&problem, again, &Limits::default())?;
     let best = if better.expansion.misfit() < found.expansion.misfit() { better } else { found };
     Ok((problem, best))
@@ -229,28 +223,18 @@ fn explained(problem: &Problem, found: &Found) -> Result<Vec<Explained>, Calibra
 ///
 /// # Errors
 /// As [`calibrate`].
-pub fn identify(
-    rig: &Rig,
-    measured: &[Recording],
-    seed: u64,
-) -> Result<Vec<crate::rig::path::TransmissionPath>, CalibrateError> {
+pub fn identify(rig: &Rig, measured: &[Recording], seed: u64) -> Result<Vec<TransmissionPath>, CalibrateError> {
     let mut bare = rig.clone();
     bare.paths.clear();
     Ok(path::identify(measured, &replicates(&bare, measured, seed)?))
 }
 
-/// Runs of a rig under the conditions of recordings, each with its own angles and noise.
+/// Runs of a rig under the conditions of recordings, [`REPLICATES`] times over, each with its own angles and noise.
 fn replicates(rig: &Rig, recordings: &[Recording], seed: u64) -> Result<Vec<Recording>, CalibrateError> {
-    let conditions = recordings.iter().map(|r| Observed::of(r).map(|o| o.condition)).collect::<Result<Vec<_>, _>>()?;
-    let run = |(condition, n): (&OperatingCondition, u64)| {
-        let start = Start::seeded(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(n));
-        Run { rig, condition: *condition, start }
-    };
-    let runs: Vec<Run> = (0..REPLICATES)
-        .flat_map(|n| conditions.iter().map(move |c| (c, n)))
-        .enumerate()
-        .map(|(i, (c, _))| run((c, i as u64)))
-        .collect();
+    let observed = Observed::of_all(recordings)?;
+    let repeated = std::iter::repeat_n(&observed, REPLICATES).flatten().enumerate();
+    let runs: Vec<Run> =
+        repeated.map(|(index, o)| Run { rig, condition: o.condition, start: Start::of_series(seed, index) }).collect();
     Ok(simulate_many(&runs)?)
 }
 
@@ -286,8 +270,7 @@ fn held_out(before: &Rig, after: &Rig, recordings: &[Recording], seed: u64) -> R
 /// As [`calibrate`].
 pub fn prediction(rig: &Rig, recording: &Recording, seed: u64) -> Result<Recording, CalibrateError> {
     let observed = [Observed::of(recording)?];
-    let problem = Problem { observed: &observed, rig: rig.clone(), coordinates: Vec::new(), band: 1.0 };
-    let found = search(&problem, problem.start()?, &Limits::default())?;
+    let found = search_from_rig(&Problem::of_angles(&observed, rig.clone()))?;
     let [cage_angle0_rad, shaft_angle0_rad] = found.point.angles[0];
     let start = Start { cage_angle0_rad, shaft_angle0_rad, ..Start::seeded(seed) };
     Ok(simulate_many(&[Run { rig, condition: observed[0].condition, start }])?.swap_remove(0))

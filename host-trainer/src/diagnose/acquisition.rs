@@ -5,10 +5,12 @@ use std::f64::consts::TAU;
 
 use realfft::num_complex::Complex;
 
-use super::residual::{Whitened, two_sided};
+use super::DiagnoseError;
+use super::residual::{Whitened, two_sided, whitened};
 use crate::recording::Recording;
-use crate::rig::EffectEntry;
+use crate::rig::{EffectEntry, Rig};
 use crate::whittle::observed::{CHANNELS, Observed, accelerations};
+use crate::whittle::problem::Problem;
 
 /// Samples of a channel at its greatest value from which its range has been too small; of noise there is one, rounded to
 /// what files hold a few.
@@ -34,8 +36,42 @@ pub struct Fault {
     pub p_value: f64,
 }
 
+/// Recordings with what was the matter between sensor and file.
+#[derive(Clone, Debug)]
+pub struct Acquired {
+    /// The recordings without what could be taken out.
+    pub recordings: Vec<Recording>,
+    /// What was taken out: offsets, the electrical line.
+    pub taken_out: Vec<Fault>,
+    /// Ranges that were too small; what was cut off is lost.
+    pub clipped: Vec<Fault>,
+}
+
+impl Acquired {
+    /// Recordings of a bearing rig.
+    ///
+    /// # Errors
+    /// Recordings without acceleration, speed or load; a rig that cannot run.
+    pub fn of(rig: &Rig, recordings: &[Recording]) -> Result<Self, DiagnoseError> {
+        let clipped = clipped(recordings);
+        let noise_std = rig.bearing().map_or(0.0, |machine| machine.sensor.noise_std_m_per_s2);
+        let mut taken_out = offset(&Observed::of_all(recordings)?, noise_std);
+        let mut recordings = without(recordings, &taken_out);
+        if let Some(line) = mains(rig, &Observed::of_all(&recordings)?)? {
+            recordings = without(&recordings, std::slice::from_ref(&line));
+            taken_out.push(line);
+        }
+        Ok(Self { recordings, taken_out, clipped })
+    }
+
+    /// All faults.
+    pub fn faults(&self) -> impl DoubleEndedIterator<Item = &Fault> {
+        self.taken_out.iter().chain(&self.clipped)
+    }
+}
+
 /// Channels whose range has been too small, in most of the recordings.
-pub fn clipped(recordings: &[Recording]) -> Vec<Fault> {
+fn clipped(recordings: &[Recording]) -> Vec<Fault> {
     let mut levels: [Vec<(f64, usize)>; 2] = [Vec::new(), Vec::new()];
     for recording in recordings {
         for (channel, found) in accelerations(recording).into_iter().enumerate() {
@@ -69,7 +105,7 @@ pub fn clipped(recordings: &[Recording]) -> Vec<Fault> {
 }
 
 /// Channels with an offset: the mean of an acceleration is 0, whatever the machine does, within the sensor's noise.
-pub fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
+fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
     let mut out = Vec::new();
     for (channel, name) in CHANNELS.into_iter().enumerate() {
         let means: Vec<(f64, f64)> = observed
@@ -100,8 +136,15 @@ pub fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
     out
 }
 
+/// The electrical line, where the residual of the rig has it.
+fn mains(rig: &Rig, observed: &[Observed]) -> Result<Option<Fault>, DiagnoseError> {
+    let problem = Problem::of_angles(observed, rig.clone());
+    let expected = problem.expected(&problem.start()?)?;
+    Ok(mains_in(observed, &whitened(observed, &expected)))
+}
+
 /// The electrical line: power at one frequency of 45 to 65 Hz in every recording, whatever the shaft's speed.
-pub fn mains(observed: &[Observed], residuals: &[Whitened]) -> Option<Fault> {
+fn mains_in(observed: &[Observed], residuals: &[Whitened]) -> Option<Fault> {
     let speeds: Vec<f64> = observed.iter().map(|o| o.condition.shaft_hz).collect();
     let (least, most) = speeds.iter().fold((f64::MAX, 0.0f64), |(l, m), s| (l.min(*s), m.max(*s)));
     // At one speed the line cannot be told from a harmonic of the shaft that lies as near.
@@ -143,7 +186,7 @@ fn line(samples: &[f64], rate: f64, hz: f64) -> Complex<f64> {
     samples.iter().enumerate().map(|(i, v)| Complex::from_polar(*v, -TAU * hz * i as f64 / rate)).sum()
 }
 
-/// Power of the residual at a frequency over the mean of what is 3 to 12 bins to either side.
+/// Power of the residual at a frequency over the median of what is 3 to 12 bins to either side.
 fn ratio(w: &Whitened, hz: f64) -> f64 {
     let n = w.signal.len() as f64;
     let step = w.sample_rate_hz / n;
@@ -156,16 +199,13 @@ fn ratio(w: &Whitened, hz: f64) -> f64 {
 }
 
 /// The recordings without an offset or the electrical line.
-pub fn without(recordings: &[Recording], faults: &[Fault]) -> Vec<Recording> {
+fn without(recordings: &[Recording], faults: &[Fault]) -> Vec<Recording> {
     let mut out = recordings.to_vec();
     for fault in faults {
-        let number = |key: &str| match fault.effect.parameters.get(key) {
-            Some(crate::rig::Value::Number(v)) => *v,
-            _ => 0.0,
-        };
-        let concerns = |name: &str| match fault.effect.parameters.get("channel") {
-            Some(crate::rig::Value::Text(channel)) => channel == name || channel == "all",
-            _ => name != "tacho",
+        let number = |key: &str| fault.effect.number(key).unwrap_or_default();
+        let concerns = |name: &str| match fault.effect.text("channel") {
+            Some(channel) => channel == name || channel == "all",
+            None => name != "tacho",
         };
         for recording in &mut out {
             let rate = recording.sample_rate_hz;

@@ -1,27 +1,28 @@
 //! Diagnosis of the 5-DoF rig by its likelihood.
 //!
-//! 1. The rig as it is, its unknown parameters and the angles fitted, leaves a residual; [`residual`](super::residual)
+//! 1. Faults of the acquisition are found and taken out ([`acquisition`](super::acquisition)).
+//! 2. The rig as it is, its unknown parameters and the angles fitted, leaves a residual; [`residual`](super::residual)
 //!    says whether chance could have left it.
-//! 2. Every hypothesis is brought as near as it can come ([`compete`](super::compete)), on recordings without the last.
-//! 3. The best is kept where it gains more than its parameters are worth, and more on the recording that took no part
-//!    than chance gives. A second one is sought in the same way in what it leaves.
-//! 4. Where what is kept leaves most of what there was to explain, nothing in the vocabulary explains it.
-
-use std::collections::BTreeMap;
+//! 3. Every hypothesis is brought as near as it can come ([`compete`](super::compete)), on recordings without the last.
+//!    The best is kept where it gains more than its parameters are worth. A second one is sought in the same way in what
+//!    it leaves.
+//! 4. What is kept stands where it gains more on the recording that took no part than chance gives
+//!    ([`prove`](super::prove)), and takes away most of what there was to explain. Where something is left and nothing
+//!    stands, nothing in the vocabulary explains it.
 
 use super::DiagnoseError;
-use super::acquisition::{self, Fault};
+use super::acquisition::Acquired;
 use super::compete::{Contender, Contest};
-use super::outcome::{Cause, Diagnosis, Fit, Fitted, HeldOut, Location, Outcome, Parameter, Rejected, SCHEMA, Verdict};
-use super::prove::{Proof, prove};
+use super::hypothesis::{self, Hypothesis};
+use super::outcome::{Cause, Diagnosis, Location, Outcome, SCHEMA, Verdict};
+use super::prove::{Proof, prove, replicate, shown};
 use super::residual::{Excess, Whitened, excess, tests, whitened};
-use super::{hypothesis, locate, pointers, recorded};
+use super::statement;
+use super::{locate, pointers, recorded};
 use crate::calibrate::bearing::{Options, calibrate};
-use crate::calibrate::estimate::{Estimate, covariance, estimates};
 use crate::calibrate::split::{Split, part};
 use crate::recording::Recording;
-use crate::rig::effect::Values;
-use crate::rig::{Rig, Value};
+use crate::rig::Rig;
 use crate::whittle::coordinate::Coordinate;
 use crate::whittle::observed::Observed;
 use crate::whittle::problem::Problem;
@@ -29,7 +30,7 @@ use crate::whittle::search::Found;
 
 /// ln L that a cause must gain beyond what its parameters are worth: some ninety explanations, each from many starts, were
 /// tried on the same recordings.
-const LEAST_MERIT: f64 = 12.0;
+pub(super) const LEAST_MERIT: f64 = 12.0;
 /// Excess, in standard deviations of chance, from which a residual is not noise of the rig's kind.
 const EXCESS: f64 = 6.0;
 /// Share of the excess that causes must take away to be an explanation; of what the first leaves, that a second must.
@@ -40,7 +41,7 @@ const LEAST_P: f64 = 0.01;
 /// Length of the beginnings that all hypotheses are first tried on, s.
 const BRIEF_S: f64 = 0.4;
 
-/// Diagnoses recordings of a bearing rig.
+/// Diagnoses recordings of a bearing rig, at least one.
 ///
 /// # Errors
 /// Recordings without acceleration, speed or load; a rig that cannot run.
@@ -51,166 +52,83 @@ pub fn diagnose(
     seed: u64,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, DiagnoseError> {
-    if recordings.is_empty() {
-        return Err(DiagnoseError::Empty);
-    }
-    let mut rig = rig.clone();
-    let mut caveats = Vec::new();
+    let rig = match measure(rig, baseline, recordings, seed, progress)? {
+        Measure::Waveforms(rig) => rig,
+        Measure::Rhythm(rig) => return recorded::diagnose(&rig, baseline, recordings, seed, progress),
+    };
+    let acquired = Acquired::of(&rig, recordings)?;
+    let sets = Sets::of(&acquired.recordings)?;
+    progress("fitting the rig as it is");
+    let ground = Ground::of(&rig, &sets, seed)?;
+    // What was cut off is lost, and with it what another cause could be known by.
+    let explanation = if acquired.clipped.is_empty() {
+        ground.explain(seed, progress)?
+    } else {
+        Explanation { contenders: Vec::new(), kept: Vec::new(), left: ground.excess }
+    };
+    let judgement = Judgement::of(&ground, &explanation, seed, progress)?;
+    outcome(recordings, &acquired, &ground, &explanation, judgement, seed, progress)
+}
+
+/// The rig that recordings are measured by.
+enum Measure {
+    /// Of the right kind, so that waveforms count.
+    Waveforms(Rig),
+    /// With a transmission path in the place of a structure that is not the rig's, so that only the rhythm counts.
+    Rhythm(Rig),
+}
+
+fn measure(
+    rig: &Rig,
+    baseline: Option<&[Recording]>,
+    recordings: &[Recording],
+    seed: u64,
+    progress: &dyn Fn(&str),
+) -> Result<Measure, DiagnoseError> {
     if let Some(baseline) = baseline {
         progress("calibrating to the baseline");
-        rig = calibrate(&rig, baseline, &Options { seed, ..Options::default() }, progress)?.rig;
-        if !rig.paths.is_empty() {
-            return recorded::diagnose(&rig, Some(baseline), recordings, seed, progress);
-        }
-    } else if !rig.unknown.is_empty() {
+        let rig = calibrate(rig, baseline, &Options { seed, ..Options::default() }, progress)?.rig;
+        return Ok(if rig.paths.is_empty() { Measure::Waveforms(rig) } else { Measure::Rhythm(rig) });
+    }
+    if !rig.unknown.is_empty() {
         progress("fitting the rig's unknown parameters");
-        if let Some(rig) = recorded::beyond_the_rig(&rig, recordings, seed)? {
-            return recorded::diagnose(&rig, None, recordings, seed, progress);
+        if let Some(rig) = recorded::beyond_the_rig(rig, recordings, seed)? {
+            return Ok(Measure::Rhythm(rig));
         }
     }
-    let raw = recordings;
-    let observed = |recordings: &[Recording]| recordings.iter().map(Observed::of).collect::<Result<Vec<_>, _>>();
-    let clipped = acquisition::clipped(raw);
-    let noise_std = rig.get("sensor.noise_std_m_per_s2").unwrap_or_default();
-    let mut faults = acquisition::offset(&observed(raw)?, noise_std);
-    let mut recordings = acquisition::without(raw, &faults);
-    if let Some(line) = line_in(&rig, &observed(&recordings)?)? {
-        recordings = acquisition::without(&recordings, std::slice::from_ref(&line));
-        faults.push(line);
-    }
-    let recordings = recordings.as_slice();
-    let split = Split::of(recordings);
-    let fitted = observed(&split.fitted)?;
-    let held_out = observed(&split.held_out)?;
-    let unknown: Vec<Coordinate> = rig.unknown_keys().iter().filter_map(|key| Coordinate::of(&rig, key)).collect();
-    let few = extremes(&split.fitted);
-    let briefs: Vec<Recording> =
-        few.iter().map(|r| part(r, 0..r.len().min((BRIEF_S * r.sample_rate_hz) as usize))).collect();
-    let (few_observed, brief) = (observed(&few)?, observed(&briefs)?);
-
-    progress("fitting the rig as it is");
-    let ground =
-        Contest { all: &fitted, brief: &brief, few: &few_observed, rig: rig.clone(), unknown: unknown.clone() };
-    let (null, null_found) = ground.null(&fitted)?;
-    let null_residuals = residuals(&null, &null_found)?;
-    let noise = replicated(&null, &null_found, seed)?;
-    let before = beyond(excess(&null_residuals), noise);
-    let tests = tests(&null_residuals);
-
-    let (few_null, few_found) = ground.null(&few_observed)?;
-    let few_residuals = residuals(&few_null, &few_found)?;
-    let signals: Vec<Vec<f64>> = few.iter().map(signal_of).collect();
-    let pointers = pointers::of(&rig, &few_observed, &signals, &few_residuals);
-    let load = recordings.iter().filter_map(|r| r.load_n).sum::<f64>() / recordings.len() as f64;
-    let hypotheses = hypothesis::all(&rig, load, &pointers);
-    // What was cut off is lost, and with it what another cause could be known by.
-    let contenders = if clipped.is_empty() { ground.run(&hypotheses, progress)? } else { Vec::new() };
-
-    let mut kept: Vec<&Contender> = Vec::new();
-    let mut left = before;
-    let second;
-    // A rig that stands only as long as nothing shakes it is none.
-    let stable = |c: &Contender| remaining(c, seed).ok();
-    let best = contenders.iter().filter(|c| c.merit > LEAST_MERIT).find_map(|c| Some((c, stable(c)?)));
-    if let Some((best, rest)) = best {
-        kept.push(best);
-        left = rest;
-        if left.deviations > EXCESS {
-            progress("looking for a second cause");
-            // With a first cause that is not the right one the rig may not stand in every recording: then there is no second.
-            second = after(best, &ground)?.run(&others(&hypotheses, best), progress).unwrap_or_default();
-            let next = second.iter().filter(|c| c.merit > LEAST_MERIT).find_map(|c| Some((c, stable(c)?)));
-            if let Some((next, rest)) = next
-                && (rest.deviations < EXCESS || left.nats - rest.nats > SECOND_EXPLAINS * left.nats)
-            {
-                kept.push(next);
-                left = rest;
-            }
-        }
-    }
-    let explained = if before.nats > 0.0 { 1.0 - left.nats.max(0.0) / before.nats } else { 1.0 };
-    let best = kept.last().copied();
-    let proof = match best {
-        Some(best) => {
-            progress("proving it on what took no part");
-            // A rig that cannot be run under the condition that was held out is not proved.
-            prove(&null, &null_found, &best.problem, &best.found, &held_out, seed).ok()
-        }
-        None => None,
-    };
-    let proven = proof.as_ref().is_some_and(|p| p.p_value < LEAST_P && p.after < p.before);
-    let stands = proven && (left.deviations < EXCESS || explained > EXPLAINED);
-    let verdict = match (stands, before.deviations > EXCESS || best.is_some()) {
-        (true, _) => Verdict::Mismatch,
-        (false, true) if before.deviations > EXCESS => Verdict::Unexplained,
-        (false, _) => Verdict::NoMismatch,
-    };
-    let found = if stands { best } else { None };
-    let corrected = match found {
-        Some(best) => best.rig()?,
-        None => null.rig_at(&null_found.point.coordinates)?,
-    };
-    let (values, fitted_along) =
-        parameters(found.map_or((&null, &null_found), |b| (&b.problem, &b.found)), &rig, unknown.len());
-    let mut causes =
-        if stands { causes(&corrected, &rig, &values, &kept, proof.as_ref(), &contenders) } else { Vec::new() };
-    let mut corrected = corrected;
-    faults.extend(clipped);
-    for fault in faults.iter().rev() {
-        causes.insert(0, of_fault(fault));
-        corrected.effects.push(fault.effect.clone());
-    }
-    let verdict = if faults.is_empty() { verdict } else { Verdict::Mismatch };
-    let rejected = rejected(&contenders, &kept, stands, explained);
-    let location = match verdict {
-        Verdict::NoMismatch => Location::default(),
-        _ => locate::locate(&rig, &corrected, &fitted, &null_residuals),
-    };
-    if verdict == Verdict::Unexplained {
-        caveats.push(format!(
-            "The best explanation in the vocabulary takes away {:.0} % of what the rig leaves unexplained; {:.0} % are asked for.",
-            100.0 * explained.max(0.0),
-            100.0 * EXPLAINED
-        ));
-    }
-    let (fit, traces) = if faults.is_empty() {
-        evidence_of(proof, stands, &split)
-    } else {
-        progress("showing it on what took no part");
-        let p_value = faults.iter().map(|f| f.p_value).fold(0.0, f64::max);
-        super::prove::shown(&rig, &corrected, &observed(&Split::of(raw).held_out)?, &split.describe(), p_value, seed)?
-    };
-    let diagnosis = Diagnosis { schema: SCHEMA, verdict, causes, rejected, location, fit };
-    Ok(Outcome { diagnosis, rig: corrected, held_out: traces, tests, fitted: fitted_along, caveats })
+    Ok(Measure::Waveforms(rig.clone()))
 }
 
-/// The electrical line, where the residual of the rig has it.
-fn line_in(rig: &Rig, observed: &[Observed]) -> Result<Option<Fault>, DiagnoseError> {
-    let problem = Problem { observed, rig: rig.clone(), coordinates: Vec::new(), band: 1.0 };
-    let expected = problem.expected(&problem.start()?)?;
-    Ok(acquisition::mains(observed, &whitened(observed, &expected)))
+/// Recordings by the part that they take.
+struct Sets {
+    split: Split,
+    fitted: Vec<Observed>,
+    held_out: Vec<Observed>,
+    /// Those of the least and the greatest load among the fitted ones: what depends on it shows between them.
+    few: Vec<Observed>,
+    /// Their beginnings.
+    brief: Vec<Observed>,
+    /// Mean over all recordings.
+    load_n: f64,
 }
 
-fn of_fault(fault: &Fault) -> Cause {
-    let value = |value: &Value| match value {
-        Value::Number(number) => Parameter::Number(*number),
-        Value::Text(text) => Parameter::Name(text.clone()),
-    };
-    Cause {
-        name: fault.effect.name.clone(),
-        probability: 0.99,
-        parameters: fault.effect.parameters.iter().map(|(k, v)| (k.clone(), value(v))).collect(),
-        interval95: BTreeMap::new(),
-        evidence: fault.evidence.clone(),
-        equation: fault
-            .effect
-            .definition()
-            .zip(Values::new(&fault.effect, "bearing-5dof"))
-            .map_or_else(String::new, |(d, v)| (d.equation)(&v)),
+impl Sets {
+    fn of(recordings: &[Recording]) -> Result<Self, DiagnoseError> {
+        let split = Split::of(recordings);
+        let few = extremes(&split.fitted);
+        let beginning = |r: &Recording| part(r, 0..r.len().min((BRIEF_S * r.sample_rate_hz) as usize));
+        let brief: Vec<Recording> = few.iter().map(beginning).collect();
+        Ok(Self {
+            fitted: Observed::of_all(&split.fitted)?,
+            held_out: Observed::of_all(&split.held_out)?,
+            few: Observed::of_all(&few)?,
+            brief: Observed::of_all(&brief)?,
+            load_n: recordings.iter().filter_map(|r| r.load_n).sum::<f64>() / recordings.len() as f64,
+            split,
+        })
     }
 }
 
-/// The recordings of the least and the greatest load: what depends on it shows between them.
 fn extremes(recordings: &[Recording]) -> Vec<Recording> {
     let load = |r: &&Recording| r.load_n.unwrap_or_default();
     let least = recordings.iter().min_by(|a, b| load(a).total_cmp(&load(b)));
@@ -220,9 +138,100 @@ fn extremes(recordings: &[Recording]) -> Vec<Recording> {
     out
 }
 
-fn signal_of(recording: &Recording) -> Vec<f64> {
-    let [ax, ay] = crate::whittle::observed::accelerations(recording);
-    ax.or(ay).map_or_else(Vec::new, |c| c.samples.clone())
+/// The rig as it is, fitted, and what it leaves.
+struct Ground<'o> {
+    sets: &'o Sets,
+    contest: Contest<'o>,
+    problem: Problem<'o>,
+    found: Found,
+    residuals: Vec<Whitened>,
+    /// Beyond what recordings of this very rig would show.
+    excess: Excess,
+}
+
+impl<'o> Ground<'o> {
+    fn of(rig: &Rig, sets: &'o Sets, seed: u64) -> Result<Self, DiagnoseError> {
+        let unknown = rig.unknown_keys().iter().filter_map(|key| Coordinate::of(rig, key)).collect();
+        let contest = Contest { all: &sets.fitted, brief: &sets.brief, few: &sets.few, rig: rig.clone(), unknown };
+        let (problem, found) = contest.null(&sets.fitted)?;
+        let residuals = residuals(&problem, &found)?;
+        let excess = beyond(excess(&residuals), replicated(&problem, &found, seed)?);
+        Ok(Self { sets, contest, problem, found, residuals, excess })
+    }
+
+    fn rig(&self) -> Result<Rig, DiagnoseError> {
+        Ok(self.problem.rig_at(&self.found.point.coordinates)?)
+    }
+
+    /// All hypotheses; those in time or frequency start where the residual of a few recordings points.
+    fn hypotheses(&self) -> Result<Vec<Hypothesis>, DiagnoseError> {
+        let (problem, found) = self.contest.null(&self.sets.few)?;
+        let pointers = pointers::of(&self.contest.rig, &self.sets.few, &residuals(&problem, &found)?);
+        Ok(hypothesis::all(&self.contest.rig, self.sets.load_n, &pointers))
+    }
+
+    /// The causes that explain what the rig leaves, two at most.
+    fn explain(&self, seed: u64, progress: &dyn Fn(&str)) -> Result<Explanation<'o>, DiagnoseError> {
+        let hypotheses = self.hypotheses()?;
+        let contenders = self.contest.run(&hypotheses, progress)?;
+        let (mut kept, mut left) = (Vec::new(), self.excess);
+        if let Some((first, rest)) = best(&contenders, seed) {
+            kept.push(first.clone());
+            left = rest;
+            if left.deviations > EXCESS {
+                progress("looking for a second cause");
+                let others: Vec<_> = hypotheses.into_iter().filter(|h| !is_of(first, h)).collect();
+                // With a first cause that is not the right one the rig may not stand in every recording: then there is
+                // no second.
+                let second = self.with(first)?.run(&others, progress).unwrap_or_default();
+                if let Some((next, rest)) = best(&second, seed)
+                    && (rest.deviations < EXCESS || left.nats - rest.nats > SECOND_EXPLAINS * left.nats)
+                {
+                    kept.push(next.clone());
+                    left = rest;
+                }
+            }
+        }
+        Ok(Explanation { contenders, kept, left })
+    }
+
+    /// The contest for a second cause: the first is part of the rig, its parameters are fitted along.
+    fn with(&self, first: &Contender<'o>) -> Result<Contest<'o>, DiagnoseError> {
+        Ok(Contest { rig: first.rig()?, unknown: first.problem.coordinates.clone(), ..self.contest.clone() })
+    }
+}
+
+/// What the search for causes has found.
+pub(super) struct Explanation<'o> {
+    /// The best hypotheses as a first cause, the best first.
+    pub contenders: Vec<Contender<'o>>,
+    /// What was kept, in the order in which it was found; the last has all of them in its rig.
+    pub kept: Vec<Contender<'o>>,
+    /// What the last leaves, beyond what recordings of its rig would show.
+    pub left: Excess,
+}
+
+impl Explanation<'_> {
+    /// Whether a contender of this name was kept.
+    pub fn keeps(&self, name: &str) -> bool {
+        self.kept.iter().any(|k| k.name == name)
+    }
+}
+
+/// The best contender that gains enough and can be run everywhere, and what it leaves: a rig that stands only as long as
+/// nothing shakes it is none.
+fn best<'c, 'o>(contenders: &'c [Contender<'o>], seed: u64) -> Option<(&'c Contender<'o>, Excess)> {
+    contenders.iter().filter(|c| c.merit > LEAST_MERIT).find_map(|c| Some((c, remaining(c, seed).ok()?)))
+}
+
+fn is_of(contender: &Contender, hypothesis: &Hypothesis) -> bool {
+    hypothesis.name == contender.name && hypothesis.place == contender.place
+}
+
+/// What a contender leaves beyond what its own replicates do.
+fn remaining(contender: &Contender, seed: u64) -> Result<Excess, DiagnoseError> {
+    let all = excess(&residuals(&contender.problem, &contender.found)?);
+    Ok(beyond(all, replicated(&contender.problem, &contender.found, seed)?))
 }
 
 fn residuals(problem: &Problem, found: &Found) -> Result<Vec<Whitened>, DiagnoseError> {
@@ -233,7 +242,7 @@ fn residuals(problem: &Problem, found: &Found) -> Result<Vec<Whitened>, Diagnose
 fn replicated(problem: &Problem, found: &Found, seed: u64) -> Result<Excess, DiagnoseError> {
     let rig = problem.rig_at(&found.point.coordinates)?;
     let expected = problem.expected(&found.point)?;
-    let observed = super::prove::replicate(&rig, problem.observed, &found.point.angles, seed)?;
+    let observed = replicate(&rig, problem.observed, &found.point.angles, seed)?;
     Ok(excess(&whitened(&observed, &expected)))
 }
 
@@ -242,135 +251,93 @@ fn beyond(all: Excess, noise: Excess) -> Excess {
     Excess { nats, deviations }
 }
 
-/// What a contender leaves beyond what its own replicates do.
-fn remaining(contender: &Contender, seed: u64) -> Result<Excess, DiagnoseError> {
-    let all = excess(&residuals(&contender.problem, &contender.found)?);
-    Ok(beyond(all, replicated(&contender.problem, &contender.found, seed)?))
+/// Whether an explanation stands.
+struct Judgement {
+    /// Share of the excess that it takes away.
+    explained: f64,
+    /// What it does to recordings that took no part; `None` where nothing was kept, or cannot be run there.
+    proof: Option<Proof>,
+    stands: bool,
+    /// Of the machine, whatever the acquisition does.
+    verdict: Verdict,
 }
 
-/// The contest for a second cause: the first is part of the rig, its parameters are fitted along.
-fn after<'o>(best: &Contender<'o>, ground: &Contest<'o>) -> Result<Contest<'o>, DiagnoseError> {
-    Ok(Contest { rig: best.rig()?, unknown: best.problem.coordinates.clone(), ..ground.clone() })
-}
-
-fn others(hypotheses: &[hypothesis::Hypothesis], best: &Contender) -> Vec<hypothesis::Hypothesis> {
-    hypotheses.iter().filter(|h| !(h.name == best.name && h.place == best.place)).cloned().collect()
-}
-
-/// Estimates of effects' parameters, and of the rig's unknown ones.
-fn parameters((problem, found): (&Problem, &Found), before: &Rig, unknown: usize) -> (Vec<Estimate>, Vec<Fitted>) {
-    let covariance = covariance(&found.expansion.information, problem.coordinates.len());
-    let start: Vec<f64> = problem.coordinates.iter().map(|c| before.get(&c.key).unwrap_or_default()).collect();
-    let mut all = estimates(&problem.coordinates, &start, &found.point.coordinates, &covariance);
-    let effects = all.split_off(unknown.min(all.len()));
-    let along = all.into_iter().map(|e| (e.key, e.value, e.interval95)).collect();
-    (effects, along)
-}
-
-fn causes(
-    corrected: &Rig,
-    before: &Rig,
-    values: &[Estimate],
-    kept: &[&Contender],
-    proof: Option<&Proof>,
-    all: &[Contender],
-) -> Vec<Cause> {
-    let first = before.effects.len();
-    let mut out = Vec::new();
-    for (index, effect) in corrected.effects.iter().enumerate().skip(first) {
-        let Some(definition) = effect.definition() else { continue };
-        let Some(contender) = kept.get(index - first) else { continue };
-        let vocabulary = |key: &str| definition.parameters.iter().any(|p| p.name == key && p.in_vocabulary());
-        let mut parameters = BTreeMap::new();
-        for (key, value) in
-            effect.parameters.iter().filter(|(key, _)| vocabulary(key) || *key == "component" || *key == "channel")
-        {
-            let value = match value {
-                Value::Number(number) => Parameter::Number(*number),
-                Value::Text(text) => Parameter::Name(text.clone()),
-            };
-            parameters.insert(key.clone(), value);
-        }
-        let own = |key: &str| values.iter().find(|e| e.key == format!("effect[{}].{key}", index + 1));
-        let interval95 = parameters.keys().filter_map(|key| Some((key.clone(), own(key)?.interval95))).collect();
-        let next = all.iter().find(|c| !kept.iter().any(|k| k.name == c.name));
-        let beside = next.map_or(String::new(), |n| format!("; the next best, {}, gains {:.0}", n.name, n.gain));
-        let on = proof.map_or(String::new(), |p| {
-            format!(", and {:.0} on what took no part (p {:.1e})", p.before - p.after, p.p_value)
-        });
-        out.push(Cause {
-            name: effect.name.clone(),
-            probability: probability(contender, all),
-            parameters,
-            interval95,
-            evidence: format!("ln L gains {:.0} on the fitted recordings{on}{beside}.", contender.gain),
-            equation: Values::new(effect, "bearing-5dof").map_or_else(String::new, |v| (definition.equation)(&v)),
-        });
-    }
-    out.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    out
-}
-
-/// Share of the posterior among the finalists of its own name against the others.
-fn probability(contender: &Contender, all: &[Contender]) -> f64 {
-    let top = all.iter().map(|c| c.merit).fold(contender.merit, f64::max);
-    let weight = |c: &Contender| (c.merit - top).exp();
-    let own: f64 = weight(contender);
-    let others: f64 = all.iter().filter(|c| c.name != contender.name && c.merit < contender.merit).map(weight).sum();
-    (own / (own + others)).min(0.999)
-}
-
-fn rejected(all: &[Contender], kept: &[&Contender], stands: bool, explained: f64) -> Vec<Rejected> {
-    let top = kept.first().map_or(0.0, |k| k.gain);
-    let mut out: Vec<Rejected> = Vec::new();
-    for contender in all {
-        if stands && kept.iter().any(|k| k.name == contender.name) || out.iter().any(|r| r.name == contender.name) {
-            continue;
-        }
-        let place = if contender.place.is_empty() { String::new() } else { format!("({}) ", contender.place) };
-        let why = if stands {
-            format!("{place}gains {:.0} in ln L where the cause gains {top:.0}", contender.gain)
-        } else if contender.merit < LEAST_MERIT {
-            format!("{place}gains {:.1} in ln L, no more than its parameters are worth", contender.gain)
-        } else {
-            format!(
-                "{place}gains {:.0} in ln L, yet all causes together leave {:.0} % unexplained",
-                contender.gain,
-                100.0 * (1.0 - explained)
-            )
+impl Judgement {
+    fn of(
+        ground: &Ground,
+        explanation: &Explanation,
+        seed: u64,
+        progress: &dyn Fn(&str),
+    ) -> Result<Self, DiagnoseError> {
+        let (excess, left) = (ground.excess, explanation.left);
+        let explained = if excess.nats > 0.0 { 1.0 - left.nats.max(0.0) / excess.nats } else { 1.0 };
+        let proof = match explanation.kept.last() {
+            Some(last) => {
+                progress("proving it on what took no part");
+                // A rig that cannot be run under the condition that was held out is not proved.
+                prove(&ground.rig()?, &last.rig()?, &ground.sets.held_out, seed).ok()
+            }
+            None => None,
         };
-        out.push(Rejected { name: contender.name.into(), why });
+        let proven = proof.as_ref().is_some_and(|p| p.p_value < LEAST_P && p.after < p.before);
+        let stands = proven && (left.deviations < EXCESS || explained > EXPLAINED);
+        let verdict = if stands {
+            Verdict::Mismatch
+        } else if excess.deviations > EXCESS {
+            Verdict::Unexplained
+        } else {
+            Verdict::NoMismatch
+        };
+        Ok(Self { explained, proof, stands, verdict })
     }
-    out
 }
 
-fn evidence_of(proof: Option<Proof>, stands: bool, split: &Split) -> (Fit, Vec<HeldOut>) {
-    let metric = "−ln L for each frequency, above that of the right rig".to_owned();
-    let held_out = split.describe();
-    match proof {
-        Some(p) if stands => {
-            let fit = Fit {
-                metric,
-                held_out,
-                before: p.before_each,
-                after: p.after_each,
-                noise_floor: p.floor_each,
-                p_value: p.p_value,
-            };
-            (fit, p.traces)
-        }
-        Some(p) => {
-            let fit = Fit {
-                metric,
-                held_out,
-                before: p.before_each,
-                after: p.before_each,
-                noise_floor: p.floor_each,
-                p_value: 1.0,
-            };
-            let traces = p.traces.into_iter().map(|t| HeldOut { after: t.before.clone(), ..t }).collect();
-            (fit, traces)
-        }
-        None => (Fit { metric, held_out, before: 0.0, after: 0.0, noise_floor: 0.0, p_value: 1.0 }, Vec::new()),
+/// Faults of the acquisition and causes in the machine together; `raw` are the recordings with the faults in them.
+fn outcome(
+    raw: &[Recording],
+    acquired: &Acquired,
+    ground: &Ground,
+    explanation: &Explanation,
+    judgement: Judgement,
+    seed: u64,
+    progress: &dyn Fn(&str),
+) -> Result<Outcome, DiagnoseError> {
+    let Judgement { explained, proof, stands, verdict } = judgement;
+    let (rig, split) = (&ground.contest.rig, &ground.sets.split);
+    let (problem, found) = match explanation.kept.last() {
+        Some(last) if stands => (&last.problem, &last.found),
+        _ => (&ground.problem, &ground.found),
+    };
+    let mut corrected = problem.rig_at(&found.point.coordinates)?;
+    let (values, fitted) = statement::parameters(problem, found, rig, ground.contest.unknown.len());
+    let mut causes: Vec<Cause> = acquired.faults().map(statement::of_fault).collect();
+    if stands {
+        causes.extend(statement::causes(&corrected, rig, &values, explanation, proof.as_ref()));
     }
+    corrected.effects.extend(acquired.faults().rev().map(|fault| fault.effect.clone()));
+    let faulty = acquired.faults().next().is_some();
+    let verdict = if faulty { Verdict::Mismatch } else { verdict };
+    let location = match verdict {
+        Verdict::NoMismatch => Location::default(),
+        _ => locate::locate(rig, &corrected, &ground.sets.fitted, &ground.residuals),
+    };
+    let (fit, held_out) = if faulty {
+        progress("showing it on what took no part");
+        let p_value = acquired.faults().map(|fault| fault.p_value).fold(0.0, f64::max);
+        shown(rig, &corrected, &Observed::of_all(&Split::of(raw).held_out)?, &split.describe(), p_value, seed)?
+    } else {
+        statement::fit(proof, stands, split.describe())
+    };
+    let rejected = statement::rejected(explanation, stands, explained);
+    let caveats = if verdict == Verdict::Unexplained { vec![too_little(explained)] } else { Vec::new() };
+    let diagnosis = Diagnosis { schema: SCHEMA, verdict, causes, rejected, location, fit };
+    Ok(Outcome { diagnosis, rig: corrected, held_out, tests: tests(&ground.residuals), fitted, caveats })
+}
+
+fn too_little(explained: f64) -> String {
+    format!(
+        "The best explanation in the vocabulary takes away {:.0} % of what the rig leaves unexplained; {:.0} % are asked for.",
+        100.0 * explained.max(0.0),
+        100.0 * EXPLAINED
+    )
 }

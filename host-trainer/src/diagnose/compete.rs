@@ -6,7 +6,7 @@ use crate::rig::{Rig, RigError};
 use crate::whittle::coordinate::Coordinate;
 use crate::whittle::observed::Observed;
 use crate::whittle::problem::{Point, Problem};
-use crate::whittle::search::{Found, Limits, search};
+use crate::whittle::search::{Found, Limits, search, search_from_rig};
 
 /// Hypotheses that are searched on the few recordings, and of those the ones that are on all.
 const SEARCHED: usize = 14;
@@ -49,7 +49,7 @@ pub struct Contest<'o> {
     pub all: &'o [Observed],
     /// Beginnings of a few of them, for a first look.
     pub brief: &'o [Observed],
-    /// A few of them whole, for what happens at a time of its own.
+    /// A few of them whole, for what their beginnings do not show.
     pub few: &'o [Observed],
     /// The rig without what is sought; its unknown parameters are fitted along with every hypothesis.
     pub rig: Rig,
@@ -63,8 +63,8 @@ impl<'o> Contest<'o> {
     /// # Errors
     /// What the simulation refuses.
     pub fn null(&self, observed: &'o [Observed]) -> Result<(Problem<'o>, Found), RigError> {
-        let problem = Problem { observed, rig: self.rig.clone(), coordinates: self.unknown.clone(), band: 1.0 };
-        let found = search(&problem, problem.start()?, &Limits::default())?;
+        let problem = Problem::new(observed, self.rig.clone(), self.unknown.clone());
+        let found = search_from_rig(&problem)?;
         Ok((problem, found))
     }
 
@@ -76,8 +76,9 @@ impl<'o> Contest<'o> {
         let (_, null) = self.null(self.all)?;
         progress("looking at every hypothesis");
         let mut promises = Vec::new();
-        for (observed, timed) in [(self.brief, false), (self.few, true)] {
-            let these: Vec<_> = hypotheses.iter().enumerate().filter(|(_, h)| h.timed() == timed).collect();
+        for (observed, whole) in [(self.brief, false), (self.few, true)] {
+            let fits = |h: &Hypothesis| h.needs_whole_recordings() == whole;
+            let these: Vec<_> = hypotheses.iter().enumerate().filter(|(_, h)| fits(h)).collect();
             if these.is_empty() {
                 continue;
             }
@@ -130,7 +131,7 @@ impl<'o> Contest<'o> {
         let number = rig.effects.len();
         let own = start.free.iter().map(|key| Coordinate::of(&rig, &format!("effect[{number}].{key}")));
         let coordinates = self.unknown.iter().cloned().map(Some).chain(own).collect::<Option<Vec<_>>>()?;
-        Some(Problem { observed, rig, coordinates, band: 1.0 })
+        Some(Problem::new(observed, rig, coordinates))
     }
 }
 

@@ -21,6 +21,12 @@ pub enum DiagnoseError {
     /// A rig of one degree of freedom.
     #[error(transparent)]
     Balance(#[from] BalanceError),
+    /// A rig of another kind where only a bearing's will do.
+    #[error("kind: found {found:?}, expected \"bearing-5dof\"")]
+    NotBearing {
+        /// The kind.
+        found: &'static str,
+    },
     /// Nothing to diagnose.
     #[error("found no recordings, expected at least one")]
     Empty,

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use super::outcome::{Fit, HeldOut, Location};
 use crate::force_balance::sign_flip;
 use crate::recording::Recording;
-use crate::rig::{EffectEntry, Value};
+use crate::rig::EffectEntry;
 
 /// Pieces of each recording whose gains are compared.
 const BLOCKS: usize = 48;
@@ -75,10 +75,7 @@ pub fn location(channel: &str, faults: &[&EffectEntry]) -> Location {
 }
 
 fn number(entry: &EffectEntry, key: &str) -> f64 {
-    match entry.parameters.get(key) {
-        Some(Value::Number(number)) => *number,
-        _ => 0.0,
-    }
+    entry.number(key).unwrap_or_default()
 }
 
 /// The samples of the recording that a held-out one is, or is the end of.

@@ -6,7 +6,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::rig::config::BearingRig;
-use crate::rig::{EffectEntry, Model, Rig, Value};
+use crate::rig::{EffectEntry, Rig, Value};
 
 /// A place to start from.
 #[derive(Clone, Debug)]
@@ -20,10 +20,7 @@ pub struct Start {
 impl Start {
     /// A number of the effect; 0 where it has none of this name.
     pub fn number(&self, key: &str) -> f64 {
-        match self.effect.parameters.get(key) {
-            Some(Value::Number(value)) => *value,
-            _ => 0.0,
-        }
+        self.effect.number(key).unwrap_or_default()
     }
 
     /// The same with another number.
@@ -52,9 +49,9 @@ impl Hypothesis {
         self.name.ends_with("-defect")
     }
 
-    /// Whether it happens at a time of its own, so that a part of a recording may miss it.
-    pub fn timed(&self) -> bool {
-        ["load-step", "shock", "speed-drift", "dropped-samples", "cage-slip"].contains(&self.name)
+    /// Whether it is to be sought in whole recordings: the beginning may miss it, or is too short for it to show.
+    pub fn needs_whole_recordings(&self) -> bool {
+        ["load-step", "shock", "speed-drift", "cage-slip"].contains(&self.name)
     }
 }
 
@@ -76,8 +73,8 @@ struct Sizes {
     load: f64,
     /// Deflection of the most loaded contact, m.
     contact: f64,
-    /// Static deflection of inner and outer support, m.
-    supports: [f64; 2],
+    /// Static deflection of either support, m.
+    support: f64,
 }
 
 impl Sizes {
@@ -85,8 +82,8 @@ impl Sizes {
         let contact =
             (load_n.abs() / rig.bearing.contact_stiffness_n_per_m1_5).powf(1.0 / rig.bearing.contact_exponent);
         // Both springs carry the load together, as far apart as the contact lets them be.
-        let together = load_n.abs() / (rig.inner.stiffness_n_per_m + rig.outer.stiffness_n_per_m).max(1.0);
-        Self { load: load_n.abs().max(1.0), contact, supports: [together, together] }
+        let support = load_n.abs() / (rig.inner.stiffness_n_per_m + rig.outer.stiffness_n_per_m).max(1.0);
+        Self { load: load_n.abs().max(1.0), contact, support }
     }
 }
 
@@ -118,7 +115,7 @@ fn entry(name: &str, numbers: &[(&str, f64)]) -> EffectEntry {
 
 /// All explanations of a mismatch of this rig under this load.
 pub fn all(rig: &Rig, load_n: f64, pointers: &Pointers) -> Vec<Hypothesis> {
-    let Model::Bearing(machine) = &rig.model else { return Vec::new() };
+    let Some(machine) = rig.bearing() else { return Vec::new() };
     let sizes = Sizes::of(machine, load_n);
     let mut b = Builder { out: Vec::new() };
     pits(&mut b, &sizes);
@@ -178,9 +175,8 @@ fn races(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
 }
 
 fn springs(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
-    for (component, support, static_m) in
-        [("inner", &rig.inner, sizes.supports[0]), ("outer", &rig.outer, sizes.supports[1])]
-    {
+    let static_m = sizes.support;
+    for (component, support) in [("inner", &rig.inner), ("outer", &rig.outer)] {
         let k = support.stiffness_n_per_m;
         if k <= 0.0 || static_m <= 0.0 {
             continue;

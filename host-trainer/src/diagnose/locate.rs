@@ -2,7 +2,7 @@
 
 use super::outcome::Location;
 use super::residual::{Whitened, bands, blocks};
-use crate::rig::{Model, Rig, Value};
+use crate::rig::Rig;
 use crate::whittle::observed::{CHANNELS, Observed};
 
 /// Standard deviations from which a band or a block counts.
@@ -30,19 +30,17 @@ pub fn locate(before: &Rig, corrected: &Rig, observed: &[Observed], residuals: &
     let mut angle_rad = Vec::new();
     let mut states = Vec::new();
     for effect in new {
-        if let (Some(Value::Number(angle)), Some(Value::Number(width))) =
-            (effect.parameters.get("angle_rad"), effect.parameters.get("width_rad"))
-        {
+        if let (Some(angle), Some(width)) = (effect.number("angle_rad"), effect.number("width_rad")) {
             angle_rad.push([angle - 0.5 * width, angle + 0.5 * width]);
         }
-        if let Some(Value::Text(component)) = effect.parameters.get("component") {
+        if let Some(component) = effect.text("component") {
             states.push(format!("motion of {component}"));
         }
     }
     Location {
         time_s: joined(time_s.collect()),
         frequency_hz: joined(frequency_hz.collect()),
-        order: orders(before, observed, &worst),
+        order: orders(observed, &worst),
         angle_rad,
         state: states.join(", "),
         channel: CHANNELS[channel].into(),
@@ -68,8 +66,8 @@ fn joined(intervals: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
 }
 
 /// Orders of the shaft at which the residual has its highest lines in the first recording.
-fn orders(rig: &Rig, observed: &[Observed], residuals: &[&Whitened]) -> Vec<f64> {
-    let (Model::Bearing(_), Some(w)) = (&rig.model, residuals.first()) else { return Vec::new() };
+fn orders(observed: &[Observed], residuals: &[&Whitened]) -> Vec<f64> {
+    let Some(w) = residuals.first() else { return Vec::new() };
     let shaft_hz = observed.get(w.recording).map_or(1.0, |o| o.condition.shaft_hz);
     let step = w.sample_rate_hz / w.signal.len() as f64;
     let mut lines: Vec<(f64, f64)> = Vec::new();

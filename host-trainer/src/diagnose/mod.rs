@@ -14,6 +14,7 @@
 //! | [`hypothesis`] | every explanation, and where a search for it starts |
 //! | [`screen`] | a first look at all of them |
 //! | [`compete`] | the best of them, fitted, and what each gains |
+//! | [`statement`] | what the contest has found, as causes, rejected explanations and a fit |
 //! | [`prove`] | what a correction does to recordings that took no part |
 //! | [`locate`] | where the mismatch is |
 
@@ -31,6 +32,7 @@ pub mod recorded;
 pub mod residual;
 pub mod screen;
 pub mod sdof;
+mod statement;
 #[cfg(test)]
 mod tests;
 pub mod write;
@@ -52,6 +54,9 @@ pub fn diagnose(
     seed: u64,
     progress: &dyn Fn(&str),
 ) -> Result<outcome::Outcome, DiagnoseError> {
+    if recordings.is_empty() {
+        return Err(DiagnoseError::Empty);
+    }
     match rig.model {
         Model::Sdof(_) => sdof::diagnose(rig, baseline, recordings, seed, progress),
         Model::Bearing(_) => bearing::diagnose(rig, baseline, recordings, seed, progress),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 pub use crate::force_balance::Verdict;
-use crate::rig::Rig;
+use crate::rig::{Rig, Value};
 
 /// Name of the format.
 pub const SCHEMA: &str = "ballrace-diagnosis/1";
@@ -18,6 +18,15 @@ pub enum Parameter {
     Number(f64),
     /// The name of a component or a channel.
     Name(String),
+}
+
+impl From<&Value> for Parameter {
+    fn from(value: &Value) -> Self {
+        match value {
+            Value::Number(number) => Self::Number(*number),
+            Value::Text(text) => Self::Name(text.clone()),
+        }
+    }
 }
 
 /// A cause that the tool stands by.

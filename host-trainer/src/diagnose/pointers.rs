@@ -7,7 +7,7 @@ use realfft::num_complex::Complex;
 
 use super::hypothesis::Pointers;
 use super::residual::Whitened;
-use crate::rig::{Model, Rig};
+use crate::rig::Rig;
 use crate::whittle::observed::Observed;
 
 /// Width of a band in which a resonance may stand out, Hz.
@@ -18,15 +18,15 @@ const HARMONICS: usize = 4;
 const STEP: usize = 64;
 
 /// What the residuals of a few recordings point at.
-pub fn of(rig: &Rig, observed: &[Observed], signals: &[Vec<f64>], residuals: &[Whitened]) -> Pointers {
-    let Model::Bearing(machine) = &rig.model else { return Pointers::default() };
+pub fn of(rig: &Rig, observed: &[Observed], residuals: &[Whitened]) -> Pointers {
+    let Some(machine) = rig.bearing() else { return Pointers::default() };
     let orders = machine.bearing.geometry().orders();
     Pointers {
         resonances_hz: resonances(residuals),
         times_s: times(residuals),
-        slips: best(&slips(), |slip| score(observed, signals, |shaft_hz, t| orders.bpfo * shaft_hz * (1.0 - slip) * t)),
+        slips: best(&slips(), |slip| score(observed, |shaft_hz, t| orders.bpfo * shaft_hz * (1.0 - slip) * t)),
         drifts_per_s: best(&drifts(), |rate| {
-            score(observed, signals, |shaft_hz, t| orders.bpfo * shaft_hz * (t + 0.5 * rate * t * t))
+            score(observed, |shaft_hz, t| orders.bpfo * shaft_hz * (t + 0.5 * rate * t * t))
         }),
     }
 }
@@ -39,7 +39,7 @@ fn drifts() -> Vec<f64> {
     (-80..=80).filter(|k| *k != 0).map(|k| 2.5e-3 * f64::from(k)).collect()
 }
 
-/// The two of these with the highest score, apart from one another, where it is above that of none.
+/// The two of these with the highest scores, where they are above half of that of 0.
 fn best(values: &[f64], score: impl Fn(f64) -> f64 + Sync) -> Vec<f64> {
     let none = score(0.0);
     let mut scored: Vec<(f64, f64)> = values.par_iter().map(|v| (score(*v), *v)).collect();
@@ -48,10 +48,11 @@ fn best(values: &[f64], score: impl Fn(f64) -> f64 + Sync) -> Vec<f64> {
     scored.into_iter().filter(|(s, _)| *s > 0.5 * none).map(|(_, v)| v).collect()
 }
 
-/// Power of the signals at harmonics of a phase in turns, of the channels together.
-fn score(observed: &[Observed], signals: &[Vec<f64>], turns: impl Fn(f64, f64) -> f64) -> f64 {
+/// Power of each recording's first channel at harmonics of a phase, `turns` of the shaft's speed in Hz and the time in s.
+fn score(observed: &[Observed], turns: impl Fn(f64, f64) -> f64) -> f64 {
     let mut sum = 0.0;
-    for (o, signal) in observed.iter().zip(signals) {
+    for o in observed {
+        let Some(signal) = o.samples.iter().flatten().next() else { continue };
         let (shaft_hz, rate) = (o.condition.shaft_hz, o.condition.sample_rate_hz);
         let mut lines = [Complex::<f64>::default(); HARMONICS];
         for (i, value) in signal.iter().enumerate() {

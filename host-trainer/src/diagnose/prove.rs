@@ -9,8 +9,8 @@ use crate::calibrate::distance::log_spectral;
 use crate::rig::{Rig, RigError, Run, Start, simulate_many};
 use crate::whittle::likelihood::{Expected, judged};
 use crate::whittle::observed::{CHANNELS, Observed, accelerations};
-use crate::whittle::problem::{Point, Problem};
-use crate::whittle::search::{Found, Limits, search};
+use crate::whittle::problem::Problem;
+use crate::whittle::search::search_from_rig;
 
 /// Bins of a block whose gains count as one: correlation between bins is of this reach.
 const BLOCK: usize = 32;
@@ -40,40 +40,27 @@ pub struct Proof {
 ///
 /// # Errors
 /// What the simulation refuses.
-pub fn prove(
-    null: &Problem,
-    null_found: &Found,
-    corrected: &Problem,
-    found: &Found,
-    held_out: &[Observed],
-    seed: u64,
-) -> Result<Proof, DiagnoseError> {
-    let of = |problem: &Problem, found: &Found| -> Result<_, RigError> {
-        let rig = problem.rig_at(&found.point.coordinates)?;
-        let own = Problem { observed: held_out, rig, coordinates: Vec::new(), band: 1.0 };
-        let aligned = own.start()?;
-        let done = search(&own, aligned, &Limits::default())?;
-        let expected = own.expected(&done.point)?;
-        Ok((own.rig, done.point, expected))
-    };
-    let (before, after) = (of(null, null_found)?, of(corrected, found)?);
+pub fn prove(before: &Rig, after: &Rig, held_out: &[Observed], seed: u64) -> Result<Proof, DiagnoseError> {
+    let (before, old_expected) = Side::aligned(before, held_out)?;
+    let (after, new_expected) = Side::aligned(after, held_out)?;
     let mut gains = Vec::new();
     let (mut old, mut new, mut bins) = (0.0, 0.0, 0usize);
     for (index, o) in held_out.iter().enumerate() {
         for channel in 0..2 {
             let Some(x) = &o.spectra[channel] else { continue };
+            let (was, is) = (&old_expected[index], &new_expected[index]);
             let each = |e: &Expected, k: usize| {
                 e.variance[channel][k].ln() + (x[k] - e.mean[channel][k]).norm_sqr() / e.variance[channel][k]
             };
             let all: Vec<usize> = judged(x, 1.0).collect();
             for block in all.chunks(BLOCK) {
-                let was: f64 = block.iter().map(|k| each(&before.2[index], *k)).sum();
-                let is: f64 = block.iter().map(|k| each(&after.2[index], *k)).sum();
-                gains.push(was - is);
-                // ln S + 1 is what the right rig gives; the better of the two stands in for it.
-                let right: f64 = block.iter().map(|k| after.2[index].variance[channel][*k].ln() + 1.0).sum();
-                old += was - right;
-                new += is - right;
+                let before: f64 = block.iter().map(|k| each(was, *k)).sum();
+                let after: f64 = block.iter().map(|k| each(is, *k)).sum();
+                gains.push(before - after);
+                // ln S + 1 is what the right rig gives; the corrected one stands in for it.
+                let right: f64 = block.iter().map(|k| is.variance[channel][*k].ln() + 1.0).sum();
+                old += before - right;
+                new += after - right;
                 bins += block.len();
             }
         }
@@ -104,11 +91,10 @@ pub fn shown(
     p_value: f64,
     seed: u64,
 ) -> Result<(Fit, Vec<HeldOut>), DiagnoseError> {
-    let own = Problem { observed: held_out, rig: before.clone(), coordinates: Vec::new(), band: 1.0 };
-    let done = search(&own, own.start()?, &Limits::default())?;
-    let side = |rig: &Rig| (rig.clone(), done.point.clone(), Vec::new());
-    let traces = traces(held_out, &side(before), &side(after), seed)?;
-    let again = self::traces(held_out, &side(before), &side(after), seed.wrapping_add(1))?;
+    let (before, _) = Side::aligned(before, held_out)?;
+    let after = Side { rig: after, angles: before.angles.clone() };
+    let again = traces(held_out, &before, &after, seed.wrapping_add(1))?;
+    let traces = traces(held_out, &before, &after, seed)?;
     let mean = |of: &dyn Fn(&HeldOut, &HeldOut) -> Option<f64>| {
         let all: Vec<f64> = traces.iter().zip(&again).filter_map(|(t, u)| of(t, u)).collect();
         all.iter().sum::<f64>() / all.len().max(1) as f64
@@ -139,10 +125,24 @@ fn sign_flip(gains: &[f64], seed: u64) -> f64 {
     (as_great + 1) as f64 / (DRAWS + 1) as f64
 }
 
-type Side = (Rig, Point, Vec<Expected>);
+/// A rig with the angles at which the held-out recordings began.
+struct Side<'r> {
+    rig: &'r Rig,
+    angles: Vec<[f64; 2]>,
+}
+
+impl<'r> Side<'r> {
+    /// With the angles that suit the rig best, and what it then says of the recordings.
+    fn aligned(rig: &'r Rig, held_out: &[Observed]) -> Result<(Self, Vec<Expected>), RigError> {
+        let problem = Problem::of_angles(held_out, rig.clone());
+        let point = search_from_rig(&problem)?.point;
+        let expected = problem.expected(&point)?;
+        Ok((Self { rig, angles: point.angles }, expected))
+    }
+}
 
 fn traces(held_out: &[Observed], before: &Side, after: &Side, seed: u64) -> Result<Vec<HeldOut>, RigError> {
-    let run = |side: &Side| simulate_many(&runs(&side.0, held_out, &side.1.angles, seed));
+    let run = |side: &Side| simulate_many(&runs(side.rig, held_out, &side.angles, seed));
     let (old, new) = (run(before)?, run(after)?);
     let mut out = Vec::new();
     for (index, o) in held_out.iter().enumerate() {
@@ -167,11 +167,7 @@ fn runs<'r>(rig: &'r Rig, observed: &[Observed], angles: &[[f64; 2]], seed: u64)
     let of = |(index, (o, [cage, shaft])): (usize, (&Observed, &[f64; 2]))| Run {
         rig,
         condition: o.condition,
-        start: Start {
-            cage_angle0_rad: *cage,
-            shaft_angle0_rad: *shaft,
-            ..Start::seeded(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(index as u64))
-        },
+        start: Start { cage_angle0_rad: *cage, shaft_angle0_rad: *shaft, ..Start::of_series(seed, index) },
     };
     observed.iter().zip(angles).enumerate().map(of).collect()
 }

@@ -13,16 +13,16 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::DiagnoseError;
-use super::outcome::{Cause, Diagnosis, Fit, HeldOut, Location, Outcome, Parameter, Rejected, SCHEMA, Verdict};
+use super::outcome::{Cause, Diagnosis, Fit, HeldOut, Location, Outcome, Rejected, SCHEMA, Verdict};
 use crate::calibrate::bearing::{Options, PathChoice, calibrate, identify};
 use crate::calibrate::distance::log_spectral;
 use crate::calibrate::split::Split;
 use crate::recording::Recording;
-use crate::rig::effect::Values;
 use crate::rig::kinematics::Orders;
 use crate::rig::simulate::simulate_all;
-use crate::rig::{EffectEntry, Model, OperatingCondition, Rig, Run, Start};
+use crate::rig::{EffectEntry, Rig, Run, Start, Value};
 use crate::signal::band::{LineBand, band_for_lines};
+use crate::whittle::coordinate::NOISE;
 use crate::whittle::observed::{CHANNELS, Observed, accelerations};
 
 /// Geometric mean of a comb's lines over the noise around, for each second of the recording, that names a kind; and how many
@@ -110,7 +110,7 @@ fn weighed(
     let target = baseline.map_or(f64::NEG_INFINITY, |_| level(few, KINDS[0], orders));
     for power in (0..9).map(|k| 10f64.powi(k)) {
         let mut tried = rig.clone();
-        for (key, factor) in crate::calibrate::bearing::NOISE.into_iter().zip([power, f64::sqrt(power)]) {
+        for (key, factor) in NOISE.into_iter().zip([power, f64::sqrt(power)]) {
             tried.set(key, tried.get(key).unwrap_or_default() * factor)?;
         }
         tried.paths = identify(&tried, few, seed)?;
@@ -138,7 +138,7 @@ pub fn diagnose(
     seed: u64,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, DiagnoseError> {
-    let Model::Bearing(machine) = &rig.model else { return Err(DiagnoseError::Empty) };
+    let machine = rig.bearing().ok_or(DiagnoseError::NotBearing { found: rig.model.kind() })?;
     let orders = machine.bearing.geometry().orders();
     progress("weighing the rig's turning against its noise");
     let split = Split::of(recordings);
@@ -211,16 +211,12 @@ pub fn diagnose(
     Ok(Outcome { diagnosis, rig: corrected, held_out, tests: Vec::new(), fitted: Vec::new(), caveats })
 }
 
-fn cause(proof: &Sized, levels: &[f64], best: usize, next: usize) -> Cause {
-    let numbers = proof.effect.parameters.iter().filter_map(|(key, value)| match value {
-        crate::rig::Value::Number(number) => Some((key.clone(), Parameter::Number(*number))),
-        crate::rig::Value::Text(_) => None,
-    });
+fn cause(proof: &SizedPit, levels: &[f64], best: usize, next: usize) -> Cause {
     let odds = (levels[best] - levels[next]).exp();
     Cause {
         name: KINDS[best].into(),
         probability: odds / (1.0 + odds),
-        parameters: numbers.collect(),
+        parameters: proof.effect.parameters.iter().map(|(key, value)| (key.clone(), value.into())).collect(),
         interval95: BTreeMap::new(),
         evidence: format!(
             "In the envelope of {:.0} to {:.0} Hz all lines of its comb stand out, {:.0} times the noise around for each second, {odds:.0} times the next kind's ({}).",
@@ -229,18 +225,14 @@ fn cause(proof: &Sized, levels: &[f64], best: usize, next: usize) -> Cause {
             levels[best].exp(),
             KINDS[next]
         ),
-        equation: proof
-            .effect
-            .definition()
-            .zip(Values::new(&proof.effect, "bearing-5dof"))
-            .map_or_else(String::new, |(d, v)| (d.equation)(&v)),
+        equation: proof.effect.equation("bearing-5dof"),
     }
 }
 
 const METRIC: &str = "strength of the comb in the envelope, difference to what was measured, dB";
 
 /// A pit with a size, and what it does to recordings that took no part.
-struct Sized {
+struct SizedPit {
     effect: EffectEntry,
     before: f64,
     after: f64,
@@ -259,7 +251,7 @@ fn sized(
     split: &Split,
     seed: u64,
     progress: &dyn Fn(&str),
-) -> Result<Option<Sized>, DiagnoseError> {
+) -> Result<Option<SizedPit>, DiagnoseError> {
     progress("sizing the pit");
     let db = 10.0 / std::f64::consts::LN_10;
     let target = level(&split.fitted, kind, orders);
@@ -267,7 +259,7 @@ fn sized(
     for depth in (0..18).map(|k| 1e-8 * 10f64.powf(0.25 * f64::from(k))) {
         let mut effect = EffectEntry::new(kind, &[("depth_m", depth), ("width_rad", 0.05)]);
         if kind == "outer-race-defect" {
-            effect.parameters.insert("angle_rad".into(), crate::rig::Value::Number(std::f64::consts::FRAC_PI_2));
+            effect.parameters.insert("angle_rad".into(), Value::Number(std::f64::consts::FRAC_PI_2));
         }
         let Some(made) = simulated(&rig.clone().with_effect(effect.clone()), &split.fitted, seed)? else { continue };
         let apart = (level(&made, kind, orders) - target).abs();
@@ -302,7 +294,7 @@ fn sized(
         }
     }
     let floor = db * (level(&again, kind, orders) - level(&new, kind, orders)).abs();
-    Ok(Some(Sized {
+    Ok(Some(SizedPit {
         effect,
         before: apart(&old),
         after: apart(&new),
@@ -319,7 +311,7 @@ fn simulated(rig: &Rig, recordings: &[Recording], seed: u64) -> Result<Option<Ve
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut runs = Vec::new();
     for recording in recordings {
-        let condition: OperatingCondition = Observed::of(recording)?.condition;
+        let condition = Observed::of(recording)?.condition;
         runs.push(Run { rig, condition, start: Start::seeded(random.random()) });
     }
     Ok(simulate_all(&runs)?.into_iter().collect::<Result<Vec<_>, _>>().ok())

@@ -88,8 +88,7 @@ fn mean_square(bins: &[Complex<f64>]) -> f64 {
     bins.iter().map(|w| w.norm_sqr()).sum::<f64>() / bins.len().max(1) as f64
 }
 
-/// Tests of the residual one by one: bands, blocks of time, the greatest line, the shape of its distribution; the most
-/// telling first.
+/// Tests of the residual one by one: power in bands and in blocks of time, and kurtosis; the most telling first.
 pub fn tests(residuals: &[Whitened]) -> Vec<Test> {
     let mut out = Vec::new();
     for (channel, name) in CHANNELS.into_iter().enumerate() {
@@ -159,8 +158,8 @@ pub fn blocks(of: &[&Whitened]) -> Vec<([f64; 2], f64, usize)> {
     filled.map(|(k, (sum, n))| ([at(k), at(k + 1)], sum / n as f64, n)).collect()
 }
 
-/// Probability of at least as many standard deviations either way (W. J. Cody's rational form is not needed: an
-/// asymptotic series serves beyond 3, where it matters; Abramowitz and Stegun 26.2.17 below).
+/// Probability that a normal deviate is at least as many standard deviations from 0, on either side (M. Abramowitz,
+/// I. A. Stegun, "Handbook of Mathematical Functions", 26.2.17; beyond 5 the asymptotic series 26.2.12).
 pub fn two_sided(deviations: f64) -> f64 {
     let z = deviations.abs();
     let density = (-0.5 * z * z).exp() / TAU.sqrt();

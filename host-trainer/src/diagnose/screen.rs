@@ -5,9 +5,8 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 
 use super::hypothesis::{Hypothesis, Start};
-use crate::rig::{Model, Rig, RigError};
+use crate::rig::{OperatingCondition, Rig, RigError};
 use crate::whittle::align;
-use crate::whittle::coordinate::DETERMINISTIC;
 use crate::whittle::likelihood::{Expected, judged, means, variance};
 use crate::whittle::observed::{Coefficients, Observed};
 
@@ -111,11 +110,10 @@ pub fn evaluate(ground: &Ground, rig: &Rig, tries: &[Try]) -> Result<Vec<Promise
                 Angles::Given(angles) => angles.clone(),
             })
             .collect();
-        let of = |((_, rig), angles): (&'_ (&Try, Rig), &'_ Vec<[f64; 2]>)| -> Vec<(Rig, _, _)> {
-            ground.observed.iter().zip(angles).map(|(o, a)| (rig.clone(), o.condition, *a)).collect()
-        };
-        let runs: Vec<(Rig, _, _)> = batch.iter().zip(&angles).flat_map(of).collect();
-        let runs: Vec<_> = runs.iter().map(|(rig, condition, angles)| (rig, *condition, *angles)).collect();
+        let mut runs: Vec<(&Rig, OperatingCondition, [f64; 2])> = Vec::new();
+        for ((_, rig), angles) in batch.iter().zip(&angles) {
+            runs.extend(ground.observed.iter().zip(angles).map(|(o, a)| (rig, o.condition, *a)));
+        }
         let means = means(&runs)?;
         let judged: Vec<Option<Promise>> = batch
             .par_iter()
@@ -136,7 +134,7 @@ pub fn evaluate(ground: &Ground, rig: &Rig, tries: &[Try]) -> Result<Vec<Promise
 /// that widths half a period apart look alike and a search would stop at the wrong one; likewise the pulses, which hold
 /// the ball's angle to the pit's, and the balls' passing, which holds it to the load's.
 fn scanned(ground: &Ground, rig: &Rig, promise: &Promise) -> Result<Promise, RigError> {
-    let Model::Bearing(machine) = &rig.model else { return Ok(promise.clone()) };
+    let Some(machine) = rig.bearing() else { return Ok(promise.clone()) };
     let orders = machine.bearing.geometry().orders();
     let shaft_hz = ground.observed.iter().map(|o| o.condition.shaft_hz).sum::<f64>() / ground.observed.len() as f64;
     // Turns of the ball against the pit for each turn of the shaft.
@@ -225,7 +223,7 @@ fn promise(
     angles: &[[f64; 2]],
     means: &[&[Coefficients; 2]],
 ) -> Option<Promise> {
-    let moves_variance = !DETERMINISTIC.contains(&start.effect.name.as_str());
+    let moves_variance = !start.effect.definition().is_some_and(|d| d.deterministic);
     let (mut gain, mut along, mut square) = (0.0, 0.0, 0.0);
     for ((o, without), mean) in ground.observed.iter().zip(&ground.expected).zip(means) {
         let own = if moves_variance { Some(variance(rig, &o.condition).ok()?) } else { None };

@@ -8,12 +8,12 @@ use super::faults;
 use super::outcome::{Cause, Diagnosis, Fit, HeldOut, Location, Outcome, Parameter, Rejected, SCHEMA, Test, Verdict};
 use crate::force_balance::{self, Finding, FoundCause, HeldOutTrace, Where, diagnose_sdof};
 use crate::recording::Recording;
-use crate::rig::{EffectEntry, Rig, Value};
+use crate::rig::{EffectEntry, Rig};
 
 /// Share of what can be explained below which the rest is worth a caveat.
 const MOST: f64 = 0.97;
 
-/// Names what is the matter with a rig of one degree of freedom.
+/// Names what is the matter with a rig of one degree of freedom, from at least one recording.
 ///
 /// # Errors
 /// As [`diagnose_sdof`].
@@ -24,9 +24,6 @@ pub fn diagnose(
     seed: u64,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, DiagnoseError> {
-    if recordings.is_empty() {
-        return Err(DiagnoseError::Empty);
-    }
     progress("letting the causes compete for the force balance");
     let finding = diagnose_sdof(rig, baseline, recordings, seed)?;
     Ok(outcome(baseline.is_some(), recordings, finding, seed))
@@ -84,8 +81,8 @@ fn cause(found: &FoundCause) -> Cause {
     let mut parameters: BTreeMap<String, Parameter> =
         found.parameters.iter().map(|p| (p.name.clone(), Parameter::Number(p.value))).collect();
     for parameter in found.entry.definition().map_or(&[][..], |d| d.parameters).iter().filter(|p| p.in_vocabulary()) {
-        if let Some(Value::Text(name)) = found.entry.parameters.get(parameter.name) {
-            parameters.insert(parameter.name.into(), Parameter::Name(name.clone()));
+        if let Some(name) = found.entry.text(parameter.name) {
+            parameters.insert(parameter.name.into(), Parameter::Name(name.into()));
         }
     }
     Cause {

@@ -44,8 +44,8 @@ fn a_pit_is_named_sized_and_proved() {
         let [from, to] = cause.interval95[key];
         assert!((number(&outcome, key) / truth - 1.0).abs() < 0.02, "{key}: {}", number(&outcome, key));
         // Twice the interval: one in twenty would miss the interval itself.
-        let half = to - from;
-        assert!((number(&outcome, key) - truth).abs() < half, "{key}: {from} to {to}, {truth}");
+        let width = to - from;
+        assert!((number(&outcome, key) - truth).abs() < width, "{key}: {from} to {to}, {truth}");
     }
     let fit = &outcome.diagnosis.fit;
     assert!(fit.after < 0.05 * fit.before && fit.p_value < 0.001, "{fit:?}");

@@ -14,7 +14,7 @@ use realfft::num_complex::Complex;
 use super::observed::{CHANNELS, Observed};
 use crate::recording::Recording;
 use crate::rig::simulate::{fewest_substeps, shortest_settling_s, simulate_all};
-use crate::rig::{Model, OperatingCondition, Rig, RigError, Run, Start, simulate_many};
+use crate::rig::{OperatingCondition, Rig, RigError, Run, Start, simulate_many};
 
 /// Time that a run is searched over, in turns of the shaft: some hundred positions of the balls, each at another angle
 /// of the shaft.
@@ -62,10 +62,7 @@ fn long_runs<'r>(rig: &'r Rig, observed: &[Observed]) -> Vec<Run<'r>> {
 }
 
 fn cage_per_shaft(rig: &Rig) -> f64 {
-    match &rig.model {
-        Model::Bearing(machine) => machine.bearing.geometry().orders().ftf,
-        Model::Sdof(_) => 0.0,
-    }
+    rig.bearing().map_or(0.0, |machine| machine.bearing.geometry().orders().ftf)
 }
 
 fn best(o: &Observed, variance: &[Vec<f64>; 2], run: &Recording, cage_per_shaft: f64) -> [f64; 2] {

@@ -1,7 +1,7 @@
 //! The numbers of a rig that are sought, as a search sees them.
 
 use crate::rig::config::Domain;
-use crate::rig::{Rig, RigError};
+use crate::rig::{EffectEntry, Rig, RigError};
 
 /// A number of a rig by its dotted name, on a scale on which its steps are about 1.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,22 +16,8 @@ pub struct Coordinate {
     pub moves_variance: bool,
 }
 
-/// Numbers of the rig that only the noise depends on.
-const NOISE: [&str; 2] = ["excitation.process_force_psd_n2_per_hz", "sensor.noise_std_m_per_s2"];
-/// Effects that push or shape, and leave the rig as it is for small motions.
-pub const DETERMINISTIC: [&str; 11] = [
-    "outer-race-defect",
-    "inner-race-defect",
-    "ball-defect",
-    "outer-race-waviness",
-    "inner-race-waviness",
-    "unbalance",
-    "misalignment",
-    "load-step",
-    "speed-drift",
-    "shock",
-    "cage-slip",
-];
+/// Numbers of the rig that only the noise depends on: power of the process force, standard deviation of the sensor.
+pub const NOISE: [&str; 2] = ["excitation.process_force_psd_n2_per_hz", "sensor.noise_std_m_per_s2"];
 
 /// How a value and its coordinate belong together.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,9 +47,7 @@ impl Coordinate {
             _ if signed && value != 0.0 => Scale::Log { sign: value.signum() },
             _ => Scale::Linear { unit: unit(key) },
         };
-        let number = key.strip_prefix("effect[").and_then(|rest| rest.split_once(']'));
-        let effect = number.and_then(|(n, _)| rig.effects.get(n.parse::<usize>().ok()?.checked_sub(1)?));
-        let steady = effect.is_some_and(|e| DETERMINISTIC.contains(&e.name.as_str()));
+        let steady = rig.effect_of(key).and_then(EffectEntry::definition).is_some_and(|d| d.deterministic);
         Some(Self {
             key: key.into(),
             scale,

@@ -16,7 +16,7 @@ use realfft::num_complex::Complex;
 
 use super::observed::{CHANNELS, Coefficients, Observed, coefficients, padded};
 use crate::rig::simulate::{fewest_substeps, response_to_process_force, shortest_settling_s, simulate_all};
-use crate::rig::{Model, OperatingCondition, Rig, RigError, Run, Start};
+use crate::rig::{OperatingCondition, Rig, RigError, Run, Start};
 
 /// What a rig says of one recording.
 #[derive(Clone, Debug)]
@@ -33,12 +33,9 @@ pub struct Expected {
 /// # Errors
 /// What the rig's check refuses.
 pub fn variance(rig: &Rig, condition: &OperatingCondition) -> Result<[Vec<f64>; 2], RigError> {
-    let (psd, noise) = match &rig.model {
-        Model::Bearing(bearing) => {
-            (bearing.excitation.process_force_psd_n2_per_hz, bearing.sensor.noise_std_m_per_s2.powi(2))
-        }
-        Model::Sdof(_) => (0.0, 0.0),
-    };
+    let (psd, noise) = rig.bearing().map_or((0.0, 0.0), |machine| {
+        (machine.excitation.process_force_psd_n2_per_hz, machine.sensor.noise_std_m_per_s2.powi(2))
+    });
     let response = response_to_process_force(rig, condition)?;
     let force = 0.5 * psd * condition.sample_rate_hz;
     let mut variance = response.map(|h| -> Vec<f64> {

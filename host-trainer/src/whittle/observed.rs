@@ -24,8 +24,6 @@ pub struct Observed {
     pub samples: [Option<Vec<f64>>; 2],
     /// `ax` and `ay`, where they were recorded.
     pub spectra: [Option<Coefficients>; 2],
-    /// The shaft's angle at t = 0, rad, where a tachometer tells it.
-    pub shaft_angle0_rad: Option<f64>,
 }
 
 /// Why a recording cannot be explained by a bearing rig.
@@ -53,6 +51,14 @@ pub fn accelerations(recording: &Recording) -> [Option<&Channel>; 2] {
 }
 
 impl Observed {
+    /// Recordings with their speeds and loads.
+    ///
+    /// # Errors
+    /// As [`Observed::of`], for the first that lacks something.
+    pub fn of_all(recordings: &[Recording]) -> Result<Vec<Self>, NotObserved> {
+        recordings.iter().map(Self::of).collect()
+    }
+
     /// A recording with its speed and load.
     ///
     /// # Errors
@@ -76,12 +82,8 @@ impl Observed {
         let condition =
             OperatingCondition { shaft_hz, load_n, sample_rate_hz: recording.sample_rate_hz, samples: recording.len() };
         let spectra = channels.map(|channel| channel.map(|c| coefficients(&c.samples)));
-        let first_turn = recording.channel("tacho").and_then(|c| c.samples.iter().position(|v| *v > 0.5));
-        // The turn began within the sample before, on average half a sample ago.
-        let angle =
-            |sample: usize| -std::f64::consts::TAU * shaft_hz * (sample as f64 - 0.5) / recording.sample_rate_hz;
         let samples = channels.map(|channel| channel.map(|c| c.samples.clone()));
-        Ok(Self { name: recording.name(), condition, samples, spectra, shaft_angle0_rad: first_turn.map(angle) })
+        Ok(Self { name: recording.name(), condition, samples, spectra })
     }
 }
 

@@ -58,7 +58,17 @@ impl Expansion {
     }
 }
 
-impl Problem<'_> {
+impl<'o> Problem<'o> {
+    /// These numbers of a rig are sought, and the angles; frequencies up to half the sample rate count.
+    pub fn new(observed: &'o [Observed], rig: Rig, coordinates: Vec<Coordinate>) -> Self {
+        Self { observed, rig, coordinates, band: 1.0 }
+    }
+
+    /// Only the angles are sought.
+    pub fn of_angles(observed: &'o [Observed], rig: Rig) -> Self {
+        Self::new(observed, rig, Vec::new())
+    }
+
     /// The rig's own values, with the angles that suit the recordings best.
     ///
     /// # Errors

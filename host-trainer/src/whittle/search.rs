@@ -39,8 +39,14 @@ pub struct Found {
     pub expansion: Expansion,
     /// Whether it ended because there was no more to gain.
     pub converged: bool,
-    /// Steps taken.
-    pub steps: usize,
+}
+
+/// Searches from the rig's own values and the angles that suit it best, as far as there is anything to gain.
+///
+/// # Errors
+/// What the simulation refuses at the start.
+pub fn search_from_rig(problem: &Problem) -> Result<Found, RigError> {
+    search(problem, problem.start()?, &Limits::default())
 }
 
 /// Searches from a point.
@@ -56,7 +62,7 @@ pub fn search(problem: &Problem, from: Point, limits: &Limits) -> Result<Found, 
     let mut point = from;
     let mut expansion = problem.expand(&point)?;
     let mut damping = 1e-3;
-    for steps in 0..limits.steps {
+    for _ in 0..limits.steps {
         let mut gained = None;
         while damping < 1e9 {
             let Some(next) = stepped(&point, &anchor, &expansion, damping, limits.change) else {
@@ -74,15 +80,15 @@ pub fn search(problem: &Problem, from: Point, limits: &Limits) -> Result<Found, 
             damping *= 8.0;
         }
         let Some((next, gain)) = gained else {
-            return Ok(Found { point, expansion, converged: true, steps });
+            return Ok(Found { point, expansion, converged: true });
         };
         point = next;
         expansion = problem.expand(&point)?;
         if gain < limits.gain {
-            return Ok(Found { point, expansion, converged: true, steps });
+            return Ok(Found { point, expansion, converged: true });
         }
     }
-    Ok(Found { point, expansion, converged: false, steps: limits.steps })
+    Ok(Found { point, expansion, converged: false })
 }
 
 fn stepped(point: &Point, anchor: &[f64], expansion: &Expansion, damping: f64, most: f64) -> Option<Point> {

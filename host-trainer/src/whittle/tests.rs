@@ -4,7 +4,7 @@ use super::coordinate::Coordinate;
 use super::likelihood::judged;
 use super::observed::Observed;
 use super::problem::{Point, Problem};
-use super::search::{Limits, search};
+use super::search::search_from_rig;
 use crate::rig::test_support::{condition, nominal};
 use crate::rig::{Rig, Run, Start, simulate_many};
 
@@ -20,7 +20,7 @@ fn observed(rig: &Rig, loads: &[f64], seed: u64) -> Vec<Observed> {
 
 fn problem<'o>(observed: &'o [Observed], rig: &Rig, keys: &[&str]) -> Problem<'o> {
     let coordinates = keys.iter().map(|k| Coordinate::of(rig, k).unwrap()).collect();
-    Problem { observed, rig: rig.clone(), coordinates, band: 1.0 }
+    Problem::new(observed, rig.clone(), coordinates)
 }
 
 #[test]
@@ -28,7 +28,7 @@ fn the_angles_of_the_start_are_found() {
     let rig = nominal();
     let observed = observed(&rig, &[300.0, 600.0], 7);
     let problem = problem(&observed, &rig, &[]);
-    let found = search(&problem, problem.start().unwrap(), &Limits::default()).unwrap();
+    let found = search_from_rig(&problem).unwrap();
     for (i, [cage, shaft]) in found.point.angles.iter().enumerate() {
         let truth = Start::seeded(7 + i as u64);
         // Balls are alike: the cage is known but for a pitch.
@@ -46,7 +46,7 @@ fn invariant_the_residual_of_the_true_rig_is_as_large_as_it_says() {
     let rig = nominal();
     let observed = observed(&rig, &[120.0, 900.0], 3);
     let problem = problem(&observed, &rig, &[]);
-    let found = search(&problem, problem.start().unwrap(), &Limits::default()).unwrap();
+    let found = search_from_rig(&problem).unwrap();
     for (o, e) in observed.iter().zip(problem.expected(&found.point).unwrap()) {
         for channel in 0..2 {
             let x = o.spectra[channel].as_ref().unwrap();
@@ -92,7 +92,7 @@ fn a_guess_that_is_off_by_a_third_comes_right() {
         rig.set(key, truth.get(key).unwrap() * factor).unwrap();
     }
     let problem = problem(&observed, &rig, &keys);
-    let found = search(&problem, problem.start().unwrap(), &Limits::default()).unwrap();
+    let found = search_from_rig(&problem).unwrap();
     let calibrated = problem.rig_at(&found.point.coordinates).unwrap();
     for key in keys {
         let ratio = calibrated.get(key).unwrap() / truth.get(key).unwrap();
