@@ -14,7 +14,7 @@
 //! | [`hypothesis`] | every explanation, and where a search for it starts |
 //! | [`screen`] | a first look at all of them |
 //! | [`compete`] | the best of them, fitted, and what each gains |
-//! | [`statement`] | what the contest has found, as causes, rejected explanations and a fit |
+//! | `statement` | what the contest has found, as causes, rejected explanations and a fit |
 //! | [`prove`] | what a correction does to recordings that took no part |
 //! | [`locate`] | where the mismatch is |
 

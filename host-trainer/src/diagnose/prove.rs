@@ -1,11 +1,9 @@
 //! Proof on recordings that took no part.
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-
 use super::DiagnoseError;
 use super::outcome::{Fit, HeldOut};
 use crate::calibrate::distance::log_spectral;
+use crate::force_balance::sign_flip_of;
 use crate::rig::{Rig, RigError, Run, Start, simulate_many};
 use crate::whittle::likelihood::{Expected, judged};
 use crate::whittle::observed::{CHANNELS, Observed, accelerations};
@@ -14,8 +12,6 @@ use crate::whittle::search::search_from_rig;
 
 /// Bins of a block whose gains count as one: correlation between bins is of this reach.
 const BLOCK: usize = 32;
-/// Times that signs are drawn.
-const DRAWS: usize = 4000;
 
 /// What a correction does to recordings that took no part.
 #[derive(Clone, Debug)]
@@ -73,7 +69,7 @@ pub fn prove(before: &Rig, after: &Rig, held_out: &[Observed], seed: u64) -> Res
         before_each: old / n,
         after_each: new / n,
         floor_each: 1.0 / n.sqrt(),
-        p_value: sign_flip(&gains, seed),
+        p_value: p_value(&gains, seed),
         traces,
     })
 }
@@ -110,19 +106,14 @@ pub fn shown(
     Ok((fit, traces))
 }
 
-/// Share of random signs with which the gains, each no more than a few times the usual one so that no single block
-/// decides, have as great a sum.
-fn sign_flip(gains: &[f64], seed: u64) -> f64 {
+/// Probability of as great a sum of gains by chance, each no more than a few times the usual one so that no single block
+/// decides.
+fn p_value(gains: &[f64], seed: u64) -> f64 {
     let mut sizes: Vec<f64> = gains.iter().map(|g| g.abs()).collect();
     sizes.sort_by(f64::total_cmp);
     let most = 5.0 * sizes.get(sizes.len() * 9 / 10).copied().unwrap_or_default();
     let gains: Vec<f64> = gains.iter().map(|g| g.clamp(-most, most)).collect();
-    let sum: f64 = gains.iter().sum();
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let as_great = (0..DRAWS)
-        .filter(|_| gains.iter().map(|g| if rng.random::<bool>() { *g } else { -*g }).sum::<f64>() >= sum)
-        .count();
-    (as_great + 1) as f64 / (DRAWS + 1) as f64
+    sign_flip_of(&gains, seed)
 }
 
 /// A rig with the angles at which the held-out recordings began.
@@ -193,10 +184,10 @@ mod tests {
     #[test]
     fn null_gains_of_no_sign_prove_nothing_and_steady_ones_do() {
         let mixed: Vec<f64> = (0..200u32).map(|k| f64::from(k * 7919 % 101) - 50.0).collect();
-        assert!(sign_flip(&mixed, 1) > 0.05);
+        assert!(p_value(&mixed, 1) > 0.05);
         let steady: Vec<f64> = mixed.iter().map(|g| g + 15.0).collect();
-        assert!(sign_flip(&steady, 1) < 0.001);
+        assert!(p_value(&steady, 1) < 0.001);
         let one = [vec![1e6], vec![-0.1; 200]].concat();
-        assert!(sign_flip(&one, 1) > 0.5, "one block does not decide");
+        assert!(p_value(&one, 1) > 0.5, "one block does not decide");
     }
 }

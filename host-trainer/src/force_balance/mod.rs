@@ -53,5 +53,5 @@ pub use error::BalanceError;
 pub use finding::{
     CauseParameter, Finding, FoundCause, HeldOutFit, HeldOutTrace, Rejected, ResidualTest, Verdict, Where,
 };
-pub(crate) use significance::sign_flip;
+pub(crate) use significance::{sign_flip, sign_flip_of};
 pub use states::{Sensed, States};

@@ -11,6 +11,11 @@ const FLIPS: usize = 4999;
 /// Hypotheses", 2005). Blocks are many correlation lengths long, so rows may correlate.
 pub fn sign_flip(before: &[f64], after: &[f64], seed: u64) -> f64 {
     let gains: Vec<f64> = before.iter().zip(after).map(|(b, a)| b - a).collect();
+    sign_flip_of(&gains, seed)
+}
+
+/// The same for the gain of each block; 1 where they sum to no gain.
+pub fn sign_flip_of(gains: &[f64], seed: u64) -> f64 {
     let total: f64 = gains.iter().sum();
     if total.is_nan() || total <= 0.0 {
         return 1.0;
