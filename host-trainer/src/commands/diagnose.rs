@@ -10,7 +10,7 @@ use crate::recording::{LoadOptions, Recording, load};
 use crate::report;
 use crate::report::diagnosis::percent;
 use crate::report::held_out::errors;
-use crate::report::number::{chance, significant, with_interval};
+use crate::report::number::{by_chance, significant, with_interval};
 use crate::rig::Rig;
 
 /// Find out what a simulation leaves out: where, what, how much
@@ -95,13 +95,13 @@ fn lines(outcome: &Outcome) -> Vec<String> {
     }
     let fit = &diagnosis.fit;
     out.push(format!(
-        "held out: {}\n  {}: before {}, after {}, noise alone {}, p = {}",
+        "held out: {}\n  {}: before {}, after {}, noise alone {}, {}",
         fit.held_out,
         fit.metric,
         significant(fit.before, 4),
         significant(fit.after, 4),
         significant(fit.noise_floor, 4),
-        chance(fit.p_value)
+        by_chance(fit.p_value)
     ));
     for held in &outcome.held_out {
         let [before, after] = errors(held).map(|v| significant(v, 3));

@@ -17,6 +17,8 @@ use crate::whittle::problem::Problem;
 const TIES: usize = 12;
 /// Standard deviations of its own scatter that a mean must be from 0.
 const OFFSET: f64 = 6.0;
+/// Standard deviations that two channels' offsets may differ by and be the same.
+const ALIKE: f64 = 3.0;
 /// Power of the electrical line in a residual over its surroundings, in every recording.
 const LINE: f64 = 14.0;
 /// Harmonics of the line that are taken out, as [`EffectEntry`] `mains-interference` has them.
@@ -106,7 +108,7 @@ fn clipped(recordings: &[Recording]) -> Vec<Fault> {
 
 /// Channels with an offset: the mean of an acceleration is 0, whatever the machine does, within the sensor's noise.
 fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
-    let mut out = Vec::new();
+    let (mut out, mut levels) = (Vec::new(), Vec::new());
     for (channel, name) in CHANNELS.into_iter().enumerate() {
         let means: Vec<(f64, f64)> = observed
             .iter()
@@ -132,6 +134,16 @@ fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
             mean.abs() * weight.sqrt()
         );
         out.push(Fault { effect, evidence, p_value: two_sided(mean.abs() * weight.sqrt()) });
+        levels.push((mean, weight.recip()));
+    }
+    // The same offset in all channels is one fault, of what they share.
+    if let ([first, second], [(a, va), (b, vb)]) = (out.as_slice(), levels.as_slice())
+        && (a - b).abs() < ALIKE * (va + vb).sqrt()
+    {
+        let value = (a / va + b / vb) / (1.0 / va + 1.0 / vb);
+        let effect = EffectEntry::new("sensor-bias", &[("value", value)]).with_text("channel", "all");
+        let evidence = format!("{} {}", first.evidence, second.evidence);
+        return vec![Fault { effect, evidence, p_value: first.p_value.max(second.p_value) }];
     }
     out
 }
@@ -204,8 +216,8 @@ fn without(recordings: &[Recording], faults: &[Fault]) -> Vec<Recording> {
     for fault in faults {
         let number = |key: &str| fault.effect.number(key).unwrap_or_default();
         let concerns = |name: &str| match fault.effect.text("channel") {
-            Some(channel) => channel == name || channel == "all",
-            None => name != "tacho",
+            None | Some("all") => name != "tacho",
+            Some(channel) => channel == name,
         };
         for recording in &mut out {
             let rate = recording.sample_rate_hz;

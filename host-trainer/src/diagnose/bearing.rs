@@ -12,7 +12,7 @@
 
 use super::DiagnoseError;
 use super::acquisition::Acquired;
-use super::compete::{Contender, Contest};
+use super::compete::{Contender, Contest, Dropped, Ranking};
 use super::hypothesis::{self, Hypothesis};
 use super::outcome::{Cause, Diagnosis, Location, Outcome, SCHEMA, Verdict};
 use super::prove::{Proof, prove, replicate, shown};
@@ -26,16 +26,18 @@ use crate::rig::Rig;
 use crate::whittle::coordinate::Coordinate;
 use crate::whittle::observed::Observed;
 use crate::whittle::problem::Problem;
-use crate::whittle::search::Found;
+use crate::whittle::search::{Found, Limits, search};
 
 /// ln L that a cause must gain beyond what its parameters are worth: some ninety explanations, each from many starts, were
 /// tried on the same recordings.
 pub(super) const LEAST_MERIT: f64 = 12.0;
-/// Excess, in standard deviations of chance, from which a residual is not noise of the rig's kind.
-const EXCESS: f64 = 6.0;
 /// Share of the excess that causes must take away to be an explanation; of what the first leaves, that a second must.
-const EXPLAINED: f64 = 0.85;
+const EXPLAINED: f64 = 0.97;
 const SECOND_EXPLAINS: f64 = 0.6;
+/// Share of the first cause's gain that a second must have: the strongest effects show the limits of the method itself.
+const SECOND_GAINS: f64 = 1e-4;
+/// ln L that a second cause must promise at the first look, and then gain, where the first leaves nothing that shows.
+const LEAST_PROMISE: f64 = 40.0;
 /// p-value on the recording that took no part.
 const LEAST_P: f64 = 0.01;
 /// Length of the beginnings that all hypotheses are first tried on, s.
@@ -64,7 +66,13 @@ pub fn diagnose(
     let explanation = if acquired.clipped.is_empty() {
         ground.explain(seed, progress)?
     } else {
-        Explanation { contenders: Vec::new(), kept: Vec::new(), left: ground.excess }
+        Explanation {
+            contenders: Vec::new(),
+            dropped: Vec::new(),
+            kept: Vec::new(),
+            rivals: Vec::new(),
+            left: ground.excess,
+        }
     };
     let judgement = Judgement::of(&ground, &explanation, seed, progress)?;
     outcome(recordings, &acquired, &ground, &explanation, judgement, seed, progress)
@@ -155,7 +163,7 @@ impl<'o> Ground<'o> {
         let contest = Contest { all: &sets.fitted, brief: &sets.brief, few: &sets.few, rig: rig.clone(), unknown };
         let (problem, found) = contest.null(&sets.fitted)?;
         let residuals = residuals(&problem, &found)?;
-        let excess = beyond(excess(&residuals), replicated(&problem, &found, seed)?);
+        let excess = excess(&residuals).beyond(replicated(&problem, &found, seed)?);
         Ok(Self { sets, contest, problem, found, residuals, excess })
     }
 
@@ -166,33 +174,68 @@ impl<'o> Ground<'o> {
     /// All hypotheses; those in time or frequency start where the residual of a few recordings points.
     fn hypotheses(&self) -> Result<Vec<Hypothesis>, DiagnoseError> {
         let (problem, found) = self.contest.null(&self.sets.few)?;
-        let pointers = pointers::of(&self.contest.rig, &self.sets.few, &residuals(&problem, &found)?);
+        let pointers = pointers::of(&self.contest.rig, &self.sets.few, &problem.expected(&found.point)?);
         Ok(hypothesis::all(&self.contest.rig, self.sets.load_n, &pointers))
     }
 
     /// The causes that explain what the rig leaves, two at most.
     fn explain(&self, seed: u64, progress: &dyn Fn(&str)) -> Result<Explanation<'o>, DiagnoseError> {
         let hypotheses = self.hypotheses()?;
-        let contenders = self.contest.run(&hypotheses, progress)?;
-        let (mut kept, mut left) = (Vec::new(), self.excess);
+        let Ranking { contenders, dropped } = self.contest.run(&hypotheses, f64::NEG_INFINITY, progress)?;
+        let (mut kept, mut rivals, mut left) = (Vec::new(), Vec::new(), self.excess);
         if let Some((first, rest)) = best(&contenders, seed) {
             kept.push(first.clone());
+            rivals.push(contenders.clone());
             left = rest;
-            if left.deviations > EXCESS {
+            if let Some(least) = worth_a_second(first, &left) {
                 progress("looking for a second cause");
                 let others: Vec<_> = hypotheses.into_iter().filter(|h| !is_of(first, h)).collect();
                 // With a first cause that is not the right one the rig may not stand in every recording: then there is
                 // no second.
-                let second = self.with(first)?.run(&others, progress).unwrap_or_default();
+                let mut second = self.with(first)?.run(&others, least, progress).unwrap_or_default().contenders;
+                second.retain(|c| c.gain > least);
                 if let Some((next, rest)) = best(&second, seed)
-                    && (rest.deviations < EXCESS || left.nats - rest.nats > SECOND_EXPLAINS * left.nats)
+                    && (!rest.is_more_than_chance() || left.nats - rest.nats > SECOND_EXPLAINS * left.nats)
                 {
-                    kept.push(next.clone());
                     left = rest;
+                    match self.without(next, first)? {
+                        Some(alone) => kept = vec![alone],
+                        None => {
+                            kept.push(next.clone());
+                            rivals.push(second.clone());
+                        }
+                    }
                 }
             }
         }
-        Ok(Explanation { contenders, kept, left })
+        Ok(Explanation { contenders, dropped, kept, rivals, left })
+    }
+
+    /// The second cause alone, where the first turns out to have stood in for it: without it nothing is lost.
+    fn without(&self, both: &Contender<'o>, first: &Contender<'o>) -> Result<Option<Contender<'o>>, DiagnoseError> {
+        let mut rig = both.rig()?;
+        let number = self.contest.rig.effects.len();
+        rig.effects.remove(number);
+        // What was free of the second is free still, under the number that it now has.
+        let (before, own) = (self.contest.unknown.len(), first.problem.coordinates.len());
+        let renumbered = both.problem.coordinates[own..].iter().filter_map(|c| {
+            let key = c.key.replace(&format!("effect[{}]", number + 2), &format!("effect[{}]", number + 1));
+            Coordinate::of(&rig, &key)
+        });
+        let coordinates = self.contest.unknown.iter().cloned().chain(renumbered).collect();
+        let problem = Problem::new(both.problem.observed, rig, coordinates);
+        let mut point = both.found.point.clone();
+        point.coordinates.drain(before..own);
+        let Ok(found) = search(&problem, point, &Limits::default()) else { return Ok(None) };
+        let lost = found.expansion.misfit() - both.found.expansion.misfit();
+        let samples: usize = problem.observed.iter().map(|o| o.condition.samples).sum();
+        let worth = 0.5 * (own - before) as f64 * (samples as f64).ln();
+        if lost > worth + LEAST_MERIT {
+            return Ok(None);
+        }
+        let gain = self.found.expansion.misfit() - found.expansion.misfit();
+        let merit = gain - 0.5 * (problem.coordinates.len() - before) as f64 * (samples as f64).ln();
+        Ok(Some(Contender { problem, found, merit, gain, ..both.clone() }))
     }
 
     /// The contest for a second cause: the first is part of the rig, its parameters are fitted along.
@@ -205,8 +248,12 @@ impl<'o> Ground<'o> {
 pub(super) struct Explanation<'o> {
     /// The best hypotheses as a first cause, the best first.
     pub contenders: Vec<Contender<'o>>,
+    /// Those that were left behind before.
+    pub dropped: Vec<Dropped>,
     /// What was kept, in the order in which it was found; the last has all of them in its rig.
     pub kept: Vec<Contender<'o>>,
+    /// Whom each of those was chosen among.
+    pub rivals: Vec<Vec<Contender<'o>>>,
     /// What the last leaves, beyond what recordings of its rig would show.
     pub left: Excess,
 }
@@ -224,6 +271,20 @@ fn best<'c, 'o>(contenders: &'c [Contender<'o>], seed: u64) -> Option<(&'c Conte
     contenders.iter().filter(|c| c.merit > LEAST_MERIT).find_map(|c| Some((c, remaining(c, seed).ok()?)))
 }
 
+/// ln L that a second cause must promise at the first look, and then gain; nothing where none is sought.
+///
+/// Where the first leaves nothing that shows by itself, a second may yet show beside it, as long as what the first leaves
+/// is exact: of an effect on small motions the rig's linearisation is not.
+fn worth_a_second(first: &Contender, left: &Excess) -> Option<f64> {
+    let least = SECOND_GAINS * first.gain;
+    let exact = crate::rig::effect::definition(first.name).is_some_and(|d| d.deterministic);
+    match (left.is_more_than_chance(), exact) {
+        (true, _) => Some(least),
+        (false, true) => Some(least.max(LEAST_PROMISE)),
+        (false, false) => None,
+    }
+}
+
 fn is_of(contender: &Contender, hypothesis: &Hypothesis) -> bool {
     hypothesis.name == contender.name && hypothesis.place == contender.place
 }
@@ -231,7 +292,7 @@ fn is_of(contender: &Contender, hypothesis: &Hypothesis) -> bool {
 /// What a contender leaves beyond what its own replicates do.
 fn remaining(contender: &Contender, seed: u64) -> Result<Excess, DiagnoseError> {
     let all = excess(&residuals(&contender.problem, &contender.found)?);
-    Ok(beyond(all, replicated(&contender.problem, &contender.found, seed)?))
+    Ok(all.beyond(replicated(&contender.problem, &contender.found, seed)?))
 }
 
 fn residuals(problem: &Problem, found: &Found) -> Result<Vec<Whitened>, DiagnoseError> {
@@ -244,11 +305,6 @@ fn replicated(problem: &Problem, found: &Found, seed: u64) -> Result<Excess, Dia
     let expected = problem.expected(&found.point)?;
     let observed = replicate(&rig, problem.observed, &found.point.angles, seed)?;
     Ok(excess(&whitened(&observed, &expected)))
-}
-
-fn beyond(all: Excess, noise: Excess) -> Excess {
-    let (nats, deviations) = (all.nats - noise.nats.max(0.0), all.deviations - noise.deviations.max(0.0));
-    Excess { nats, deviations }
 }
 
 /// Whether an explanation stands.
@@ -270,7 +326,7 @@ impl Judgement {
         progress: &dyn Fn(&str),
     ) -> Result<Self, DiagnoseError> {
         let (excess, left) = (ground.excess, explanation.left);
-        let explained = if excess.nats > 0.0 { 1.0 - left.nats.max(0.0) / excess.nats } else { 1.0 };
+        let explained = excess.explained(&left);
         let proof = match explanation.kept.last() {
             Some(last) => {
                 progress("proving it on what took no part");
@@ -280,10 +336,10 @@ impl Judgement {
             None => None,
         };
         let proven = proof.as_ref().is_some_and(|p| p.p_value < LEAST_P && p.after < p.before);
-        let stands = proven && (left.deviations < EXCESS || explained > EXPLAINED);
+        let stands = proven && (!left.is_more_than_chance() || explained > EXPLAINED);
         let verdict = if stands {
             Verdict::Mismatch
-        } else if excess.deviations > EXCESS {
+        } else if excess.is_more_than_chance() {
             Verdict::Unexplained
         } else {
             Verdict::NoMismatch

@@ -1,16 +1,24 @@
 //! Hypotheses compete: each is brought as near to the recordings as it can come, and judged by what it gains.
 
 use super::hypothesis::{Hypothesis, Start};
+use super::residual::{excess, whitened};
 use super::screen::{Ground, Promise, screen};
 use crate::rig::{Rig, RigError};
+use crate::whittle::align;
 use crate::whittle::coordinate::Coordinate;
 use crate::whittle::observed::Observed;
 use crate::whittle::problem::{Point, Problem};
 use crate::whittle::search::{Found, Limits, search, search_from_rig};
 
 /// Hypotheses that are searched on the few recordings, and of those the ones that are on all.
-const SEARCHED: usize = 14;
-const FINALISTS: usize = 5;
+const SEARCHED: usize = 10;
+const FINALISTS: usize = 4;
+/// Of those that are searched, the first so many that promise most are searched slowly too.
+const SLOWLY: usize = 5;
+/// Steps of a finalist's search.
+const STEPS: usize = 20;
+/// Where one hypothesis leaves nothing to explain, only those that promise at least this share of its gain are rivals.
+const RIVAL: f64 = 0.3;
 /// Shares of the band that a search goes through, from what turns slowly to all: slow parts have few wrong places to end.
 const BANDS: [f64; 3] = [0.06, 0.2, 1.0];
 
@@ -42,6 +50,28 @@ impl Contender<'_> {
     }
 }
 
+/// How a contest ended.
+#[derive(Clone, Debug, Default)]
+pub struct Ranking<'o> {
+    /// Those that were fitted to all recordings, the best first.
+    pub contenders: Vec<Contender<'o>>,
+    /// Those that came no further than a first look or a fit to a few recordings.
+    pub dropped: Vec<Dropped>,
+}
+
+/// A hypothesis that others have left behind.
+#[derive(Clone, Debug)]
+pub struct Dropped {
+    /// Name in the vocabulary.
+    pub name: &'static str,
+    /// Where.
+    pub place: String,
+    /// What it gained in ln L, as it would be on all recordings.
+    pub gain: f64,
+    /// Whether it was fitted, to a few recordings.
+    pub fitted: bool,
+}
+
 /// The contest's surroundings.
 #[derive(Clone, Debug)]
 pub struct Contest<'o> {
@@ -68,12 +98,15 @@ impl<'o> Contest<'o> {
         Ok((problem, found))
     }
 
-    /// All hypotheses, the best first; those that could not be brought near are left out.
+    /// All hypotheses; those that cannot be simulated are left out, those that promise less than `least` at the first look
+    /// come no further.
     ///
     /// # Errors
     /// What the simulation refuses of the rig without any of them.
-    pub fn run(&self, hypotheses: &[Hypothesis], progress: &dyn Fn(&str)) -> Result<Vec<Contender<'o>>, RigError> {
-        let (_, null) = self.null(self.all)?;
+    pub fn run(&self, hypotheses: &[Hypothesis], least: f64, progress: &dyn Fn(&str)) -> Result<Ranking<'o>, RigError> {
+        let (problem, null) = self.null(self.all)?;
+        // Where there is little to explain, leaving little of it says nothing.
+        let explainable = !leaves_nothing(&problem, &null)?;
         progress("looking at every hypothesis");
         let mut promises = Vec::new();
         for (observed, whole) in [(self.brief, false), (self.few, true)] {
@@ -93,36 +126,60 @@ impl<'o> Contest<'o> {
             promises.extend(more.map(|p| (p, observed, found.expansion.misfit(), scale)));
         }
         promises.sort_by(|a, b| b.0.gain.total_cmp(&a.0.gain));
-        promises.truncate(SEARCHED);
-        let mut heats = Vec::new();
+        let mut dropped = Vec::new();
+        let mut drop = |hypothesis: &Hypothesis, gain: f64, fitted: bool| {
+            dropped.push(Dropped { name: hypothesis.name, place: hypothesis.place.clone(), gain, fitted });
+        };
+        let mut heats: Vec<Heat> = Vec::new();
+        // The gain of one that leaves nothing to explain, once there is one.
+        let mut enough = None;
         for (n, (promise, observed, before, scale)) in promises.into_iter().enumerate() {
             let hypothesis = &hypotheses[promise.hypothesis];
+            if n >= SEARCHED || promise.gain < least || enough.is_some_and(|gain| promise.gain < RIVAL * gain) {
+                drop(hypothesis, promise.gain, false);
+                continue;
+            }
             progress(&format!("fitting {} {} ({} of {SEARCHED})", hypothesis.name, hypothesis.place, n + 1));
             let Some(problem) = self.problem(observed, &promise.start) else { continue };
-            let Some(found) = heat(problem, &promise.angles) else { continue };
-            heats.push(((before - found.expansion.misfit()) * scale, hypothesis, promise.start, found));
+            let Some(found) = heat(&problem, &promise.angles, n < SLOWLY) else { continue };
+            let gain = (before - found.expansion.misfit()) * scale;
+            if explainable && leaves_nothing(&problem, &found)? {
+                enough = Some(enough.map_or(gain, |best: f64| best.max(gain)));
+            }
+            heats.push(Heat { gain, hypothesis, start: promise.start, found });
         }
-        heats.sort_by(|a, b| b.0.total_cmp(&a.0));
-        heats.truncate(FINALISTS);
+        heats.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         let samples: usize = self.all.iter().map(|o| o.condition.samples).sum();
-        let mut out = Vec::new();
-        for (n, (_, hypothesis, start, heat)) in heats.into_iter().enumerate() {
+        let mut out: Vec<Contender> = Vec::new();
+        let mut enough = None;
+        for (n, Heat { gain, hypothesis, start, found: heat }) in heats.into_iter().enumerate() {
+            if n >= FINALISTS || n > 1 && enough.is_some_and(|best| gain < RIVAL * best) {
+                drop(hypothesis, gain, true);
+                continue;
+            }
             progress(&format!("fitting {} {} to all ({} of {FINALISTS})", hypothesis.name, hypothesis.place, n + 1));
             let Some(problem) = self.problem(self.all, &start) else { continue };
             let Ok(rig) = problem.rig_at(&heat.point.coordinates) else { continue };
             let Ok(aligned) = problem.aligned(&rig) else { continue };
             // A weak effect does not move the angles, a strong one does.
-            let tries = [aligned, null.point.angles.clone()].map(|angles| Point { angles, ..heat.point.clone() });
-            let level = |point: &Point| problem.misfits(point).map_or(f64::INFINITY, |m| m.iter().sum());
-            let from = if level(&tries[0]) < level(&tries[1]) { &tries[0] } else { &tries[1] };
-            let Ok(found) = search(&problem, from.clone(), &Limits::default()) else { continue };
+            let moved = problem.moved(&rig, &null.point.angles).unwrap_or_else(|_| null.point.angles.clone());
+            let apart = || align::angles_apart(&self.rig, &rig, self.all, &null.point.angles).ok();
+            let apart = if start.is_timed() { apart() } else { None };
+            let tries = [aligned, null.point.angles.clone(), moved].into_iter().chain(apart);
+            let Some(from) = best_of_each(&problem, &heat.point, tries) else { continue };
+            let limits = Limits { steps: STEPS, ..Limits::default() };
+            let Ok(found) = search(&problem, from, &limits) else { continue };
             let gain = null.expansion.misfit() - found.expansion.misfit();
+            if explainable && leaves_nothing(&problem, &found)? {
+                enough = Some(enough.map_or(gain, |best: f64| best.max(gain)));
+            }
             let more = problem.coordinates.len() - self.unknown.len();
             let merit = gain - 0.5 * more as f64 * (samples as f64).ln();
             out.push(Contender { name: hypothesis.name, place: hypothesis.place.clone(), problem, found, merit, gain });
         }
         out.sort_by(|a, b| b.merit.total_cmp(&a.merit));
-        Ok(out)
+        dropped.sort_by(|a, b| b.fitted.cmp(&a.fitted).then(b.gain.total_cmp(&a.gain)));
+        Ok(Ranking { contenders: out, dropped })
     }
 
     fn problem(&self, observed: &'o [Observed], start: &Start) -> Option<Problem<'o>> {
@@ -135,17 +192,50 @@ impl<'o> Contest<'o> {
     }
 }
 
-/// A short search, from the slow parts of the recordings to all of them.
-fn heat(problem: Problem<'_>, angles: &[[f64; 2]]) -> Option<Found> {
+/// A hypothesis fitted to a few recordings.
+struct Heat<'h> {
+    /// In ln L, as it would be on all.
+    gain: f64,
+    hypothesis: &'h Hypothesis,
+    start: Start,
+    found: Found,
+}
+
+/// Of several lists of angles, those that suit each recording best; nothing where none can be simulated.
+fn best_of_each(problem: &Problem, point: &Point, tries: impl Iterator<Item = Vec<[f64; 2]>>) -> Option<Point> {
+    let mut best: Vec<(f64, [f64; 2])> = Vec::new();
+    for angles in tries {
+        let Ok(misfits) = problem.misfits(&Point { angles: angles.clone(), ..point.clone() }) else { continue };
+        let each: Vec<(f64, [f64; 2])> = misfits.into_iter().zip(angles).collect();
+        if best.is_empty() {
+            best = each;
+        } else {
+            best.iter_mut().zip(each).filter(|(b, e)| e.0 < b.0).for_each(|(b, e)| *b = e);
+        }
+    }
+    (!best.is_empty()).then(|| Point { angles: best.into_iter().map(|(_, angles)| angles).collect(), ..point.clone() })
+}
+
+/// Whether what is left could be noise of the rig's kind, as far as one look tells.
+fn leaves_nothing(problem: &Problem, found: &Found) -> Result<bool, RigError> {
+    Ok(!excess(&whitened(problem.observed, &problem.expected(&found.point)?)).is_more_than_chance())
+}
+
+/// A short search; where that leaves something and `slowly` asks for it, another from the slow parts of the recordings to all
+/// of them.
+fn heat(problem: &Problem<'_>, angles: &[[f64; 2]], slowly: bool) -> Option<Found> {
     let coordinates =
         problem.coordinates.iter().map(|c| Some(c.from_value(problem.rig.get(&c.key)?))).collect::<Option<Vec<_>>>()?;
     let mut point = Point { coordinates, angles: angles.to_vec() };
     let quick = Limits { steps: 6, gain: 1.0, ..Limits::default() };
-    let direct = search(&problem, point.clone(), &quick).ok()?;
+    let direct = search(problem, point.clone(), &quick).ok()?;
+    if !slowly || leaves_nothing(problem, &direct).ok()? {
+        return Some(direct);
+    }
     for band in BANDS {
         let narrow = Problem { band, ..problem.clone() };
         point = search(&narrow, point, &quick).ok()?.point;
     }
-    let slowly = search(&problem, point, &quick).ok()?;
+    let slowly = search(problem, point, &quick).ok()?;
     Some(if slowly.expansion.misfit() < direct.expansion.misfit() { slowly } else { direct })
 }

@@ -6,15 +6,17 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::rig::config::BearingRig;
-use crate::rig::{EffectEntry, Rig, Value};
+use crate::rig::{EffectEntry, Rig};
 
 /// A place to start from.
 #[derive(Clone, Debug)]
 pub struct Start {
     /// The effect, with the values it starts at.
     pub effect: EffectEntry,
-    /// Its numbers that are fitted.
+    /// Its numbers that are fitted. The first that is no time is its strength.
     pub free: &'static [&'static str],
+    /// The strength at which it does nothing.
+    pub nothing: f64,
 }
 
 impl Start {
@@ -23,12 +25,20 @@ impl Start {
         self.effect.number(key).unwrap_or_default()
     }
 
+    /// Whether it happens at a time of its own.
+    pub fn is_timed(&self) -> bool {
+        self.effect.parameters.contains_key("time_s")
+    }
+
+    /// What says how strong it is; a time does not.
+    pub fn strength(&self) -> Option<&'static str> {
+        self.free.iter().copied().find(|key| *key != "time_s")
+    }
+
     /// The same with another number.
     #[must_use]
     pub fn with(&self, key: &str, value: f64) -> Self {
-        let mut start = self.clone();
-        start.effect.parameters.insert(key.into(), Value::Number(value));
-        start
+        Self { effect: self.effect.clone().with_number(key, value), ..self.clone() }
     }
 }
 
@@ -44,6 +54,12 @@ pub struct Hypothesis {
 }
 
 impl Hypothesis {
+    /// Whether its angles are not those of the rig without it: what turns with the shaft, of which that rig knows little, a
+    /// pit, whose pulses outweigh what the balls' passing gives, and what changes how shaft and cage turn.
+    pub fn has_angles_of_its_own(&self) -> bool {
+        self.is_pit() || ["inner-race-waviness", "cage-slip", "speed-drift"].contains(&self.name)
+    }
+
     /// Whether it is a pit.
     pub fn is_pit(&self) -> bool {
         self.name.ends_with("-defect")
@@ -51,7 +67,7 @@ impl Hypothesis {
 
     /// Whether it is to be sought in whole recordings: the beginning may miss it, or is too short for it to show.
     pub fn needs_whole_recordings(&self) -> bool {
-        ["load-step", "shock", "speed-drift", "cage-slip"].contains(&self.name)
+        ["load-step", "shock", "dropped-samples", "speed-drift", "cage-slip"].contains(&self.name)
     }
 }
 
@@ -62,6 +78,8 @@ pub struct Pointers {
     pub resonances_hz: Vec<f64>,
     /// Times at which the residual changes or has its greatest burst, s.
     pub times_s: Vec<f64>,
+    /// Times, s, at which samples may be missing, and how many.
+    pub drops: Vec<(f64, f64)>,
     /// Fractions by which the cage may be slow.
     pub slips: Vec<f64>,
     /// Rates at which the speed may drift, 1/s.
@@ -99,7 +117,19 @@ impl Builder {
         free: &'static [&'static str],
         effects: Vec<EffectEntry>,
     ) {
-        let starts = effects.into_iter().map(|effect| Start { effect, free }).collect::<Vec<_>>();
+        self.add_from(0.0, name, place, free, effects);
+    }
+
+    /// Of an effect that does nothing at a strength other than 0.
+    fn add_from(
+        &mut self,
+        nothing: f64,
+        name: &'static str,
+        place: impl Into<String>,
+        free: &'static [&'static str],
+        effects: Vec<EffectEntry>,
+    ) {
+        let starts = effects.into_iter().map(|effect| Start { effect, free, nothing }).collect::<Vec<_>>();
         if !starts.is_empty() {
             self.out.push(Hypothesis { name, place: place.into(), starts });
         }
@@ -108,6 +138,16 @@ impl Builder {
 
 /// Quarters of a turn, rad.
 const QUARTERS: [f64; 4] = [0.0, FRAC_PI_2, PI, -FRAC_PI_2];
+
+/// As many numbers from one to another, evenly in the logarithm.
+fn ladder(from: f64, to: f64, count: u32) -> Vec<f64> {
+    (0..count).map(|k| from * (to / from).powf(f64::from(k) / f64::from(count - 1))).collect()
+}
+
+/// The same with both signs.
+fn both_ways(from: f64, to: f64, count: u32) -> Vec<f64> {
+    ladder(from, to, count).into_iter().flat_map(|v| [v, -v]).collect()
+}
 
 fn entry(name: &str, numbers: &[(&str, f64)]) -> EffectEntry {
     EffectEntry::new(name, numbers)
@@ -146,32 +186,36 @@ fn pits(b: &mut Builder, sizes: &Sizes) {
         &["depth_m", "width_rad", "angle_rad"],
         grid("inner-race-defect", "angle_rad", &[0.0]),
     );
-    let spins = QUARTERS;
-    b.add("ball-defect", "", &["depth_m", "width_rad", "spin_rad"], grid("ball-defect", "spin_rad", &spins));
+    // The angles that are sought bring its spin with them.
+    b.add("ball-defect", "", &["depth_m", "width_rad", "spin_rad"], grid("ball-defect", "spin_rad", &[0.0]));
 }
 
 fn races(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
-    for name in ["outer-race-waviness", "inner-race-waviness"] {
+    // The inner race's phase is the shaft's angle, which is sought.
+    for (name, phases) in [("outer-race-waviness", &[0.0, 2.1, -2.1][..]), ("inner-race-waviness", &[0.0])] {
         for lobes in 2..=(2 * rig.bearing.balls + 3) {
             let of = |share: f64, phase: f64| {
                 let amplitude = share * sizes.contact;
                 entry(name, &[("amplitude_m", amplitude), ("lobes", lobes as f64), ("phase_rad", phase)])
             };
-            let starts = [0.0, 2.1, -2.1].map(|phase| of(0.03, phase)).to_vec();
+            let starts = phases.iter().map(|phase| of(0.03, *phase)).collect();
             b.add(name, format!("{lobes} lobes"), &["amplitude_m", "phase_rad"], starts);
         }
     }
     let unbalance = rig.excitation.unbalance_kg_m.max(1e-5);
     let of = |factor: f64| entry("unbalance", &[("unbalance_kg_m", factor * unbalance)]);
-    b.add("unbalance", "", &["unbalance_kg_m"], [0.3, 2.5, 10.0].map(of).to_vec());
+    let nominal = rig.excitation.unbalance_kg_m;
+    b.add_from(nominal, "unbalance", "", &["unbalance_kg_m"], [0.3, 2.5, 10.0].map(of).to_vec());
     let of = |phase: f64| entry("misalignment", &[("force_n", 0.03 * sizes.load), ("phase_rad", phase)]);
     b.add("misalignment", "", &["force_n", "phase_rad"], QUARTERS.map(of).to_vec());
     let clearance = rig.bearing.radial_clearance_m;
     let of = |more: f64| entry("excess-clearance", &[("radial_clearance_m", clearance + more * sizes.contact)]);
-    b.add("excess-clearance", "", &["radial_clearance_m"], [0.1, 0.4, 1.5, 4.0].map(of).to_vec());
+    let starts = ladder(0.03, 4.0, 10).into_iter().map(of).collect();
+    b.add_from(clearance, "excess-clearance", "", &["radial_clearance_m"], starts);
     let exponent = rig.bearing.contact_exponent;
     let of = |by: f64| entry("contact-exponent", &[("exponent", exponent + by)]);
-    b.add("contact-exponent", "", &["exponent"], [-0.1, -0.03, 0.03, 0.1].map(of).to_vec());
+    let starts = both_ways(0.004, 0.15, 5).into_iter().map(of).collect();
+    b.add_from(exponent, "contact-exponent", "", &["exponent"], starts);
 }
 
 fn springs(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
@@ -184,32 +228,36 @@ fn springs(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
         // A share of the spring's slope at its static deflection.
         let cubic = |share: f64| share * k / (3.0 * static_m * static_m);
         let of = |name: &str, key: &str, value: f64| entry(name, &[(key, value)]).with_text("component", component);
-        let hard = [0.1, 0.5, 2.0].map(|s| of("hardening-stiffness", "cubic_n_per_m3", cubic(s))).to_vec();
+        let hard = |s| of("hardening-stiffness", "cubic_n_per_m3", cubic(s));
+        let hard = ladder(0.02, 3.0, 7).into_iter().map(hard).collect();
         b.add("hardening-stiffness", component, &["cubic_n_per_m3"], hard);
-        let soft = [0.05, 0.2, 0.5].map(|s| of("softening-stiffness", "cubic_n_per_m3", -cubic(s))).to_vec();
+        let soft = |s| of("softening-stiffness", "cubic_n_per_m3", -cubic(s));
+        let soft = ladder(0.02, 0.5, 6).into_iter().map(soft).collect();
         b.add("softening-stiffness", component, &["cubic_n_per_m3"], soft);
         let square = |share: f64| share * k / (2.0 * static_m);
-        let skew =
-            [-0.3, -0.08, 0.1, 0.5].map(|s| of("asymmetric-stiffness", "quadratic_n_per_m2", square(s))).to_vec();
+        let skew = |s| of("asymmetric-stiffness", "quadratic_n_per_m2", square(s));
+        let skew = both_ways(0.02, 0.6, 5).into_iter().map(skew).collect();
         b.add("asymmetric-stiffness", component, &["quadratic_n_per_m2"], skew);
         let of =
             |share: f64| entry("backlash", &[("width_m", share * 2.0 * static_m)]).with_text("component", component);
-        b.add("backlash", component, &["width_m"], [0.1, 0.4, 0.8].map(of).to_vec());
+        b.add("backlash", component, &["width_m"], ladder(0.03, 1.2, 7).into_iter().map(of).collect());
         let vertical = if component == "inner" { "inner-y" } else { "outer-y" };
         let of = |gap: f64, stiffer: f64| {
             entry("end-stop-contact", &[("gap_m", gap * static_m), ("stiffness_n_per_m", stiffer * k)])
                 .with_text("component", vertical)
         };
-        let stops = [0.5, 0.9, 1.0, 1.1].into_iter().flat_map(|gap| [0.3, 3.0].map(|s| of(gap, s))).collect();
-        b.add("end-stop-contact", vertical, &["gap_m", "stiffness_n_per_m"], stops);
+        let stops = [0.4, 0.6, 0.75, 0.85, 0.95, 1.05].into_iter().flat_map(|gap| [0.05, 0.4, 3.0].map(|s| of(gap, s)));
+        b.add("end-stop-contact", vertical, &["stiffness_n_per_m", "gap_m"], stops.collect());
         let of =
             |share: f64| entry("constant-force", &[("force_n", share * sizes.load)]).with_text("component", vertical);
-        b.add("constant-force", vertical, &["force_n"], [-0.3, -0.08, 0.08, 0.3].map(of).to_vec());
+        b.add("constant-force", vertical, &["force_n"], both_ways(0.01, 0.4, 5).into_iter().map(of).collect());
     }
 }
 
 fn linear(b: &mut Builder, rig: &BearingRig) {
     let contact = rig.bearing.contact_stiffness_n_per_m1_5;
+    let factors = |logs: Vec<f64>| -> Vec<f64> { logs.into_iter().map(f64::exp).collect() };
+    let (small, large) = (factors(both_ways(0.02, 0.5, 5)), factors(both_ways(0.1, 1.6, 4)));
     let sections = [
         ("inner", Some(&rig.inner)),
         ("outer", Some(&rig.outer)),
@@ -220,13 +268,13 @@ fn linear(b: &mut Builder, rig: &BearingRig) {
         let mut change = |name: &'static str, nominal: f64, factors: &[f64]| {
             let of = |f: &f64| entry(name, &[("value", f * nominal)]).with_text("component", component);
             if nominal > 0.0 {
-                b.add(name, component, &["value"], factors.iter().map(of).collect());
+                b.add_from(nominal, name, component, &["value"], factors.iter().map(of).collect());
             }
         };
-        change("stiffness-change", support.map_or(contact, |s| s.stiffness_n_per_m), &[0.6, 0.85, 1.15, 1.6]);
+        change("stiffness-change", support.map_or(contact, |s| s.stiffness_n_per_m), &small);
         if let Some(support) = support {
-            change("damping-change", support.damping_n_s_per_m, &[0.3, 0.7, 1.5, 4.0]);
-            change("mass-change", support.mass_kg, &[0.6, 0.85, 1.15, 1.6]);
+            change("damping-change", support.damping_n_s_per_m, &large);
+            change("mass-change", support.mass_kg, &small);
         }
     }
 }
@@ -248,7 +296,7 @@ fn dissipation(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
             entry("coulomb-friction", &[("force_n", force), ("regularisation_m_per_s", rounded)])
                 .with_text("component", component)
         };
-        b.add("coulomb-friction", component, &["force_n"], [2e-4, 1e-3, 5e-3, 2e-2].map(of).to_vec());
+        b.add("coulomb-friction", component, &["force_n"], ladder(1e-4, 2e-2, 8).into_iter().map(of).collect());
         let damping = match component {
             "outer" => rig.outer.damping_n_s_per_m,
             "inner" => rig.inner.damping_n_s_per_m,
@@ -260,7 +308,12 @@ fn dissipation(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
                 entry("quadratic-drag", &[("drag_n_s2_per_m2", damping.max(1.0) / speed)])
                     .with_text("component", component)
             };
-            b.add("quadratic-drag", component, &["drag_n_s2_per_m2"], [1e-2, 1e-3, 1e-4].map(of).to_vec());
+            b.add(
+                "quadratic-drag",
+                component,
+                &["drag_n_s2_per_m2"],
+                ladder(1e-2, 1e-4, 7).into_iter().map(of).collect(),
+            );
         }
         if damping == 0.0 {
             let of = |c: f64| entry("viscous-friction", &[("damping_n_s_per_m", c)]).with_text("component", component);
@@ -268,13 +321,15 @@ fn dissipation(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
         }
     }
     let of = |c: f64| entry("viscous-friction", &[("damping_n_s_per_m", c)]).with_text("component", "bearing");
-    b.add("viscous-friction", "bearing", &["damping_n_s_per_m"], [30.0, 300.0, 3000.0].map(of).to_vec());
+    b.add("viscous-friction", "bearing", &["damping_n_s_per_m"], ladder(20.0, 3000.0, 7).into_iter().map(of).collect());
 }
 
 fn in_time(b: &mut Builder, sizes: &Sizes, pointers: &Pointers) {
     let of = |(time, share): (f64, f64)| entry("load-step", &[("time_s", time), ("change_n", share * sizes.load)]);
     let times = pointers.times_s.iter().flat_map(|t| [-0.3, -0.1, 0.1, 0.3].map(|share| (*t, share)));
     b.add("load-step", "", &["time_s", "change_n"], times.map(of).collect());
+    let drop = |(time, count): &(f64, f64)| entry("dropped-samples", &[("time_s", *time), ("count", *count)]);
+    b.add("dropped-samples", "", &[], pointers.drops.iter().map(drop).collect());
     let of = |(time, impulse): (f64, f64)| {
         entry("shock", &[("time_s", time), ("impulse_n_s", impulse), ("duration_s", 2e-4)])
     };
@@ -295,16 +350,24 @@ fn in_time(b: &mut Builder, sizes: &Sizes, pointers: &Pointers) {
 }
 
 fn sensors(b: &mut Builder, pointers: &Pointers) {
-    let modes = pointers.resonances_hz.iter().flat_map(|f| {
-        [(0.01, 3.0), (0.03, 3.0), (0.03, -3.0), (0.1, 3.0)].map(|(ratio, gain)| {
-            entry("structural-resonance", &[("frequency_hz", *f), ("damping_ratio", ratio), ("gain", gain)])
-        })
-    });
-    b.add("structural-resonance", "ay", &["frequency_hz", "damping_ratio", "gain"], modes.collect());
+    // Where the residual stands out, and a grid for what it does not show.
+    let grid = ladder(300.0, 9000.0, 18).into_iter().map(|hz| (hz, 0.04));
+    let pointed = pointers.resonances_hz.iter().flat_map(|hz| [(*hz, 0.01), (*hz, 0.03), (*hz, 0.1)]);
+    let modes = pointed.chain(grid).flat_map(|(hz, ratio)| [3.0, -3.0].map(|gain| (hz, ratio, gain)));
+    let mode = |(hz, ratio, gain)| {
+        entry("structural-resonance", &[("gain", gain), ("frequency_hz", hz), ("damping_ratio", ratio)])
+    };
+    b.add("structural-resonance", "ay", &["gain", "frequency_hz", "damping_ratio"], modes.map(mode).collect());
     let all = |v: f64| entry("sensor-gain", &[("value", v)]);
-    b.add("sensor-gain", "all", &["value"], [0.5, 0.8, 1.25, 2.0].map(all).to_vec());
+    b.add_from(1.0, "sensor-gain", "all", &["value"], [0.5, 0.8, 1.25, 2.0].map(all).to_vec());
     for channel in ["ax", "ay"] {
         let of = |name: &str, value: f64| entry(name, &[("value", value)]).with_text("channel", channel);
-        b.add("sensor-gain", channel, &["value"], [0.5, 0.8, 1.25, 2.0].map(|v| of("sensor-gain", v)).to_vec());
+        b.add_from(
+            1.0,
+            "sensor-gain",
+            channel,
+            &["value"],
+            [0.5, 0.8, 1.25, 2.0].map(|v| of("sensor-gain", v)).to_vec(),
+        );
     }
 }

@@ -3,11 +3,13 @@
 use std::f64::consts::TAU;
 
 use rayon::prelude::*;
+use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 use super::hypothesis::Pointers;
-use super::residual::Whitened;
+use super::residual::{Whitened, whitened};
 use crate::rig::Rig;
+use crate::whittle::likelihood::{Expected, judged};
 use crate::whittle::observed::Observed;
 
 /// Width of a band in which a resonance may stand out, Hz.
@@ -16,14 +18,19 @@ const BAND_HZ: f64 = 120.0;
 const HARMONICS: usize = 4;
 /// Samples that times are looked for at.
 const STEP: usize = 64;
+/// Missing samples that are looked for, at most, and the gain in ln L from which they are.
+const MISSING: usize = 400;
+const MISSED: f64 = 30.0;
 
 /// What the residuals of a few recordings point at.
-pub fn of(rig: &Rig, observed: &[Observed], residuals: &[Whitened]) -> Pointers {
+pub fn of(rig: &Rig, observed: &[Observed], expected: &[Expected]) -> Pointers {
     let Some(machine) = rig.bearing() else { return Pointers::default() };
     let orders = machine.bearing.geometry().orders();
+    let residuals = whitened(observed, expected);
     Pointers {
-        resonances_hz: resonances(residuals),
-        times_s: times(residuals),
+        resonances_hz: resonances(&residuals),
+        times_s: times(&residuals),
+        drops: drops(observed, expected),
         slips: best(&slips(), |slip| score(observed, |shaft_hz, t| orders.bpfo * shaft_hz * (1.0 - slip) * t)),
         drifts_per_s: best(&drifts(), |rate| {
             score(observed, |shaft_hz, t| orders.bpfo * shaft_hz * (t + 0.5 * rate * t * t))
@@ -36,7 +43,7 @@ fn slips() -> Vec<f64> {
 }
 
 fn drifts() -> Vec<f64> {
-    (-80..=80).filter(|k| *k != 0).map(|k| 2.5e-3 * f64::from(k)).collect()
+    (-500..=500).filter(|k| *k != 0).map(|k| 4e-4 * f64::from(k)).collect()
 }
 
 /// The two of these with the highest scores, where they are above half of that of 0.
@@ -66,6 +73,67 @@ fn score(observed: &[Observed], turns: impl Fn(f64, f64) -> f64) -> f64 {
         sum += lines.iter().map(|l| l.norm_sqr()).sum::<f64>();
     }
     sum
+}
+
+/// When samples may be missing in all recordings, s, and how many: what is expected fits up to that time, and fits again
+/// after it once it is moved by as much. A row of balls looks like the next, so that a ball pass more or less is as good; the
+/// fewest are taken.
+fn drops(observed: &[Observed], expected: &[Expected]) -> Vec<(f64, f64)> {
+    let Some(shortest) = observed.iter().map(|o| o.condition.samples).min() else { return Vec::new() };
+    let blocks = shortest / STEP;
+    let sums: Vec<Vec<Vec<f64>>> = observed.iter().zip(expected).map(|(o, e)| running_misfits(o, e, blocks)).collect();
+    let lags = 2 * MISSING + 1;
+    // Least misfit without anything missing.
+    let whole: f64 = sums.iter().map(|of| of.iter().map(|s| s[blocks]).fold(f64::INFINITY, f64::min)).sum();
+    let with = |missing: usize, block: usize| -> f64 {
+        let parts = |of: &Vec<Vec<f64>>| {
+            let both = |lag: usize| of[lag][block] + of[lag + missing][blocks] - of[lag + missing][block];
+            (0..lags - missing).map(both).fold(f64::INFINITY, f64::min)
+        };
+        sums.iter().map(parts).sum()
+    };
+    let best = (1..=MISSING).into_par_iter().map(|missing| {
+        let at = (4..blocks.saturating_sub(4)).map(|block| (with(missing, block), block));
+        let (misfit, block) = at.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 0));
+        (misfit, missing, block)
+    });
+    let rate = observed[0].condition.sample_rate_hz;
+    let found = best.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(misfit, ..)| whole - misfit > MISSED);
+    found.map(|(_, missing, block)| ((block * STEP) as f64 / rate, missing as f64)).into_iter().collect()
+}
+
+/// Of every lag of what is expected, from `-MISSING` to `MISSING` samples: the misfit from the beginning to every block.
+fn running_misfits(o: &Observed, e: &Expected, blocks: usize) -> Vec<Vec<f64>> {
+    let samples = o.condition.samples;
+    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(samples);
+    let of_lag = |lag: usize| {
+        let lag = lag as f64 - MISSING as f64;
+        let step = Complex::from_polar(1.0, TAU * lag / samples as f64);
+        let mut sums = vec![0.0; blocks + 1];
+        for channel in 0..2 {
+            let Some(x) = &o.spectra[channel] else { continue };
+            let (mut bins, mut by) = (vec![Complex::default(); x.len()], Complex::new(1.0, 0.0));
+            for (k, bin) in bins.iter_mut().enumerate() {
+                if judged(x, 1.0).contains(&k) {
+                    *bin = (x[k] - e.mean[channel][k] * by) / e.variance[channel][k].sqrt();
+                }
+                by *= step;
+            }
+            let mut signal = inverse.make_output_vec();
+            inverse.process(&mut bins, &mut signal).unwrap_or_default();
+            for (sum, block) in sums[1..].iter_mut().zip(signal.chunks_exact(STEP)) {
+                *sum += block.iter().map(|v| v * v).sum::<f64>() / samples as f64;
+            }
+        }
+        // −ln L of real numbers of unit variance.
+        let mut total = 0.0;
+        sums.iter_mut().for_each(|sum| {
+            total += 0.5 * *sum;
+            *sum = total;
+        });
+        sums
+    };
+    (0..2 * MISSING + 1).into_par_iter().map(of_lag).collect()
 }
 
 /// The two bands of `ay`'s residual that stand out most.

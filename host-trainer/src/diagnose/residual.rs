@@ -14,6 +14,13 @@ use crate::whittle::observed::{CHANNELS, Observed};
 const FINE: usize = 8;
 const FINE_MEAN: f64 = 0.5105;
 const FINE_VARIANCE: f64 = 0.522;
+/// Samples at each end of a recording that are not looked at one by one.
+pub const EDGE: usize = 128;
+/// Standard deviations, and ln L of what stands out, from which a residual is not noise of the rig's kind.
+const EXCESS: f64 = 6.0;
+const PEAKS: f64 = 15.0;
+/// How much more than one replicate's peaks those of the recordings may be.
+const NOISE_PEAKS: f64 = 2.0;
 /// Bands and blocks of time that are tested one by one.
 const BANDS: usize = 32;
 const BLOCKS: usize = 40;
@@ -54,34 +61,61 @@ pub fn whitened(observed: &[Observed], expected: &[Expected]) -> Vec<Whitened> {
     out
 }
 
-/// How much of the residual is not noise of the rig's kind: ln L that a model with a free variance in every narrow band, and
-/// another in every short time, would gain, less what they gain on noise; and that in standard deviations of chance.
+/// How much of the residual is not noise of the rig's kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Excess {
-    /// ln L.
+    /// ln L that a model with a free variance in every narrow band, and another in every short time, would gain, less what
+    /// they gain on noise: sees what is everywhere.
     pub nats: f64,
-    /// In standard deviations.
+    /// That in standard deviations of chance.
     pub deviations: f64,
+    /// ln L that those bands and times gain which stand out one by one: sees what is in few places.
+    pub peaks: f64,
+}
+
+impl Excess {
+    /// Whether chance would hardly leave as much.
+    pub fn is_more_than_chance(&self) -> bool {
+        self.deviations > EXCESS || self.peaks > PEAKS
+    }
+
+    /// What is left beyond what noise of the rig's own kind leaves.
+    pub fn beyond(self, noise: Self) -> Self {
+        Self {
+            nats: self.nats - noise.nats.max(0.0),
+            deviations: self.deviations - noise.deviations.max(0.0),
+            peaks: self.peaks - NOISE_PEAKS * noise.peaks,
+        }
+    }
+
+    /// Share of it that is gone where `left` is left.
+    pub fn explained(&self, left: &Self) -> f64 {
+        let (all, left) = if self.deviations > EXCESS { (self.nats, left.nats) } else { (self.peaks, left.peaks) };
+        if all > 0.0 { 1.0 - left.max(0.0) / all } else { 1.0 }
+    }
 }
 
 /// The excess of all channels together.
 pub fn excess(residuals: &[Whitened]) -> Excess {
-    let (mut nats, mut count) = (0.0, 0usize);
+    let mut gains = Vec::new();
     for w in residuals {
-        let bins = &w.spectrum[judged(&w.spectrum, 1.0)];
-        for band in bins.chunks_exact(FINE) {
-            let m = mean_square(band);
-            nats += FINE as f64 * (m - 1.0 - m.max(1e-12).ln()) - FINE_MEAN;
-            count += 1;
-        }
-        for block in w.signal.chunks_exact(2 * FINE) {
-            // Half as many degrees of freedom to a real number: n (m − 1 − ln m) with n half the samples.
-            let m = block.iter().map(|v| v * v).sum::<f64>() / block.len() as f64;
-            nats += FINE as f64 * (m - 1.0 - m.max(1e-12).ln()) - FINE_MEAN;
-            count += 1;
-        }
+        gains.extend(w.spectrum[judged(&w.spectrum, 1.0)].chunks_exact(FINE).map(|band| gain(mean_square(band))));
+        // Half as many degrees of freedom to a real number: n (m − 1 − ln m) with n half the samples.
+        let mean = |block: &[f64]| block.iter().map(|v| v * v).sum::<f64>() / block.len() as f64;
+        // A recording ends elsewhere than it began; its Fourier series has that as a jump at both ends.
+        let inner = w.signal.get(EDGE..w.signal.len().saturating_sub(EDGE)).unwrap_or_default();
+        gains.extend(inner.chunks_exact(2 * FINE).map(|block| gain(mean(block))));
     }
-    Excess { nats, deviations: nats / (FINE_VARIANCE * count.max(1) as f64).sqrt() }
+    let count = gains.len().max(1) as f64;
+    let nats = gains.iter().sum::<f64>() - FINE_MEAN * gains.len() as f64;
+    // By chance one of all goes beyond ln(count).
+    let peaks = gains.iter().map(|g| (g - count.ln() - 2.0).max(0.0)).sum();
+    Excess { nats, deviations: nats / (FINE_VARIANCE * count).sqrt(), peaks }
+}
+
+/// What a free variance gains in ln L where the mean square of [`FINE`] numbers is `m`.
+fn gain(m: f64) -> f64 {
+    FINE as f64 * (m - 1.0 - m.max(1e-12).ln())
 }
 
 fn mean_square(bins: &[Complex<f64>]) -> f64 {

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use super::acquisition::Fault;
 use super::bearing::{Explanation, LEAST_MERIT};
-use super::compete::Contender;
+use super::compete::{Contender, Dropped};
 use super::outcome::{Cause, Fit, Fitted, HeldOut, Parameter, Rejected};
 use super::prove::Proof;
 use crate::calibrate::estimate::{Estimate, covariance, estimates};
+use crate::report::number::by_chance;
 use crate::rig::{EffectEntry, Rig};
 use crate::whittle::problem::Problem;
 use crate::whittle::search::Found;
@@ -47,19 +48,19 @@ pub fn causes(
     proof: Option<&Proof>,
 ) -> Vec<Cause> {
     let added = corrected.effects.iter().enumerate().skip(before.effects.len());
-    let cause = |((index, effect), contender): ((usize, &EffectEntry), &Contender)| {
+    let cause = |((index, effect), (contender, rivals)): ((usize, &EffectEntry), (&Contender, &Vec<Contender>))| {
         let parameters = stated(effect);
         let estimate = |key: &str| values.iter().find(|e| e.key == format!("effect[{}].{key}", index + 1));
         Cause {
             name: effect.name.clone(),
-            probability: probability(contender, &explanation.contenders),
+            probability: probability(contender, rivals),
             interval95: parameters.keys().filter_map(|key| Some((key.clone(), estimate(key)?.interval95))).collect(),
             parameters,
             evidence: evidence(contender, explanation, proof),
             equation: effect.equation(KIND),
         }
     };
-    let mut out: Vec<Cause> = added.zip(&explanation.kept).map(cause).collect();
+    let mut out: Vec<Cause> = added.zip(explanation.kept.iter().zip(&explanation.rivals)).map(cause).collect();
     out.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     out
 }
@@ -77,18 +78,15 @@ fn evidence(contender: &Contender, explanation: &Explanation, proof: Option<&Pro
     let next = explanation.contenders.iter().find(|c| !explanation.keeps(c.name));
     let beside = next.map_or(String::new(), |n| format!("; the next best, {}, gains {:.0}", n.name, n.gain));
     let on = proof.map_or(String::new(), |p| {
-        format!(", and {:.0} on what took no part (p {:.1e})", p.before - p.after, p.p_value)
+        format!(", and {:.0} on what took no part ({})", p.before - p.after, by_chance(p.p_value))
     });
     format!("ln L gains {:.0} on the fitted recordings{on}{beside}.", contender.gain)
 }
 
-/// Share of the posterior of a contender against the weaker ones of other names.
-fn probability(contender: &Contender, all: &[Contender]) -> f64 {
-    let top = all.iter().map(|c| c.merit).fold(contender.merit, f64::max);
-    let weight = |c: &Contender| (c.merit - top).exp();
-    let own: f64 = weight(contender);
-    let others: f64 = all.iter().filter(|c| c.name != contender.name && c.merit < contender.merit).map(weight).sum();
-    (own / (own + others)).min(0.999)
+/// Share of the posterior of a contender among its rivals of other names.
+fn probability(contender: &Contender, rivals: &[Contender]) -> f64 {
+    let others = rivals.iter().filter(|c| c.name != contender.name).map(|c| (c.merit - contender.merit).exp());
+    (1.0 / (1.0 + others.sum::<f64>())).min(0.999)
 }
 
 /// Every other name of the contest, and why it lost. `stands` is whether the causes that were kept are proved, `explained`
@@ -96,23 +94,32 @@ fn probability(contender: &Contender, all: &[Contender]) -> f64 {
 pub fn rejected(explanation: &Explanation, stands: bool, explained: f64) -> Vec<Rejected> {
     let top = explanation.kept.first().map_or(0.0, |k| k.gain);
     let mut out: Vec<Rejected> = Vec::new();
-    for contender in &explanation.contenders {
-        if stands && explanation.keeps(contender.name) || out.iter().any(|r| r.name == contender.name) {
-            continue;
+    let mut say = |name: &str, place: &str, why: String| {
+        let told = stands && explanation.keeps(name) || out.iter().any(|r| r.name == name);
+        if !told {
+            let place = if place.is_empty() { String::new() } else { format!("({place}) ") };
+            out.push(Rejected { name: name.into(), why: format!("{place}{why}") });
         }
-        let place = if contender.place.is_empty() { String::new() } else { format!("({}) ", contender.place) };
+    };
+    for contender in &explanation.contenders {
+        let gain = contender.gain;
         let why = if stands {
-            format!("{place}gains {:.0} in ln L where the cause gains {top:.0}", contender.gain)
+            format!("gains {gain:.0} in ln L where the cause gains {top:.0}")
         } else if contender.merit < LEAST_MERIT {
-            format!("{place}gains {:.1} in ln L, no more than its parameters are worth", contender.gain)
+            format!("gains {gain:.1} in ln L, no more than its parameters are worth")
         } else {
-            format!(
-                "{place}gains {:.0} in ln L, yet all causes together leave {:.0} % unexplained",
-                contender.gain,
-                100.0 * (1.0 - explained)
-            )
+            let left = 100.0 * (1.0 - explained);
+            format!("gains {gain:.0} in ln L, yet all causes together leave {left:.0} % unexplained")
         };
-        out.push(Rejected { name: contender.name.into(), why });
+        say(contender.name, &contender.place, why);
+    }
+    for Dropped { name, place, gain, fitted } in &explanation.dropped {
+        let how = if *fitted { "fitted to a few recordings" } else { "at the first look" };
+        say(
+            name,
+            place,
+            format!("{how} promises {:.0} in ln L on all, less than those that were fitted to them", gain.max(0.0)),
+        );
     }
     out
 }

@@ -1,7 +1,7 @@
 //! The report of `ballrace diagnose`: for an engineer who has two minutes.
 
 use super::held_out::{self, Quantity, Rigs};
-use super::number::{chance, significant, with_interval};
+use super::number::{by_chance, chance, significant, with_interval};
 use super::{Cell, Document, Section, Tone};
 use crate::diagnose::outcome::{Cause, HeldOut, Outcome, Parameter, Test, Verdict};
 use crate::plot::DrawError;
@@ -34,14 +34,14 @@ pub fn verdict(outcome: &Outcome) -> (Tone, String) {
     let diagnosis = &outcome.diagnosis;
     let fit = &diagnosis.fit;
     let numbers = [fit.before, fit.after, fit.noise_floor].map(|v| significant(v, 3));
-    let chance = chance(fit.p_value);
+    let chance = by_chance(fit.p_value);
     match diagnosis.verdict {
         Verdict::Mismatch => {
             let named: Vec<String> = diagnosis.causes.iter().map(short).collect();
             let named = listed(&named);
             let gain = if fit.after < fit.before {
                 format!(
-                    "So corrected, its held-out error falls from {} to {} (noise alone: {}; by chance with p = {chance}).",
+                    "So corrected, its held-out error falls from {} to {} (noise alone: {}; by chance with {chance}).",
                     numbers[0], numbers[1], numbers[2]
                 )
             } else {
@@ -52,7 +52,7 @@ pub fn verdict(outcome: &Outcome) -> (Tone, String) {
         Verdict::NoMismatch => {
             let text = format!(
                 "No mismatch: what the rig leaves of recordings that took no part is within chance (error {}, noise alone \
-                 {}, p = {chance}).",
+                 {}, {chance}).",
                 numbers[0], numbers[2]
             );
             (Tone::Good, text)
@@ -60,7 +60,7 @@ pub fn verdict(outcome: &Outcome) -> (Tone, String) {
         Verdict::Unexplained => {
             let text = format!(
                 "The machine differs from the rig, and no cause of the vocabulary says how: the held-out error is {} where \
-                 noise alone would leave {} (p = {chance}).",
+                 noise alone would leave {} ({chance}).",
                 numbers[0], numbers[2]
             );
             (Tone::Open, text)

@@ -41,6 +41,12 @@ pub fn chance(p_value: f64) -> String {
     }
 }
 
+/// The same behind its sign: `p = 0.0002`, `p < 1e−30`.
+pub fn by_chance(p_value: f64) -> String {
+    let told = chance(p_value);
+    if told.starts_with('<') { format!("p {told}") } else { format!("p = {told}") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -52,6 +58,7 @@ mod tests {
         assert_eq!(with_interval(20.391, Some([20.25, 20.55])), ("20.39".into(), "20.25 to 20.55".into()));
         assert_eq!(with_interval(7.0, None), ("7.000".into(), "–".into()));
         assert_eq!(with_interval(7.0, Some([f64::NEG_INFINITY, 1.0])).1, "–");
+        assert_eq!([by_chance(0.0002), by_chance(0.0)], ["p = 0.0002", "p < 1e−30"]);
         assert_eq!([chance(0.0002), chance(1e-9), chance(1.0)], ["0.0002", "1e−9", "1.0"]);
     }
 }

@@ -8,13 +8,13 @@ const PLACES: usize = 1024;
 /// Shape of the window: −90 dB.
 const BETA: f64 = 0.1102 * (90.0 - 8.7);
 
-pub(super) struct Interpolator {
+pub(crate) struct Interpolator {
     /// `PLACES + 1` rows of `2 HALF` weights.
     weights: Vec<f64>,
 }
 
 impl Interpolator {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let mut weights = Vec::with_capacity((PLACES + 1) * 2 * HALF);
         for place in 0..=PLACES {
             let position = place as f64 / PLACES as f64 + (HALF - 1) as f64;
@@ -32,7 +32,7 @@ impl Interpolator {
     }
 
     /// The value at a place counted in samples; `of` gives the sample of any index, beyond the ends as well.
-    pub(super) fn at(&self, position: f64, of: impl Fn(i64) -> f64) -> f64 {
+    pub(crate) fn at(&self, position: f64, of: impl Fn(i64) -> f64) -> f64 {
         let whole = position.floor();
         let place = (position - whole) * PLACES as f64;
         let row = (place as usize).min(PLACES - 1);
@@ -44,7 +44,7 @@ impl Interpolator {
 }
 
 /// The sample of an index, the first and the last beyond the ends.
-pub(super) fn held(samples: &[f64]) -> impl Fn(i64) -> f64 + '_ {
+pub(crate) fn held(samples: &[f64]) -> impl Fn(i64) -> f64 + '_ {
     let last = samples.len().saturating_sub(1) as i64;
     move |i| samples[i.clamp(0, last) as usize]
 }

@@ -19,7 +19,7 @@ pub mod band;
 pub mod characteristic;
 pub mod coherence;
 pub mod envelope;
-mod interpolate;
+pub(crate) mod interpolate;
 pub mod kurtogram;
 pub mod lines;
 pub mod order;

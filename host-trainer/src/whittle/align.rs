@@ -11,14 +11,19 @@ use rayon::prelude::*;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
-use super::observed::{CHANNELS, Observed};
+use super::likelihood::{judged, means, variance};
+use super::observed::{CHANNELS, Coefficients, Observed};
 use crate::recording::Recording;
-use crate::rig::simulate::{fewest_substeps, shortest_settling_s, simulate_all};
-use crate::rig::{OperatingCondition, Rig, RigError, Run, Start, simulate_many};
+use crate::rig::simulate::{fewest_substeps, plan_of, shortest_settling_s, simulate_all};
+use crate::rig::{EffectEntry, OperatingCondition, Rig, RigError, Run, Start, simulate_many};
 
 /// Time that a run is searched over, in turns of the shaft: some hundred positions of the balls, each at another angle
 /// of the shaft.
 const TURNS: f64 = 24.0;
+/// Gain in ln L from which angles are moved.
+const MOVES: f64 = 4.0;
+/// Half turns of a ball that are tried.
+const RESPUN: u32 = 2000;
 
 /// Angles of cage and shaft at t = 0, rad, for each recording: those with which the silent rig is most like it, weighted
 /// by the variance of its random part, `variances[recording][channel]`.
@@ -26,12 +31,127 @@ const TURNS: f64 = 24.0;
 /// # Errors
 /// What the simulation refuses.
 pub fn angles(rig: &Rig, observed: &[Observed], variances: &[[Vec<f64>; 2]]) -> Result<Vec<[f64; 2]>, RigError> {
-    let (runs, cage_per_shaft) = (long_runs(rig, observed), cage_per_shaft(rig));
-    let long = simulate_many(&runs)?;
-    Ok(observed.iter().zip(variances).zip(&long).map(|((o, v), run)| best(o, v, run, cage_per_shaft)).collect())
+    let (even, rate_per_s) = at_even_speed(rig);
+    let cage_per_shaft = cage_per_shaft(rig);
+    let long = simulate_many(&long_runs(&even, observed))?;
+    let each = observed.iter().zip(variances).zip(&long);
+    let mut found: Vec<_> =
+        each.map(|((o, v), run)| best(&o.at_even_speed(rate_per_s), v, run, cage_per_shaft)).collect();
+    if rig.effects.iter().any(spins) {
+        let mut plain = rig.clone();
+        plain.effects.retain(|e| !spins(e));
+        respin(rig, &mut found, &angles(&plain, observed, variances)?);
+    }
+    Ok(found)
 }
 
-/// The same for many rigs side by side; nothing for a rig whose simulation diverges.
+/// Angles of recordings that have something of their own time in them, a step or an impact: those of the rig without it,
+/// once the change that `with` gives at `angles` has been taken out.
+///
+/// # Errors
+/// What the simulation refuses, a run that diverges among it.
+pub fn angles_apart(
+    without: &Rig,
+    with: &Rig,
+    observed: &[Observed],
+    angles: &[[f64; 2]],
+) -> Result<Vec<[f64; 2]>, RigError> {
+    let of = |rig| -> Result<Vec<[Coefficients; 2]>, RigError> {
+        let runs: Vec<_> = observed.iter().zip(angles).map(|(o, a)| (rig, o.condition, *a)).collect();
+        means(&runs)?.into_iter().collect()
+    };
+    let (old, new) = (of(without)?, of(with)?);
+    let mut rest = observed.to_vec();
+    for (o, (old, new)) in rest.iter_mut().zip(old.iter().zip(&new)) {
+        for (spectrum, (old, new)) in o.spectra.iter_mut().zip(old.iter().zip(new)) {
+            let Some(spectrum) = spectrum else { continue };
+            spectrum.iter_mut().zip(old.iter().zip(new)).for_each(|(x, (old, new))| *x -= new - old);
+        }
+    }
+    let variances: Vec<_> = observed.iter().map(|o| variance(without, &o.condition)).collect::<Result<_, _>>()?;
+    self::angles(without, &rest, &variances)
+}
+
+/// Whether the balls' spin shows in an effect.
+fn spins(effect: &EffectEntry) -> bool {
+    effect.name == "ball-defect"
+}
+
+/// The same spin of the balls with the shaft where `known` has it, as near as some thousand turns bring both together. A
+/// ball with a pit tells its spin much better than the shaft's angle, which only the unbalance needs.
+fn respin(rig: &Rig, angles: &mut [[f64; 2]], known: &[[f64; 2]]) {
+    let Some(machine) = rig.bearing().filter(|_| rig.effects.iter().any(spins)) else { return };
+    // A pit strikes outer and inner race in turn, alike: half a turn of the ball is the period.
+    let period = 0.5 * TAU / machine.bearing.geometry().orders().bsf;
+    for ([_, shaft], [_, known]) in angles.iter_mut().zip(known) {
+        let away = |turned: f64| {
+            let off = (*shaft + turned - known).rem_euclid(TAU);
+            off.min(TAU - off)
+        };
+        let candidates = (0..RESPUN).map(|k| f64::from(k) * period);
+        *shaft += candidates.min_by(|a, b| away(*a).total_cmp(&away(*b))).unwrap_or_default();
+    }
+}
+
+/// ln L, but for a factor of two and what does not depend on the lag, by which one signal, made of the recording's
+/// coefficients, is like another that is moved ahead by each lag, in samples.
+pub fn correlation(
+    o: &Observed,
+    variance: &[Vec<f64>; 2],
+    one: impl Fn(usize, usize, Complex<f64>) -> Complex<f64>,
+    other: impl Fn(usize, usize) -> Complex<f64>,
+) -> Vec<f64> {
+    let samples = o.condition.samples;
+    let mut together = vec![Complex::<f64>::default(); samples / 2 + 1];
+    for (channel, (spectrum, variance)) in o.spectra.iter().zip(variance).enumerate() {
+        let Some(spectrum) = spectrum else { continue };
+        for k in judged(spectrum, 1.0) {
+            together[k] += one(channel, k, spectrum[k]).conj() * other(channel, k) / variance[k];
+        }
+    }
+    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(samples);
+    let mut correlation = inverse.make_output_vec();
+    inverse.process(&mut together, &mut correlation).unwrap_or_default();
+    correlation
+}
+
+/// A recording's angles, and what is expected of it, moved in time, half a ball pass at most, to where they suit it better:
+/// where something has changed the balls' passing, angles that were found without it are behind or ahead.
+pub fn moved(
+    rig: &Rig,
+    o: &Observed,
+    variance: &[Vec<f64>; 2],
+    mean: &[Coefficients; 2],
+    [cage, shaft]: [f64; 2],
+) -> ([Coefficients; 2], [f64; 2]) {
+    let orders = rig.bearing().map(|machine| machine.bearing.geometry().orders());
+    let passes_hz = o.condition.shaft_hz * orders.map_or(1.0, |orders| orders.bpfo);
+    let reach = (0.5 * o.condition.sample_rate_hz / passes_hz.max(1.0)) as usize;
+    let samples = o.condition.samples;
+    let correlation = correlation(o, variance, |_, _, x| x, |c, k| mean[c][k]);
+    let reach = reach.min(samples / 4) as i64;
+    let at = |lag: i64| correlation[lag.rem_euclid(samples as i64) as usize];
+    let lag = (-reach..=reach).max_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap_or_default();
+    // Less than that is noise.
+    if at(lag) - at(0) < MOVES {
+        return (mean.clone(), [cage, shaft]);
+    }
+    let step = Complex::from_polar(1.0, TAU * lag as f64 / samples as f64);
+    let turn = |mean: &Coefficients| {
+        let mut by = Complex::new(1.0, 0.0);
+        let turned = mean.iter().map(|d| {
+            let turned = d * by;
+            by *= step;
+            turned
+        });
+        turned.collect()
+    };
+    let turned = TAU * o.condition.shaft_hz * lag as f64 / o.condition.sample_rate_hz;
+    ([turn(&mean[0]), turn(&mean[1])], [cage + cage_per_shaft(rig) * turned, shaft + turned])
+}
+
+/// The same for many rigs side by side; nothing for a rig whose simulation diverges. `known` are the angles of the rig
+/// that they all are variations of.
 ///
 /// # Errors
 /// What the simulation refuses before it runs.
@@ -39,14 +159,29 @@ pub fn angles_of_many(
     rigs: &[&Rig],
     observed: &[Observed],
     variances: &[[Vec<f64>; 2]],
+    known: &[[f64; 2]],
 ) -> Result<Vec<Option<Vec<[f64; 2]>>>, RigError> {
-    let runs: Vec<Run> = rigs.iter().flat_map(|rig| long_runs(rig, observed)).collect();
+    let even: Vec<(Rig, f64)> = rigs.iter().map(|rig| at_even_speed(rig)).collect();
+    let runs: Vec<Run> = even.iter().flat_map(|(rig, _)| long_runs(rig, observed)).collect();
     let long = simulate_all(&runs)?;
-    let of = |(rig, runs): (&&Rig, &[Result<Recording, RigError>])| {
+    let of = |((rig, rate_per_s), runs): (&(Rig, f64), &[Result<Recording, RigError>])| {
         let found = observed.iter().zip(variances).zip(runs);
-        found.map(|((o, v), run)| Some(best(o, v, run.as_ref().ok()?, cage_per_shaft(rig)))).collect()
+        let mut found: Option<Vec<_>> = found
+            .map(|((o, v), run)| Some(best(&o.at_even_speed(*rate_per_s), v, run.as_ref().ok()?, cage_per_shaft(rig))))
+            .collect();
+        if let Some(found) = &mut found {
+            respin(rig, found, known);
+        }
+        found
     };
-    Ok(rigs.par_iter().zip(long.par_chunks(observed.len().max(1))).map(of).collect())
+    Ok(even.par_iter().zip(long.par_chunks(observed.len().max(1))).map(of).collect())
+}
+
+/// The rig without what changes its speed: recordings are brought to an even one instead.
+fn at_even_speed(rig: &Rig) -> (Rig, f64) {
+    let mut even = rig.clone();
+    even.effects.retain(|e| e.name != "speed-drift");
+    (even, plan_of(rig).speed_rate_per_s)
 }
 
 fn long_runs<'r>(rig: &'r Rig, observed: &[Observed]) -> Vec<Run<'r>> {
@@ -62,13 +197,14 @@ fn long_runs<'r>(rig: &'r Rig, observed: &[Observed]) -> Vec<Run<'r>> {
 }
 
 fn cage_per_shaft(rig: &Rig) -> f64 {
-    rig.bearing().map_or(0.0, |machine| machine.bearing.geometry().orders().ftf)
+    rig.bearing().map_or(0.0, |machine| machine.bearing.geometry().orders().ftf) * plan_of(rig).cage_factor
 }
 
 fn best(o: &Observed, variance: &[Vec<f64>; 2], run: &Recording, cage_per_shaft: f64) -> [f64; 2] {
     let lag = best_lag(o, variance, &CHANNELS.map(|c| run.channel(c).map_or(&[][..], |c| &c.samples)));
     let shaft = TAU * o.condition.shaft_hz * lag as f64 / o.condition.sample_rate_hz;
-    [(cage_per_shaft * shaft).rem_euclid(TAU), shaft.rem_euclid(TAU)]
+    // The shaft's whole turns count: by them a ball's spin differs.
+    [(cage_per_shaft * shaft).rem_euclid(TAU), shaft]
 }
 
 /// The lag at which the misfit Σ|X − D|²/S is least.

@@ -19,6 +19,11 @@ pub struct Coordinate {
 /// Numbers of the rig that only the noise depends on: power of the process force, standard deviation of the sensor.
 pub const NOISE: [&str; 2] = ["excitation.process_force_psd_n2_per_hz", "sensor.noise_std_m_per_s2"];
 
+/// Step of a difference quotient in a coordinate.
+const STEP: f64 = 1e-4;
+/// The same in an angle, rad.
+pub const ANGLE_STEP: f64 = 2e-6;
+
 /// How a value and its coordinate belong together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scale {
@@ -54,6 +59,13 @@ impl Coordinate {
             moves_mean: !NOISE.contains(&key),
             moves_variance: !steady && key != "excitation.unbalance_kg_m",
         })
+    }
+
+    /// Step of a difference quotient: the square root of what rounding and the integrator leave. D's highest harmonics turn
+    /// some hundred times as fast as the cage, and an effect's angle can be told from the shaft's only where both
+    /// quotients err alike.
+    pub fn step(&self) -> f64 {
+        if self.key.ends_with("_rad") { ANGLE_STEP } else { STEP }
     }
 
     /// The coordinate of a value.

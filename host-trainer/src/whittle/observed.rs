@@ -1,10 +1,13 @@
 //! A recording of the two channels that a bearing rig has, in the frequency domain.
 
+use std::borrow::Cow;
+
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 use crate::recording::{Channel, Recording};
 use crate::rig::OperatingCondition;
+use crate::signal::interpolate::{Interpolator, held};
 
 /// The names that a simulated recording gives its accelerations.
 pub const CHANNELS: [&str; 2] = ["ax", "ay"];
@@ -84,6 +87,27 @@ impl Observed {
         let spectra = channels.map(|channel| channel.map(|c| coefficients(&c.samples)));
         let samples = channels.map(|channel| channel.map(|c| c.samples.clone()));
         Ok(Self { name: recording.name(), condition, samples, spectra })
+    }
+}
+
+impl Observed {
+    /// The recording as if the shaft had kept the speed that it had at t = 0, where it gains `rate_per_s` of it a second.
+    pub fn at_even_speed(&self, rate_per_s: f64) -> Cow<'_, Self> {
+        if rate_per_s == 0.0 {
+            return Cow::Borrowed(self);
+        }
+        let (interpolator, rate) = (Interpolator::new(), self.condition.sample_rate_hz);
+        // t + r t²/2 is the time that an even speed would take for the same turn.
+        let place = |even: usize| {
+            let even_s = even as f64 / rate;
+            let root = (1.0 + 2.0 * rate_per_s * even_s).max(0.0).sqrt();
+            2.0 * even_s / (1.0 + root) * rate
+        };
+        let samples = self.samples.each_ref().map(|channel| {
+            channel.as_ref().map(|s| (0..s.len()).map(|i| interpolator.at(place(i), held(s))).collect::<Vec<_>>())
+        });
+        let spectra = samples.each_ref().map(|channel| channel.as_ref().map(|s| coefficients(s)));
+        Cow::Owned(Self { name: self.name.clone(), condition: self.condition, samples, spectra })
     }
 }
 

@@ -7,15 +7,10 @@ use rayon::prelude::*;
 use realfft::num_complex::Complex;
 
 use super::align;
-use super::coordinate::Coordinate;
+use super::coordinate::{ANGLE_STEP, Coordinate};
 use super::likelihood::{Expected, judged, means, misfit, variance};
 use super::observed::{Coefficients, Observed};
 use crate::rig::{Rig, RigError};
-
-/// Step of a difference quotient in a coordinate, and in an angle, rad: the square root of what rounding and the
-/// integrator leave, for D's highest harmonics turn some hundred times as fast as the cage.
-const STEP: f64 = 1e-4;
-const ANGLE_STEP: f64 = 2e-6;
 
 /// What is to be explained, by what.
 #[derive(Clone, Debug)]
@@ -88,6 +83,17 @@ impl<'o> Problem<'o> {
         align::angles(rig, self.observed, &self.variances(rig)?)
     }
 
+    /// Angles moved to where they suit a rig better, as [`align::moved`] does.
+    ///
+    /// # Errors
+    /// What the simulation refuses, a run that diverges among it.
+    pub fn moved(&self, rig: &Rig, angles: &[[f64; 2]]) -> Result<Vec<[f64; 2]>, RigError> {
+        let runs: Vec<_> = self.observed.iter().zip(angles).map(|(o, a)| (rig, o.condition, *a)).collect();
+        let (means, variances) = (means(&runs)?, self.variances(rig)?);
+        let each = self.observed.iter().zip(&variances).zip(means).zip(angles);
+        each.map(|(((o, variance), mean), a)| Ok(align::moved(rig, o, variance, &mean?, *a).1)).collect()
+    }
+
     /// The rig at a point.
     ///
     /// # Errors
@@ -133,7 +139,7 @@ impl<'o> Problem<'o> {
         let moved: Vec<Rig> = (0..self.coordinates.len())
             .map(|a| {
                 let mut coordinates = point.coordinates.clone();
-                coordinates[a] += STEP;
+                coordinates[a] += self.coordinates[a].step();
                 self.rig_at(&coordinates)
             })
             .collect::<Result<_, _>>()?;
@@ -161,7 +167,8 @@ impl<'o> Problem<'o> {
                     let Some(x) = &o.spectra[channel] else { continue };
                     let mut slopes: Vec<Slope> = vec![Slope::default(); count + 2];
                     for (place, a) in mean_of.iter().enumerate() {
-                        slopes[*a].mean = quotient(&means[0][channel], &means[1 + place][channel], STEP);
+                        slopes[*a].mean =
+                            quotient(&means[0][channel], &means[1 + place][channel], self.coordinates[*a].step());
                     }
                     for angle in 0..2 {
                         let moved = &means[mean_of.len() + 1 + angle][channel];
@@ -170,7 +177,8 @@ impl<'o> Problem<'o> {
                     for (a, rig) in moved.iter().enumerate().filter(|(a, _)| self.coordinates[*a].moves_variance) {
                         let there = variance(rig, &o.condition)?;
                         let pairs = at[channel].iter().zip(&there[channel]);
-                        slopes[a].log_variance = pairs.map(|(s, t)| (t / s).ln() / STEP).collect();
+                        slopes[a].log_variance =
+                            pairs.map(|(s, t)| (t / s).ln() / self.coordinates[a].step()).collect();
                     }
                     local.add(judged(x, self.band), x, &means[0][channel], &at[channel], &slopes);
                 }

@@ -29,7 +29,15 @@ impl EffectEntry {
         Self { name: name.into(), parameters: parameters.collect() }
     }
 
-    /// Adds a text.
+    /// Sets a number.
+    #[must_use]
+    pub fn with_number(mut self, key: &str, value: f64) -> Self {
+        self.parameters.insert(key.into(), Value::Number(value));
+        self
+    }
+
+    /// Sets a text.
+    #[must_use]
     pub fn with_text(mut self, key: &str, value: &str) -> Self {
         self.parameters.insert(key.into(), Value::Text(value.into()));
         self
