@@ -3,6 +3,7 @@
 
 pub mod calibrate;
 pub mod commands;
+pub mod concealed;
 pub mod demo;
 pub mod diagnose;
 pub mod export;
@@ -13,6 +14,7 @@ pub mod input;
 pub mod model;
 pub mod model_file;
 pub mod plot;
+pub mod proof;
 pub mod recording;
 pub mod report;
 pub mod rig;

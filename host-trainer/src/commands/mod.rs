@@ -10,6 +10,7 @@ mod export;
 mod fit;
 mod input;
 mod monitor;
+mod prove;
 mod simulate;
 mod spectra;
 
@@ -35,6 +36,7 @@ enum Command {
     Predict(simulate::PredictArgs),
     Calibrate(calibrate::Args),
     Diagnose(diagnose::Args),
+    Prove(prove::Args),
     Spectra(spectra::Args),
 }
 
@@ -70,6 +72,7 @@ pub fn run() -> ExitCode {
         Command::Predict(args) => simulate::predict(&args),
         Command::Calibrate(args) => calibrate::run(&args),
         Command::Diagnose(args) => diagnose::run(&args),
+        Command::Prove(args) => prove::run(&args),
         Command::Spectra(args) => spectra::run(&args),
     };
     match result {

@@ -48,7 +48,7 @@ pub mod config;
 pub mod effect;
 mod error;
 pub mod kinematics;
-mod noise;
+pub(crate) mod noise;
 pub mod path;
 pub mod plan;
 pub mod sdof;

@@ -85,9 +85,25 @@ pub struct Run<'a> {
 ///
 /// A rig that [`Rig::check`] refuses or that is not a bearing's, an impossible condition, a run that diverges.
 pub fn simulate(rig: &Rig, condition: &OperatingCondition, start: &Start) -> Result<Recording, RigError> {
+    simulate_altered(rig, condition, start, &|_| ())
+}
+
+/// As [`simulate`], of a machine that is altered beyond what its rig says: for what the vocabulary has no name for.
+///
+/// # Errors
+///
+/// As [`simulate`].
+pub fn simulate_altered(
+    rig: &Rig,
+    condition: &OperatingCondition,
+    start: &Start,
+    alter: &dyn Fn(&mut Plan),
+) -> Result<Recording, RigError> {
     let run = Run { rig, condition: *condition, start: *start };
+    let (prepared, chain) = prepare(&run, alter)?;
     // One run in, one result out.
-    simulate_all(&[run])?.swap_remove(0)
+    let signals = bearing::integrate(std::slice::from_ref(&prepared)).swap_remove(0);
+    finish(&run, &prepared, &chain, signals)
 }
 
 /// Simulates many runs side by side, on all threads of the current rayon pool; runs of equal counts (balls, samples,
@@ -109,7 +125,7 @@ pub fn simulate_all(runs: &[Run]) -> Result<Vec<Result<Recording, RigError>>, Ri
     let mut chains = Vec::with_capacity(runs.len());
     let mut groups: BTreeMap<_, (Vec<usize>, Vec<Prepared>)> = BTreeMap::new();
     for (index, run) in runs.iter().enumerate() {
-        let (prepared, chain) = prepare(run)?;
+        let (prepared, chain) = prepare(run, &|_| ())?;
         let (indices, group) = groups.entry(prepared.shape()).or_default();
         indices.push(index);
         group.push(prepared);
@@ -233,7 +249,7 @@ struct Chain {
     signals: Vec<(Stage, Signal)>,
 }
 
-fn prepare(run: &Run) -> Result<(Prepared, Chain), RigError> {
+fn prepare(run: &Run, alter: &dyn Fn(&mut Plan)) -> Result<(Prepared, Chain), RigError> {
     let OperatingCondition { shaft_hz, load_n, sample_rate_hz, samples } = run.condition;
     let refuse =
         |field, found: f64, expected| Err(RigError::BadCondition { field, found: found.to_string(), expected });
@@ -264,13 +280,19 @@ fn prepare(run: &Run) -> Result<(Prepared, Chain), RigError> {
         });
     }
     let mut plan = plan_of(run.rig);
+    alter(&mut plan);
     let rig = bearing_of(&plan)?;
     let prepared = Prepared::new(&rig, &mut plan, &run.condition, &run.start);
     let chain = chain(&rig, &run.start, plan);
     Ok((prepared, chain))
 }
 
-fn bearing_of(plan: &Plan) -> Result<BearingRig, RigError> {
+/// The machine of a plan, a bearing's.
+///
+/// # Errors
+///
+/// That it is another kind's.
+pub fn bearing_of(plan: &Plan) -> Result<BearingRig, RigError> {
     match &plan.machine {
         Model::Bearing(rig) => Ok(rig.clone()),
         Model::Sdof(_) => Err(RigError::BadCondition {

@@ -1,0 +1,83 @@
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::brief::{Brief, Hidden, Kind, Severity, round};
+use super::outside::Outside;
+use super::*;
+use crate::rig::effect::REGISTRY;
+
+fn brief(hidden: Hidden) -> Brief {
+    Brief { hidden, loud: false, tachometer: true, guessed: false }
+}
+
+fn draw(hidden: Hidden, seed: u64) -> Case {
+    Case::draw(&brief(hidden), 0.2, seed).unwrap()
+}
+
+#[test]
+fn every_effect_of_the_vocabulary_is_drawn_as_one_that_a_rig_can_have() {
+    let named: Vec<&str> = REGISTRY.iter().map(|d| d.name).collect();
+    assert_eq!(named, effects::NAMES);
+    for seed in 0..4 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let drawn = machine::draw(seed % 2 == 0, 0.2, 1, &mut rng).unwrap();
+        let without = vec![simulate(&drawn.rig, &drawn.conditions[0], &Start::seeded(seed)).unwrap()];
+        for name in effects::NAMES {
+            for share in [0.0, 0.5, 1.0] {
+                let entry = effects::draw(name, share, &drawn, &without, &mut rng);
+                drawn.rig.clone().with_effect(entry).check().unwrap();
+            }
+        }
+    }
+}
+
+#[test]
+fn the_same_brief_and_seed_give_the_same_case_and_others_another() {
+    let hidden = Hidden::Effects(vec![("unbalance", Severity::Plain)]);
+    let case = draw(hidden.clone(), 5);
+    let again = draw(hidden.clone(), 5);
+    assert_eq!((&case.recordings, &case.truth), (&again.recordings, &again.truth));
+    assert_ne!(case.recordings, draw(hidden, 6).recordings);
+}
+
+#[test]
+fn null_a_control_has_nothing_hidden_and_everything_else_has() {
+    let control = draw(Hidden::Nothing, 1);
+    assert_eq!((control.truth.causes.len(), control.truth.change), (0, 0.0));
+    for kind in Outside::ALL {
+        let case = draw(Hidden::Outside(kind), 2);
+        assert_eq!(case.truth.causes, ["unexplained"]);
+        assert!(case.truth.change > 0.01, "{}: {}", kind.name(), case.truth.change);
+    }
+    let case = draw(Hidden::Effects(vec![("outer-race-defect", Severity::Severe)]), 3);
+    assert!(case.truth.change > 0.05, "{}", case.truth.change);
+}
+
+#[test]
+fn what_is_written_holds_nothing_of_the_truth() {
+    let folder = tempfile::tempdir().unwrap();
+    let hidden = Hidden::Effects(vec![("sensor-gain", Severity::Severe)]);
+    let case = Case::draw(&Brief { tachometer: false, guessed: true, ..brief(hidden) }, 0.2, 4).unwrap();
+    case.write(folder.path()).unwrap();
+    let mut names: Vec<String> =
+        std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    assert_eq!(names, ["baseline", "r01.csv", "r02.csv", "r03.csv", "r04.csv", "recordings.toml", "rig.toml"]);
+    let rig = std::fs::read_to_string(folder.path().join("rig.toml")).unwrap();
+    assert!(rig.contains("unknown") && !rig.contains("effect"), "{rig}");
+    assert!(std::fs::read_to_string(folder.path().join("r01.csv")).unwrap().starts_with("ax,ay\n"));
+}
+
+#[test]
+fn a_round_has_every_effect_at_every_severity_and_pairs_of_two_groups() {
+    let briefs = round(0);
+    let of = |kind: Kind| briefs.iter().filter(|b| b.kind() == kind).count();
+    assert_eq!(of(Kind::Single), 3 * effects::NAMES.len());
+    assert_eq!((of(Kind::Control), of(Kind::Pair), of(Kind::Outside)), (20, 10, 16));
+    for brief in briefs.iter().filter(|b| b.kind() == Kind::Pair) {
+        let Hidden::Effects(names) = &brief.hidden else { unreachable!() };
+        let group = |name: &str| effects::GROUPS.iter().position(|g| g.contains(&name));
+        assert_ne!(group(names[0].0), group(names[1].0));
+    }
+    assert_ne!(briefs, round(1));
+}

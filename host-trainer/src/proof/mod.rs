@@ -1,0 +1,235 @@
+//! How often a diagnosis is right: concealed cases, diagnosed from their folders, scored against what was hidden.
+//!
+//! OUT holds, case by case, `cases/NAME` (what an engineer would have), `diagnoses/NAME` (what was said) and, once every
+//! case has been diagnosed and not before, `truth/NAME.json`. The truth of a case follows from the seed, so that nothing
+//! of it need be kept while the diagnosing goes on. What is there already is not done again.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`score`] | one case: what was hidden beside what was said |
+//! | [`table`] | all of them: confusion matrix, severities, intervals, times |
+
+pub mod score;
+pub mod table;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use rayon::ThreadPoolBuilder;
+use serde::{Deserialize, Serialize};
+
+use crate::concealed::brief::{Brief, Hidden, Kind, Severity, round};
+use crate::concealed::{Case, CaseError};
+use crate::diagnose::diagnose;
+use crate::diagnose::write::{DOCUMENT, folder};
+use crate::files::write_atomically;
+use crate::recording::{LoadOptions, load};
+use crate::report;
+use crate::rig::Rig;
+use score::Score;
+
+/// Which cases, and how.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Config {
+    /// Seed of everything that is drawn.
+    pub seed: u64,
+    /// Rounds: times that every case of the list comes.
+    pub rounds: usize,
+    /// Length of a recording, s.
+    pub seconds: f64,
+    /// Kinds of cases; empty for all.
+    pub kinds: Vec<String>,
+    /// Severities of single effects; empty for all.
+    pub severities: Vec<String>,
+    /// Effects, or what is outside, by name; empty for all.
+    pub effects: Vec<String>,
+    /// Of the cases that are left, every how manieth.
+    pub every: usize,
+}
+
+impl Config {
+    /// The cases: number in the whole list, so that a part of it has the same cases, and what it is to be.
+    pub fn briefs(&self) -> Vec<(usize, Brief)> {
+        let all = (0..self.rounds).flat_map(round).enumerate();
+        all.filter(|(_, brief)| self.wants(brief)).step_by(self.every.max(1)).collect()
+    }
+
+    fn wants(&self, brief: &Brief) -> bool {
+        let among = |list: &[String], name: &str| list.is_empty() || list.iter().any(|l| l == name);
+        let severity = |s: Severity| brief.kind() != Kind::Single || among(&self.severities, s.name());
+        among(&self.kinds, brief.kind().name())
+            && match &brief.hidden {
+                Hidden::Nothing => self.effects.is_empty(),
+                Hidden::Effects(names) => names.iter().any(|(n, s)| among(&self.effects, n) && severity(*s)),
+                Hidden::Outside(kind) => among(&self.effects, kind.name()),
+            }
+    }
+
+    fn case(&self, number: usize, brief: &Brief) -> Result<Case, ProofError> {
+        let seed = self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(number as u64);
+        Case::draw(brief, self.seconds, seed).map_err(|e| ProofError::Case(name(number), e.into()))
+    }
+}
+
+fn name(number: usize) -> String {
+    format!("case{number:03}")
+}
+
+/// Why a proof ends early.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ProofError {
+    /// A case that could not be made.
+    #[error("{0}: {1}")]
+    Case(String, CaseError),
+    /// A file.
+    #[error("{path}: {source}")]
+    Io {
+        /// Which.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// A document that cannot be read.
+    #[error("{path}: {source}")]
+    Json {
+        /// Which.
+        path: PathBuf,
+        /// Where in it.
+        source: serde_json::Error,
+    },
+    /// A folder of another proof.
+    #[error("{path}: found the cases of another proof, expected a new folder or the same seed, rounds and seconds")]
+    Another {
+        /// Its settings.
+        path: PathBuf,
+    },
+    /// No case is left of the list.
+    #[error("--kind, --severity and --effect: found no case that all of them want, expected at least one")]
+    Nothing,
+    /// The threads.
+    #[error("threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+}
+
+/// How a diagnosis went, beside its document.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Ran {
+    /// Wall time, s.
+    pub seconds: f64,
+    /// What it ended with where it gave no diagnosis.
+    pub error: Option<String>,
+}
+
+/// Makes, diagnoses and scores the cases, `jobs` at a time. `progress` is told what has been done, of how many.
+///
+/// # Errors
+/// The first thing that goes wrong with the files; a diagnosis that ends with an error is a wrong one, not an end.
+pub fn prove(
+    config: &Config,
+    out: &Path,
+    jobs: usize,
+    progress: &(dyn Fn(&str, usize, usize) + Sync),
+) -> Result<Vec<Score>, ProofError> {
+    let briefs = config.briefs();
+    if briefs.is_empty() {
+        return Err(ProofError::Nothing);
+    }
+    claim(config, out)?;
+    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let failed = Mutex::new(None);
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).div_ceil(jobs.max(1));
+    let pools = (0..jobs.max(1)).map(|_| ThreadPoolBuilder::new().num_threads(threads).build());
+    let pools = pools.collect::<Result<Vec<_>, _>>()?;
+    std::thread::scope(|scope| {
+        for pool in &pools {
+            scope.spawn(|| {
+                while let Some((number, brief)) = briefs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let result = pool.install(|| one(config, *number, brief, out));
+                    if let (Err(error), Ok(mut failed)) = (result, failed.lock()) {
+                        next.store(briefs.len(), Ordering::Relaxed);
+                        failed.get_or_insert(error);
+                    }
+                    progress(&name(*number), done.fetch_add(1, Ordering::Relaxed) + 1, briefs.len());
+                }
+            });
+        }
+    });
+    if let Ok(Some(error)) = failed.into_inner() {
+        return Err(error);
+    }
+    briefs.iter().map(|(number, brief)| open(config, *number, brief, out)).collect()
+}
+
+/// Writes the settings that fix the cases, or finds the same ones.
+fn claim(config: &Config, out: &Path) -> Result<(), ProofError> {
+    let path = out.join("proof.json");
+    let all = Config { kinds: Vec::new(), severities: Vec::new(), effects: Vec::new(), every: 1, ..config.clone() };
+    if path.exists() {
+        return if read::<Config>(&path)? == all { Ok(()) } else { Err(ProofError::Another { path }) };
+    }
+    make(out)?;
+    store(&path, &all)
+}
+
+/// Makes and diagnoses a case, unless that has been done.
+fn one(config: &Config, number: usize, brief: &Brief, out: &Path) -> Result<(), ProofError> {
+    let name = name(number);
+    let (case, diagnosis) = (out.join("cases").join(&name), out.join("diagnoses").join(&name));
+    let ran = diagnosis.join("run.json");
+    if ran.exists() {
+        return Ok(());
+    }
+    make(&case)?;
+    config.case(number, brief)?.write(&case).map_err(|e| ProofError::Case(name, e))?;
+    make(&diagnosis)?;
+    let start = Instant::now();
+    let error = diagnosed(&case, &diagnosis).err();
+    store(&ran, &Ran { seconds: start.elapsed().as_secs_f64(), error })
+}
+
+/// As the command `diagnose` does it, with nothing but the folder.
+fn diagnosed(case: &Path, out: &Path) -> Result<(), String> {
+    let text = |e: &dyn std::fmt::Display| e.to_string();
+    let read = |path: &Path| {
+        Ok::<_, String>(load(&[path.to_owned()], &LoadOptions::default()).map_err(|e| text(&e))?.recordings)
+    };
+    let rig = Rig::read(&case.join("rig.toml")).map_err(|e| text(&e))?;
+    let recordings = read(case)?;
+    let baseline = case.join("baseline");
+    let baseline = if baseline.exists() { Some(read(&baseline)?) } else { None };
+    let outcome = diagnose(&rig, baseline.as_deref(), &recordings, 1, &|_| ()).map_err(|e| text(&e))?;
+    let report = report::diagnosis::document(&rig, &outcome, "").map_err(|e| text(&e))?;
+    folder(out, &outcome, &report.html()).map_err(|e| text(&e))
+}
+
+/// Says what was hidden, and scores what was said.
+fn open(config: &Config, number: usize, brief: &Brief, out: &Path) -> Result<Score, ProofError> {
+    let name = name(number);
+    let truth = config.case(number, brief)?.truth;
+    make(&out.join("truth"))?;
+    store(&out.join("truth").join(format!("{name}.json")), &truth)?;
+    let diagnosis = out.join("diagnoses").join(&name);
+    let ran: Ran = read(&diagnosis.join("run.json"))?;
+    let said = if ran.error.is_none() { Some(read(&diagnosis.join(DOCUMENT))?) } else { None };
+    Ok(Score::of(name, brief, truth, said.as_ref(), &ran))
+}
+
+fn make(folder: &Path) -> Result<(), ProofError> {
+    std::fs::create_dir_all(folder).map_err(|source| ProofError::Io { path: folder.into(), source })
+}
+
+fn store(path: &Path, value: &impl Serialize) -> Result<(), ProofError> {
+    let json = |source| ProofError::Json { path: path.into(), source };
+    let text = serde_json::to_vec_pretty(value).map_err(json)?;
+    write_atomically(path, &text).map_err(|source| ProofError::Io { path: path.into(), source })
+}
+
+fn read<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, ProofError> {
+    let text = std::fs::read(path).map_err(|source| ProofError::Io { path: path.into(), source })?;
+    serde_json::from_slice(&text).map_err(|source| ProofError::Json { path: path.into(), source })
+}

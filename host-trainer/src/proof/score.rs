@@ -1,0 +1,137 @@
+//! One case: what was hidden beside what was said.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::Ran;
+use crate::concealed::Truth;
+use crate::concealed::brief::{Brief, Hidden, Kind};
+
+/// What a proof reads of `diagnosis.json`: the contract's keys.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Said {
+    verdict: String,
+    causes: Vec<Named>,
+    fit: Fit,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct Named {
+    name: String,
+    parameters: BTreeMap<String, serde_json::Value>,
+    interval95: BTreeMap<String, [f64; 2]>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct Fit {
+    before: f64,
+    after: f64,
+}
+
+/// One case, scored.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Score {
+    /// Case.
+    pub case: String,
+    /// Kind of case.
+    pub kind: &'static str,
+    /// Severity of a single effect.
+    pub severity: Option<&'static str>,
+    /// Whether noise was several times the usual.
+    pub loud: bool,
+    /// Whether a tachometer was recorded.
+    pub tachometer: bool,
+    /// Whether the rig held guesses.
+    pub guessed: bool,
+    /// What was hidden.
+    pub truth: Truth,
+    /// Names that were said; empty for a verdict without a cause.
+    pub said: Vec<String>,
+    /// Verdict, or the error that there was instead.
+    pub verdict: String,
+    /// Whether what was said is exactly what was hidden.
+    pub right: bool,
+    /// Whether the first cause said is one that was hidden.
+    pub first_right: bool,
+    /// Parameters of causes that are right.
+    pub parameters: Vec<Checked>,
+    /// Held-out error before and after, where a cause was named.
+    pub held_out: Option<[f64; 2]>,
+    /// Wall time, s.
+    pub seconds: f64,
+}
+
+/// A parameter beside its truth.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Checked {
+    /// Cause and key.
+    pub key: String,
+    /// As hidden.
+    pub truth: f64,
+    /// As found.
+    pub found: f64,
+    /// Whether its 95 % interval holds the truth; nothing where none was stated.
+    pub held: Option<bool>,
+}
+
+impl Score {
+    /// Scores a case; `said` is nothing where the diagnosis ended with an error.
+    pub fn of(case: String, brief: &Brief, truth: Truth, said: Option<&Said>, ran: &Ran) -> Self {
+        let names: Vec<String> = said.map_or(Vec::new(), |s| s.causes.iter().map(|c| c.name.clone()).collect());
+        let verdict = match (said, &ran.error) {
+            (Some(said), _) => said.verdict.clone(),
+            (None, error) => format!("error: {}", error.as_deref().unwrap_or("none stated")),
+        };
+        let counts = |name: &String| truth.causes.contains(name) || truth.accept.contains(name);
+        let (right, first_right) = match brief.kind() {
+            Kind::Control => (verdict == "no-mismatch", verdict == "no-mismatch"),
+            Kind::Outside => (verdict == "unexplained", verdict == "unexplained"),
+            Kind::Single | Kind::Pair => {
+                let named = |cause: &String| names.contains(cause) || truth.accept.iter().any(|a| names.contains(a));
+                let all = names.iter().all(counts) && truth.causes.iter().all(named);
+                (all, names.first().is_some_and(counts))
+            }
+        };
+        let severity = match &brief.hidden {
+            Hidden::Effects(names) if names.len() == 1 => Some(names[0].1.name()),
+            _ => None,
+        };
+        Self {
+            case,
+            kind: brief.kind().name(),
+            severity,
+            loud: brief.loud,
+            tachometer: brief.tachometer,
+            guessed: brief.guessed,
+            said: names.clone(),
+            verdict,
+            right,
+            first_right,
+            parameters: said.map_or(Vec::new(), |s| checked(&truth, s)),
+            held_out: said.filter(|s| !s.causes.is_empty()).map(|s| [s.fit.before, s.fit.after]),
+            seconds: ran.seconds,
+            truth,
+        }
+    }
+}
+
+fn checked(truth: &Truth, said: &Said) -> Vec<Checked> {
+    let mut out = Vec::new();
+    for cause in &said.causes {
+        let Some(effect) = truth.effects.iter().find(|e| e.name == cause.name) else { continue };
+        // A value at another place is not the same quantity.
+        let elsewhere = |(key, name): (&String, &String)| {
+            cause.parameters.get(key).and_then(|v| v.as_str()).is_some_and(|found| found != name)
+        };
+        if effect.names.iter().any(elsewhere) {
+            continue;
+        }
+        for (key, found) in cause.parameters.iter().filter_map(|(k, v)| Some((k, v.as_f64()?))) {
+            let Some(truth) = effect.numbers.get(key) else { continue };
+            let held = cause.interval95.get(key).map(|[low, high]| (*low..=*high).contains(truth));
+            out.push(Checked { key: format!("{} {key}", cause.name), truth: *truth, found, held });
+        }
+    }
+    out
+}

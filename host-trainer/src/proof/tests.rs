@@ -1,0 +1,104 @@
+use std::collections::BTreeMap;
+
+use super::table::{Summary, confusion, markdown};
+use super::*;
+use crate::concealed::{Effect, Truth};
+
+fn config(kinds: &[&str], effects: &[&str], every: usize) -> Config {
+    let strings = |of: &[&str]| of.iter().map(|s| String::from(*s)).collect();
+    Config {
+        seed: 0,
+        rounds: 1,
+        seconds: 0.4,
+        kinds: strings(kinds),
+        severities: strings(&["severe"]),
+        effects: strings(effects),
+        every,
+    }
+}
+
+/// The whole proof in its short form: a control, and effects that nobody should miss.
+#[test]
+fn short_form_names_what_is_severe_and_is_quiet_on_a_control() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |config: &Config| prove(config, folder.path(), 1, &|_, _, _| ());
+    let severe = config(&["single"], &["unbalance", "sensor-bias", "outer-race-defect"], 1);
+    let mut scores = run(&severe).unwrap();
+    scores.extend(run(&config(&["control"], &[], 20)).unwrap());
+    assert_eq!(scores.len(), 4);
+    for score in &scores {
+        assert!(score.right, "{}: {:?} called {:?} {}", score.case, score.truth.causes, score.said, score.verdict);
+    }
+    // What has been done is not done again.
+    let ran = |score: &Score| folder.path().join("diagnoses").join(&score.case).join("run.json");
+    let before = std::fs::metadata(ran(&scores[0])).unwrap().modified().unwrap();
+    assert_eq!(run(&severe).unwrap(), scores[..3]);
+    assert_eq!(std::fs::metadata(ran(&scores[0])).unwrap().modified().unwrap(), before);
+    // Another proof's folder is left alone.
+    let refused = run(&Config { seed: 1, ..severe }).unwrap_err();
+    assert!(matches!(refused, ProofError::Another { .. }), "{refused}");
+}
+
+#[test]
+fn no_case_at_all_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = prove(&config(&["control"], &["unbalance"], 1), folder.path(), 1, &|_, _, _| ()).unwrap_err();
+    assert!(matches!(refused, ProofError::Nothing), "{refused}");
+}
+
+fn truth(causes: &[&str]) -> Truth {
+    let effect = |name: &&str| Effect {
+        name: (*name).into(),
+        numbers: BTreeMap::from([("force_n".into(), 10.0)]),
+        names: BTreeMap::new(),
+    };
+    let named = causes.iter().filter(|c| **c != "unexplained");
+    let effects = named.map(effect).collect();
+    let outside = causes.contains(&"unexplained").then(|| "echo".into());
+    Truth { causes: causes.iter().map(|c| (*c).into()).collect(), accept: Vec::new(), effects, outside, change: 0.1 }
+}
+
+fn said(verdict: &str, causes: &[&str], interval: [f64; 2]) -> score::Said {
+    let cause = |name: &&str| serde_json::json!({ "name": name, "parameters": { "force_n": 10.5 }, "interval95": { "force_n": interval } });
+    let causes: Vec<_> = causes.iter().map(cause).collect();
+    let document = serde_json::json!({ "verdict": verdict, "causes": causes, "fit": { "before": 2.0, "after": 1.0 } });
+    serde_json::from_value(document).unwrap()
+}
+
+fn scored(hidden: Hidden, causes: &[&str], said: &score::Said) -> Score {
+    let brief = Brief { hidden, loud: false, tachometer: false, guessed: false };
+    Score::of("case000".into(), &brief, truth(causes), Some(said), &Ran { seconds: 1.0, error: None })
+}
+
+#[test]
+fn a_score_tells_right_from_first_right_from_wrong() {
+    let single = |name| Hidden::Effects(vec![(name, Severity::Plain)]);
+    let misalignment = single("misalignment");
+    let one = scored(misalignment.clone(), &["misalignment"], &said("mismatch", &["misalignment"], [9.0, 11.0]));
+    assert!(one.right && one.first_right && one.parameters[0].held == Some(true));
+    let two = said("mismatch", &["misalignment", "shock"], [10.2, 11.0]);
+    let two = scored(misalignment.clone(), &["misalignment"], &two);
+    assert!(!two.right && two.first_right && two.parameters[0].held == Some(false));
+    let wrong = scored(misalignment, &["misalignment"], &said("mismatch", &["shock"], [9.0, 11.0]));
+    assert!(!wrong.right && !wrong.first_right && wrong.parameters.is_empty());
+    let alarm = scored(Hidden::Nothing, &[], &said("mismatch", &["shock"], [9.0, 11.0]));
+    let quiet = scored(Hidden::Nothing, &[], &said("no-mismatch", &[], [9.0, 11.0]));
+    assert!(!alarm.right && quiet.right);
+    let outside = Hidden::Outside(crate::concealed::outside::Outside::Echo);
+    let honest = scored(outside.clone(), &["unexplained"], &said("unexplained", &[], [9.0, 11.0]));
+    let bluff = scored(outside, &["unexplained"], &said("mismatch", &["shock"], [9.0, 11.0]));
+    assert!(honest.right && !bluff.right);
+    let both = Hidden::Effects(vec![("misalignment", Severity::Plain), ("shock", Severity::Plain)]);
+    let half = scored(both.clone(), &["misalignment", "shock"], &said("mismatch", &["shock"], [9.0, 11.0]));
+    let whole = said("mismatch", &["shock", "misalignment"], [9.0, 11.0]);
+    let whole = scored(both, &["misalignment", "shock"], &whole);
+    assert!(!half.right && half.first_right && whole.right);
+
+    let all = [one, two, wrong, alarm, quiet, honest, bluff, half, whole];
+    let summary = Summary::of(&all);
+    assert_eq!((summary.first_right.of, summary.first_right.all), (2, 3));
+    assert_eq!((summary.only_right.of, summary.quiet.of, summary.honest.of, summary.both.of), (1, 1, 1, 1));
+    assert_eq!((summary.improved.of, summary.improved.all), (7, 7));
+    assert!(markdown(&all).contains("| misalignment | – | 2/3 | – | misalignment + shock (case000, plain)"));
+    assert!(confusion(&all).starts_with("hidden,misalignment,misalignment + shock,no-mismatch"));
+}
