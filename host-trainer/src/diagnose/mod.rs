@@ -13,6 +13,7 @@
 //! | [`pointers`] | where a search in time or frequency starts |
 //! | [`hypothesis`] | every explanation, and where a search for it starts |
 //! | [`screen`] | a first look at all of them |
+//! | [`closer`] | a closer look at what that found |
 //! | [`compete`] | the best of them, fitted, and what each gains |
 //! | `statement` | what the contest has found, as causes, rejected explanations and a fit |
 //! | [`prove`] | what a correction does to recordings that took no part |
@@ -20,6 +21,7 @@
 
 pub mod acquisition;
 pub mod bearing;
+pub mod closer;
 pub mod compete;
 mod error;
 pub mod faults;

@@ -203,4 +203,14 @@ mod tests {
         let one = [vec![1e6], vec![-0.1; 200]].concat();
         assert!(by_signs(&one, 1) > 0.5, "one block does not decide");
     }
+
+    #[test]
+    fn a_gain_in_few_frequencies_is_proof_where_it_is_large() {
+        let mixed: Vec<f64> = (0..200u32).map(|k| (f64::from(k * 7919 % 101) - 50.0) / 50.0).collect();
+        let line = |gain: f64| [mixed.clone(), vec![gain - mixed.iter().sum::<f64>()]].concat();
+        assert!(p_value(&line(0.0), 1, 1) > 0.1);
+        // Two nats more than the angles give are no proof, fifteen are.
+        assert!(p_value(&line(3.0), 1, 1) > 0.1);
+        assert!(p_value(&line(16.0), 1, 1) < 1e-5);
+    }
 }

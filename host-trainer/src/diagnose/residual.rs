@@ -237,6 +237,14 @@ mod tests_of_residuals {
     }
 
     #[test]
+    fn a_line_shows_though_it_is_nothing_in_all() {
+        let plain = excess(&[noise(1, |_| 1.0)]);
+        assert!(plain.peaks < 1.0 && !plain.is_more_than_chance(), "{plain:?}");
+        let line = excess(&[noise(1, |k| if k == 1200 { 12.0 } else { 1.0 })]);
+        assert!(line.deviations < EXCESS && line.peaks > PEAKS && line.is_more_than_chance(), "{line:?}");
+    }
+
+    #[test]
     fn literature_normal_tails() {
         for (z, p) in [(1.96, 0.05), (3.0, 0.0027), (5.5, 3.8e-8)] {
             assert!((two_sided(z) / p - 1.0).abs() < 0.02, "{z}: {}", two_sided(z));
