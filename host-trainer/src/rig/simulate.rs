@@ -185,7 +185,7 @@ pub fn response_to_process_force(rig: &Rig, condition: &OperatingCondition) -> R
 /// modes are exact at any step, the contact follows at one step a sample, and only an effect can be too fast for that.
 pub fn fewest_substeps(rig: &Rig, sample_rate_hz: f64) -> usize {
     let plan = plan_of(rig);
-    (plan.rate_rad_per_s / (sample_rate_hz * FASTEST_PER_STEP)).ceil().clamp(1.0, 256.0) as usize
+    (plan.rate_rad_per_s / (sample_rate_hz * FASTEST_PER_STEP)).ceil().clamp(1.0, MOST_SUBSTEPS) as usize
 }
 
 /// Time from rest that is enough where what is left of the start may be a ten-thousandth of the noise: some time constants
@@ -199,6 +199,10 @@ pub fn shortest_settling_s(rig: &Rig) -> f64 {
 
 /// e⁻¹² is 6e-6.
 const TIME_CONSTANTS: f64 = 12.0;
+
+/// What is faster than so many steps a sample follow is not seen at the sample rate: a search that makes an impact ever
+/// shorter must not take ever longer.
+const MOST_SUBSTEPS: f64 = 8.0;
 
 /// Rate of an effect times step that an explicit method of order four follows, inside its stability limit of 2.7.
 const FASTEST_PER_STEP: f64 = 1.2;
