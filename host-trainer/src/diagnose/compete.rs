@@ -1,7 +1,7 @@
 //! Hypotheses compete: each is brought as near to the recordings as it can come, and judged by what it gains.
 
 use super::hypothesis::{Hypothesis, Start};
-use super::residual::{excess, whitened};
+use super::residual::{EDGE, excess, whitened};
 use super::screen::{Ground, Promise, screen};
 use crate::rig::{Rig, RigError};
 use crate::whittle::align;
@@ -169,6 +169,11 @@ impl<'o> Contest<'o> {
             let Some(from) = best_of_each(&problem, &heat.point, tries) else { continue };
             let limits = Limits { steps: STEPS, ..Limits::default() };
             let Ok(found) = search(&problem, from, &limits) else { continue };
+            // Before a recording, or at its ends, an impact stands for the jump that the ends are.
+            let last = problem.rig_at(&found.point.coordinates)?.effects.last().and_then(|e| e.number("time_s"));
+            if last.is_some_and(|time_s| self.all.iter().any(|o| !o.condition.is_within(time_s, EDGE))) {
+                continue;
+            }
             let gain = null.expansion.misfit() - found.expansion.misfit();
             if explainable && leaves_nothing(&problem, &found)? {
                 enough = Some(enough.map_or(gain, |best: f64| best.max(gain)));
