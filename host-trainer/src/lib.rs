@@ -19,6 +19,7 @@ pub mod recording;
 pub mod report;
 pub mod rig;
 pub mod signal;
+pub mod significance;
 pub mod sindy_nn;
 pub mod spectra;
 pub mod states;

@@ -13,10 +13,10 @@ use std::{fs, path::Path, time::Instant};
 
 use ballrace::{
     diagnose::{
-        diagnose,
+        Task, diagnose,
         outcome::{Cause, Fit, Outcome, Parameter, Verdict},
     },
-    recording::{LoadOptions, Recording, load, manifest},
+    recording::{Recording, load_all, manifest},
     report::number::significant,
     rig::Rig,
 };
@@ -58,12 +58,13 @@ fn run(case: &Case) -> Result<Outcome> {
         let folder = folder.path().join(name);
         fs::create_dir(&folder)?;
         fs::write(folder.join(manifest::FILE_NAME), text)?;
-        Ok(load(&[folder], &LoadOptions::default())?.recordings)
+        Ok(load_all(&folder)?)
     };
     let recordings = read("recordings", &case.recordings)?;
     let baseline = case.baseline.as_deref().map(|text| read("baseline", text)).transpose()?;
     let progress = |what: &str| eprintln!("{}: {what}", case.name);
-    Ok(diagnose(&rig, baseline.as_deref(), &recordings, SEED, &progress)?)
+    let task = Task { rig: &rig, baseline: baseline.as_deref(), recordings: &recordings, seed: SEED };
+    Ok(diagnose(&task, &progress)?)
 }
 
 /// The causes with their parameters, or the verdict where there are none.
@@ -71,8 +72,7 @@ fn said(outcome: &Outcome) -> String {
     let diagnosis = &outcome.diagnosis;
     match diagnosis.verdict {
         Verdict::Mismatch => diagnosis.causes.iter().map(cause).collect::<Vec<_>>().join("; "),
-        Verdict::NoMismatch => "no-mismatch".into(),
-        Verdict::Unexplained => "unexplained".into(),
+        other => other.name().into(),
     }
 }
 

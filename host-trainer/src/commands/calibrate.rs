@@ -9,8 +9,7 @@ use super::{Failure, json, line, write};
 use crate::calibrate::bearing::{Calibration, Options, PathChoice};
 use crate::calibrate::calibrate;
 use crate::force_balance::{self, calibrate_sdof};
-use crate::recording::Recording;
-use crate::recording::{LoadOptions, load};
+use crate::recording::{Recording, load_all};
 use crate::report;
 use crate::report::Document;
 use crate::report::number::{significant, with_interval};
@@ -64,8 +63,7 @@ enum Path {
 /// Runs `calibrate`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let rig = Rig::read(&args.rig).map_err(Failure::input)?;
-    let recordings =
-        load(std::slice::from_ref(&args.recordings), &LoadOptions::default()).map_err(Failure::input)?.recordings;
+    let recordings = load_all(&args.recordings).map_err(Failure::input)?;
     if matches!(rig.model, Model::Sdof(_)) {
         return sdof(args, &rig, &recordings);
     }

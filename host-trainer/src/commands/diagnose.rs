@@ -1,12 +1,12 @@
 //! `ballrace diagnose`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::{Failure, json, line};
-use crate::diagnose::diagnose;
 use crate::diagnose::outcome::{Cause, Outcome, Parameter};
-use crate::diagnose::write::{Document, folder};
-use crate::recording::{LoadOptions, Recording, load};
+use crate::diagnose::write::Document;
+use crate::diagnose::{Task, diagnose};
+use crate::recording::load_all;
 use crate::report;
 use crate::report::diagnosis::percent;
 use crate::report::held_out::errors;
@@ -53,16 +53,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Input(format!("--out: found the file {}, expected a folder", args.out.display())));
     }
     let rig = Rig::read(&args.rig).map_err(Failure::input)?;
+    let read = |path: &PathBuf| load_all(path).map_err(Failure::input);
     let recordings = read(&args.recordings)?;
-    let baseline = args.baseline.as_deref().map(read).transpose()?;
+    let baseline = args.baseline.as_ref().map(read).transpose()?;
+    let task = Task { rig: &rig, baseline: baseline.as_deref(), recordings: &recordings, seed: args.seed };
     let spinner = super::input::spinner();
     let progress = |what: &str| spinner.set_message(what.to_owned());
-    let outcome = diagnose(&rig, baseline.as_deref(), &recordings, args.seed, &progress);
+    let outcome = diagnose(&task, &progress);
     spinner.finish_and_clear();
     let outcome = outcome.map_err(Failure::input)?;
-    let about = about(&recordings, baseline.as_deref());
-    let report = report::diagnosis::document(&rig, &outcome, &about).map_err(Failure::other)?;
-    folder(&args.out, &outcome, &report.html()).map_err(Failure::other)?;
+    report::diagnosis::folder(&args.out, &task, &outcome).map_err(Failure::other)?;
     if args.json {
         return json(&Document::of(&outcome));
     }
@@ -70,21 +70,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         line(text)?;
     }
     line(format_args!("wrote {}; the report is {}", args.out.display(), args.out.join("report.html").display()))
-}
-
-fn read(path: &Path) -> Result<Vec<Recording>, Failure> {
-    Ok(load(&[path.to_owned()], &LoadOptions::default()).map_err(Failure::input)?.recordings)
-}
-
-fn about(recordings: &[Recording], baseline: Option<&[Recording]>) -> String {
-    let seconds: f64 = recordings.iter().map(Recording::duration_s).sum();
-    let compared = baseline.map_or(String::new(), |b| format!(", beside {} of the healthy machine", b.len()));
-    let count = match recordings {
-        [one] => one.name(),
-        [first, .., last] => format!("{} recordings, {} to {}", recordings.len(), first.name(), last.name()),
-        [] => String::new(),
-    };
-    format!("{count}, {seconds:.1} s{compared}")
 }
 
 fn lines(outcome: &Outcome) -> Vec<String> {

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{Failure, json, line};
 use crate::recording::manifest::Manifest;
-use crate::recording::{LoadOptions, Recording, load, write};
+use crate::recording::{Recording, load_all, write};
 use crate::rig::conduct;
 use crate::rig::config::{Model, Rig};
 
@@ -71,7 +71,7 @@ pub fn simulate(args: &SimulateArgs) -> Result<(), Failure> {
     }
     let rig = Rig::read(&args.rig).map_err(Failure::input)?;
     let made = if matches!(rig.model, Model::Sdof(_)) {
-        conduct::recordings(&rig, &read(&args.manifest)?, args.seed)
+        conduct::recordings(&rig, &load_all(&args.manifest).map_err(Failure::input)?, args.seed)
     } else {
         let manifest = Manifest::read(&args.manifest).map_err(Failure::input)?;
         conduct::entries(&rig, &manifest.entries, args.seconds, args.seed)
@@ -82,12 +82,9 @@ pub fn simulate(args: &SimulateArgs) -> Result<(), Failure> {
 /// Runs `predict`.
 pub fn predict(args: &PredictArgs) -> Result<(), Failure> {
     let rig = Rig::read(&args.rig).map_err(Failure::input)?;
-    let made = conduct::recordings(&rig, &read(&args.recordings)?, args.seed).map_err(Failure::input)?;
+    let recordings = load_all(&args.recordings).map_err(Failure::input)?;
+    let made = conduct::recordings(&rig, &recordings, args.seed).map_err(Failure::input)?;
     store(&made, &args.out, args.json)
-}
-
-fn read(path: &Path) -> Result<Vec<Recording>, Failure> {
-    Ok(load(&[path.to_owned()], &LoadOptions::default()).map_err(Failure::input)?.recordings)
 }
 
 #[derive(Serialize)]

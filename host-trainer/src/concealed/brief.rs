@@ -3,6 +3,7 @@
 
 use super::effects;
 use super::outside::Outside;
+use crate::rig::effect::REGISTRY;
 
 /// What a case is to be, before anything of it is drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,7 +107,7 @@ const OUTSIDE_EACH: usize = 2;
 pub fn round(number: usize) -> Vec<Brief> {
     let mut hidden = vec![Hidden::Nothing; CONTROLS];
     for severity in Severity::ALL {
-        hidden.extend(effects::NAMES.iter().map(|name| Hidden::Effects(vec![(name, severity)])));
+        hidden.extend(REGISTRY.iter().map(|effect| Hidden::Effects(vec![(effect.name, severity)])));
     }
     hidden.extend(
         pairs(number).into_iter().map(|[a, b]| Hidden::Effects(vec![(a, Severity::Plain), (b, Severity::Plain)])),

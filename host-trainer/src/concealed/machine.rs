@@ -6,7 +6,6 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use crate::rig::config::BearingRig;
-use crate::rig::plan::Plan;
 use crate::rig::simulate::{OperatingCondition, bearing_of};
 use crate::rig::{Rig, RigError};
 
@@ -92,7 +91,7 @@ pub fn draw(loud: bool, seconds: f64, count: usize, rng: &mut ChaCha8Rng) -> Res
             samples: (seconds * SAMPLE_RATE_HZ).round() as usize,
         });
     }
-    let machine = bearing_of(&Plan::new(rig.model.clone()))?;
+    let machine = bearing_of(&rig.model)?;
     Ok(Drawn { rig, machine, conditions })
 }
 

@@ -6,14 +6,14 @@
 use std::path::Path;
 
 use super::DemoError;
-use crate::diagnose::{self, diagnose};
+use crate::diagnose::{self, Task, diagnose};
 use crate::export::{self, Format, Limits, Sizes};
 use crate::fit::terms::{self, Entered};
 use crate::fit::{self, FitConfig, Fitted, Series, causes, fit, score};
 use crate::input::Input;
 use crate::model::OwnedModel;
 use crate::model_file;
-use crate::recording::{self, LoadOptions, Recording};
+use crate::recording::{Recording, load_all};
 use crate::report;
 use crate::rig::{Rig, conduct};
 use crate::watch::{self, Watched, watch};
@@ -81,7 +81,7 @@ pub struct Residuals {
 /// The first thing that goes wrong.
 pub fn run(job: &Job, out: &Path, progress: &(dyn Fn(&str, f64) + Sync)) -> Result<Found, DemoError> {
     progress("reading", 0.02);
-    let recordings = recording::load(&[out.join("recordings")], &LoadOptions::default())?.recordings;
+    let recordings = load_all(&out.join("recordings"))?;
     let input = Input::of(&recordings, Some(CHANNEL))?;
     let rig = Rig::read(&out.join(RIG))?;
     let (total, least) = (recordings.len(), 4 * job.diagnosed.max(1));
@@ -104,11 +104,10 @@ pub fn run(job: &Job, out: &Path, progress: &(dyn Fn(&str, f64) + Sync)) -> Resu
     let alarm = watched.summary.first_alarm.as_ref().map(|alarm| alarm.recording_index as usize);
     let (diagnosed, judged) = parted(total, alarm, job.diagnosed);
     let chosen: Vec<Recording> = diagnosed.iter().map(|n| recordings[*n].clone()).collect();
-    let diagnosis = diagnose(&rig, None, &chosen, job.fit.seed, &|what| progress(what, 0.2))?;
-    let about = format!("{} recordings of the demo, {:.2} s each", chosen.len(), chosen[0].duration_s());
-    let page = report::diagnosis::document(&rig, &diagnosis, &about)?;
+    let task = Task { rig: &rig, baseline: None, recordings: &chosen, seed: job.fit.seed };
+    let diagnosis = diagnose(&task, &|what| progress(what, 0.2))?;
     let folder = out.join(DIAGNOSIS);
-    diagnose::write::folder(&folder, &diagnosis, &page.html())?;
+    report::diagnosis::folder(&folder, &task, &diagnosis)?;
 
     // As `fit --diagnosis` does, from the files.
     let corrected = Rig::read(&folder.join(diagnose::write::RIG))?;

@@ -10,7 +10,6 @@
 //!    ([`prove`](super::prove)), and takes away most of what there was to explain. Where something is left and nothing
 //!    stands, nothing in the vocabulary explains it.
 
-use super::DiagnoseError;
 use super::acquisition::Acquired;
 use super::compete::{Contender, Contest, Dropped, Ranking};
 use super::hypothesis::{self, Hypothesis};
@@ -18,11 +17,12 @@ use super::outcome::{Cause, Diagnosis, Location, Outcome, SCHEMA, Verdict};
 use super::prove::{Proof, prove, replicate, shown};
 use super::residual::{Excess, Whitened, excess, tests, whitened};
 use super::statement;
+use super::{DiagnoseError, Task};
 use super::{locate, pointers, recorded};
 use crate::calibrate::bearing::{Options, calibrate};
 use crate::calibrate::split::{Split, part};
 use crate::recording::Recording;
-use crate::rig::Rig;
+use crate::rig::{Rig, effect};
 use crate::whittle::coordinate::Coordinate;
 use crate::whittle::observed::Observed;
 use crate::whittle::problem::Problem;
@@ -47,16 +47,11 @@ const BRIEF_S: f64 = 0.4;
 ///
 /// # Errors
 /// Recordings without acceleration, speed or load; a rig that cannot run.
-pub fn diagnose(
-    rig: &Rig,
-    baseline: Option<&[Recording]>,
-    recordings: &[Recording],
-    seed: u64,
-    progress: &dyn Fn(&str),
-) -> Result<Outcome, DiagnoseError> {
-    let rig = match measure(rig, baseline, recordings, seed, progress)? {
+pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<Outcome, DiagnoseError> {
+    let Task { recordings, seed, .. } = *task;
+    let rig = match measure(task, progress)? {
         Measure::Waveforms(rig) => rig,
-        Measure::Rhythm(rig) => return recorded::diagnose(&rig, baseline, recordings, seed, progress),
+        Measure::Rhythm(rig) => return recorded::diagnose(&Task { rig: &rig, ..*task }, progress),
     };
     let acquired = Acquired::of(&rig, recordings)?;
     let sets = Sets::of(&acquired.recordings)?;
@@ -86,13 +81,8 @@ enum Measure {
     Rhythm(Rig),
 }
 
-fn measure(
-    rig: &Rig,
-    baseline: Option<&[Recording]>,
-    recordings: &[Recording],
-    seed: u64,
-    progress: &dyn Fn(&str),
-) -> Result<Measure, DiagnoseError> {
+fn measure(task: &Task, progress: &dyn Fn(&str)) -> Result<Measure, DiagnoseError> {
+    let Task { rig, baseline, recordings, seed } = *task;
     if let Some(baseline) = baseline {
         progress("calibrating to the baseline");
         let rig = calibrate(rig, baseline, &Options { seed, ..Options::default() }, progress)?.rig;
@@ -277,7 +267,7 @@ fn best<'c, 'o>(contenders: &'c [Contender<'o>], seed: u64) -> Option<(&'c Conte
 /// is exact: of an effect on small motions the rig's linearisation is not.
 fn worth_a_second(first: &Contender, left: &Excess) -> Option<f64> {
     let least = SECOND_GAINS * first.gain;
-    let exact = crate::rig::effect::definition(first.name).is_some_and(|d| d.deterministic);
+    let exact = effect::definition(first.name).is_some_and(|d| d.deterministic);
     match (left.is_more_than_chance(), exact) {
         (true, _) => Some(least),
         (false, true) => Some(least.max(LEAST_PROMISE)),

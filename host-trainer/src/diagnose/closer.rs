@@ -10,7 +10,7 @@ use crate::rig::{Rig, RigError};
 use crate::whittle::align;
 use crate::whittle::likelihood::means;
 
-/// A pit's width and place, scanned finely: a ball takes a time over the pit that is a few periods of the fastest mode, so
+/// A pit's width, place and depth, scanned finely: a ball takes a time over the pit that is a few periods of the fastest mode, so
 /// that widths half a period apart look alike and a search would stop at the wrong one; likewise the pulses, which hold
 /// the ball's angle to the pit's, and the balls' passing, which holds it to the load's.
 ///
@@ -127,25 +127,20 @@ fn matched(ground: &Ground, rig: &Rig, promise: &Promise) -> Result<Vec<f64>, Ri
     Ok([1.0, -1.0].into_iter().filter_map(greatest).map(|i| i as f64 / rate).collect())
 }
 
-/// The same pulses with the balls elsewhere under the load.
+/// The same pulses with a race's pit elsewhere: a ball meets it at the same times where the cage turns with a pit of the
+/// outer race, or the shaft against one of the inner.
 fn turned(promise: &Promise) -> Vec<Try> {
-    let of = |by: f64| {
-        let key = promise.start.free[2];
-        let moves_cage = promise.start.effect.name == "outer-race-defect";
-        let angles = promise.angles.iter().map(
-            |[cage, shaft]| {
-                if moves_cage { [cage + by, *shaft] } else { [*cage, shaft - by] }
-            },
-        );
-        Try {
-            hypothesis: promise.hypothesis,
-            start: promise.start.with(key, promise.start.number(key) + by),
-            angles: Angles::Given(angles.collect()),
-        }
+    let of = |by: f64, turn: &dyn Fn([f64; 2]) -> [f64; 2]| Try {
+        hypothesis: promise.hypothesis,
+        start: promise.start.with("angle_rad", promise.start.number("angle_rad") + by),
+        angles: Angles::Given(promise.angles.iter().copied().map(turn).collect()),
     };
+    let with_cage = |by: f64| of(by, &|[cage, shaft]| [cage + by, shaft]);
+    let against_shaft = |by: f64| of(by, &|[cage, shaft]| [cage, shaft - by]);
     match promise.start.effect.name.as_str() {
-        "outer-race-defect" => (-30..=30).map(|k| of(0.02 * f64::from(k))).collect(),
-        "inner-race-defect" => (0..24).map(|k| of(TAU / 24.0 * f64::from(k))).collect(),
+        "outer-race-defect" => (-30..=30).map(|k| with_cage(0.02 * f64::from(k))).collect(),
+        "inner-race-defect" => (0..24).map(|k| against_shaft(TAU / 24.0 * f64::from(k))).collect(),
+        // A ball's spin goes with the angles.
         _ => Vec::new(),
     }
 }

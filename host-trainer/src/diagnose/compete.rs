@@ -72,6 +72,12 @@ pub struct Dropped {
     pub fitted: bool,
 }
 
+impl Dropped {
+    fn of(hypothesis: &Hypothesis, gain: f64, fitted: bool) -> Self {
+        Self { name: hypothesis.name, place: hypothesis.place.clone(), gain, fitted }
+    }
+}
+
 /// The contest's surroundings.
 #[derive(Clone, Debug)]
 pub struct Contest<'o> {
@@ -108,7 +114,18 @@ impl<'o> Contest<'o> {
         // Where there is little to explain, leaving little of it says nothing.
         let explainable = !leaves_nothing(&problem, &null)?;
         progress("looking at every hypothesis");
-        let mut promises = Vec::new();
+        let looks = self.first_look(hypotheses)?;
+        let mut dropped = Vec::new();
+        let heats = self.heats(looks, least, &mut Best::new(explainable), &mut dropped, progress)?;
+        let mut contenders = self.finals(heats, &null, &mut Best::new(explainable), &mut dropped, progress)?;
+        contenders.sort_by(|a, b| b.merit.total_cmp(&a.merit));
+        dropped.sort_by(|a, b| b.fitted.cmp(&a.fitted).then(b.gain.total_cmp(&a.gain)));
+        Ok(Ranking { contenders, dropped })
+    }
+
+    /// What every hypothesis promises on a few recordings or their beginnings, the most promising first.
+    fn first_look<'h>(&self, hypotheses: &'h [Hypothesis]) -> Result<Vec<Look<'h, 'o>>, RigError> {
+        let mut looks = Vec::new();
         for (observed, whole) in [(self.brief, false), (self.few, true)] {
             let fits = |h: &Hypothesis| h.needs_whole_recordings() == whole;
             let these: Vec<_> = hypotheses.iter().enumerate().filter(|(_, h)| fits(h)).collect();
@@ -120,71 +137,90 @@ impl<'o> Contest<'o> {
             let ground = Ground { observed, angles: found.point.angles.clone(), expected };
             let rig = problem.rig_at(&found.point.coordinates)?;
             // A gain grows with what is looked at.
-            let samples = |o: &[Observed]| o.iter().map(|o| o.condition.samples).sum::<usize>() as f64;
             let scale = samples(self.all) / samples(observed);
-            let more = screen(&ground, &rig, &these)?.into_iter().map(|p| Promise { gain: p.gain * scale, ..p });
-            promises.extend(more.map(|p| (p, observed, found.expansion.misfit(), scale)));
+            looks.extend(screen(&ground, &rig, &these)?.into_iter().map(|p| Look {
+                hypothesis: &hypotheses[p.hypothesis],
+                promise: Promise { gain: p.gain * scale, ..p },
+                observed,
+                misfit: found.expansion.misfit(),
+                scale,
+            }));
         }
-        promises.sort_by(|a, b| b.0.gain.total_cmp(&a.0.gain));
-        let mut dropped = Vec::new();
-        let mut drop = |hypothesis: &Hypothesis, gain: f64, fitted: bool| {
-            dropped.push(Dropped { name: hypothesis.name, place: hypothesis.place.clone(), gain, fitted });
-        };
-        let mut heats: Vec<Heat> = Vec::new();
-        // The gain of one that leaves nothing to explain, once there is one.
-        let mut enough = None;
-        for (n, (promise, observed, before, scale)) in promises.into_iter().enumerate() {
-            let hypothesis = &hypotheses[promise.hypothesis];
-            if n >= SEARCHED || promise.gain < least || enough.is_some_and(|gain| promise.gain < RIVAL * gain) {
-                drop(hypothesis, promise.gain, false);
+        looks.sort_by(|a, b| b.promise.gain.total_cmp(&a.promise.gain));
+        Ok(looks)
+    }
+
+    /// Those that promise most, fitted to what they were looked at on; the best first.
+    fn heats<'h>(
+        &self,
+        looks: Vec<Look<'h, 'o>>,
+        least: f64,
+        best: &mut Best,
+        dropped: &mut Vec<Dropped>,
+        progress: &dyn Fn(&str),
+    ) -> Result<Vec<Heat<'h>>, RigError> {
+        let mut heats = Vec::new();
+        for (n, Look { hypothesis, promise, observed, misfit, scale }) in looks.into_iter().enumerate() {
+            if n >= SEARCHED || promise.gain < least || best.beats(promise.gain) {
+                dropped.push(Dropped::of(hypothesis, promise.gain, false));
                 continue;
             }
             progress(&format!("fitting {} {} ({} of {SEARCHED})", hypothesis.name, hypothesis.place, n + 1));
             let Some(problem) = self.problem(observed, &promise.start) else { continue };
             let Some(found) = heat(&problem, &promise.angles, n < SLOWLY) else { continue };
-            let gain = (before - found.expansion.misfit()) * scale;
-            if explainable && leaves_nothing(&problem, &found)? {
-                enough = Some(enough.map_or(gain, |best: f64| best.max(gain)));
-            }
+            let gain = (misfit - found.expansion.misfit()) * scale;
+            best.see(gain, &problem, &found)?;
             heats.push(Heat { gain, hypothesis, start: promise.start, found });
         }
         heats.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        let samples: usize = self.all.iter().map(|o| o.condition.samples).sum();
-        let mut out: Vec<Contender> = Vec::new();
-        let mut enough = None;
-        for (n, Heat { gain, hypothesis, start, found: heat }) in heats.into_iter().enumerate() {
-            if n >= FINALISTS || n > 1 && enough.is_some_and(|best| gain < RIVAL * best) {
-                drop(hypothesis, gain, true);
+        Ok(heats)
+    }
+
+    /// The best of those, fitted to all recordings.
+    fn finals(
+        &self,
+        heats: Vec<Heat>,
+        null: &Found,
+        best: &mut Best,
+        dropped: &mut Vec<Dropped>,
+        progress: &dyn Fn(&str),
+    ) -> Result<Vec<Contender<'o>>, RigError> {
+        let mut contenders = Vec::new();
+        for (n, heat) in heats.into_iter().enumerate() {
+            // Two at least: the best is told from another by what either gains on all.
+            if n >= FINALISTS || n > 1 && best.beats(heat.gain) {
+                dropped.push(Dropped::of(heat.hypothesis, heat.gain, true));
                 continue;
             }
-            progress(&format!("fitting {} {} to all ({} of {FINALISTS})", hypothesis.name, hypothesis.place, n + 1));
-            let Some(problem) = self.problem(self.all, &start) else { continue };
-            let Ok(rig) = problem.rig_at(&heat.point.coordinates) else { continue };
-            let Ok(aligned) = problem.aligned(&rig) else { continue };
-            // A weak effect does not move the angles, a strong one does.
-            let moved = problem.moved(&rig, &null.point.angles).unwrap_or_else(|_| null.point.angles.clone());
-            let apart = || align::angles_apart(&self.rig, &rig, self.all, &null.point.angles).ok();
-            let apart = if start.is_timed() { apart() } else { None };
-            let tries = [aligned, null.point.angles.clone(), moved].into_iter().chain(apart);
-            let Some(from) = best_of_each(&problem, &heat.point, tries) else { continue };
-            let limits = Limits { steps: STEPS, ..Limits::default() };
-            let Ok(found) = search(&problem, from, &limits) else { continue };
-            // Before a recording, or at its ends, an impact stands for the jump that the ends are.
-            let last = problem.rig_at(&found.point.coordinates)?.effects.last().and_then(|e| e.number("time_s"));
-            if last.is_some_and(|time_s| self.all.iter().any(|o| !o.condition.is_within(time_s, EDGE))) {
-                continue;
-            }
+            let Hypothesis { name, place, .. } = heat.hypothesis;
+            progress(&format!("fitting {name} {place} to all ({} of {FINALISTS})", n + 1));
+            let Some((problem, found)) = self.fitted_to_all(&heat, null) else { continue };
             let gain = null.expansion.misfit() - found.expansion.misfit();
-            if explainable && leaves_nothing(&problem, &found)? {
-                enough = Some(enough.map_or(gain, |best: f64| best.max(gain)));
-            }
+            best.see(gain, &problem, &found)?;
             let more = problem.coordinates.len() - self.unknown.len();
-            let merit = gain - 0.5 * more as f64 * (samples as f64).ln();
-            out.push(Contender { name: hypothesis.name, place: hypothesis.place.clone(), problem, found, merit, gain });
+            let merit = gain - 0.5 * more as f64 * samples(self.all).ln();
+            contenders.push(Contender { name, place: place.clone(), problem, found, merit, gain });
         }
-        out.sort_by(|a, b| b.merit.total_cmp(&a.merit));
-        dropped.sort_by(|a, b| b.fitted.cmp(&a.fitted).then(b.gain.total_cmp(&a.gain)));
-        Ok(Ranking { contenders: out, dropped })
+        Ok(contenders)
+    }
+
+    /// Nothing where it cannot be simulated under all conditions, or comes to happen where nothing can be seen.
+    fn fitted_to_all(&self, heat: &Heat, null: &Found) -> Option<(Problem<'o>, Found)> {
+        let problem = self.problem(self.all, &heat.start)?;
+        let rig = problem.rig_at(&heat.found.point.coordinates).ok()?;
+        // A weak effect does not move the angles, a strong one does.
+        let before = &null.point.angles;
+        let aligned = problem.aligned(&rig).ok()?;
+        let moved = problem.moved(&rig, before).ok();
+        let apart =
+            if heat.start.is_timed() { align::angles_apart(&self.rig, &rig, self.all, before).ok() } else { None };
+        let tries = [aligned, before.clone()].into_iter().chain(moved).chain(apart);
+        let from = best_of_each(&problem, &heat.found.point, tries)?;
+        let found = search(&problem, from, &Limits { steps: STEPS, ..Limits::default() }).ok()?;
+        // Before a recording, or at its ends, an impact stands for the jump that the ends are.
+        let effect = problem.rig_at(&found.point.coordinates).ok()?.effects.pop()?;
+        let inside = |time_s: f64| self.all.iter().all(|o| o.condition.is_within(time_s, EDGE));
+        effect.number("time_s").is_none_or(inside).then_some((problem, found))
     }
 
     fn problem(&self, observed: &'o [Observed], start: &Start) -> Option<Problem<'o>> {
@@ -195,6 +231,47 @@ impl<'o> Contest<'o> {
         let coordinates = self.unknown.iter().cloned().map(Some).chain(own).collect::<Option<Vec<_>>>()?;
         Some(Problem::new(observed, rig, coordinates))
     }
+}
+
+fn samples(observed: &[Observed]) -> f64 {
+    observed.iter().map(|o| o.condition.samples).sum::<usize>() as f64
+}
+
+/// The greatest gain of those that leave nothing to explain, once there is one.
+struct Best {
+    /// Whether there is so much to explain that leaving nothing of it says something.
+    explainable: bool,
+    gain: Option<f64>,
+}
+
+impl Best {
+    fn new(explainable: bool) -> Self {
+        Self { explainable, gain: None }
+    }
+
+    fn see(&mut self, gain: f64, problem: &Problem, found: &Found) -> Result<(), RigError> {
+        if self.explainable && leaves_nothing(problem, found)? {
+            self.gain = Some(self.gain.map_or(gain, |best| best.max(gain)));
+        }
+        Ok(())
+    }
+
+    /// Whether one that gains as little is no rival any more.
+    fn beats(&self, gain: f64) -> bool {
+        self.gain.is_some_and(|best| gain < RIVAL * best)
+    }
+}
+
+/// What a hypothesis promises at the first look.
+struct Look<'h, 'o> {
+    hypothesis: &'h Hypothesis,
+    /// Its gain is in ln L, as it would be on all.
+    promise: Promise,
+    /// What was looked at, and −ln L of it without the hypothesis.
+    observed: &'o [Observed],
+    misfit: f64,
+    /// How much more there is in all.
+    scale: f64,
 }
 
 /// A hypothesis fitted to a few recordings.

@@ -6,9 +6,9 @@
 use std::f64::consts::TAU;
 
 use super::outcome::{Fit, HeldOut, Location};
-use crate::force_balance::sign_flip;
 use crate::recording::Recording;
 use crate::rig::EffectEntry;
+use crate::significance::sign_flip;
 
 /// Pieces of each recording whose gains are compared.
 const BLOCKS: usize = 48;

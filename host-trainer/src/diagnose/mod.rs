@@ -44,23 +44,29 @@ pub use error::DiagnoseError;
 use crate::recording::Recording;
 use crate::rig::{Model, Rig};
 
-/// Names what is the matter with a rig of either kind. `baseline` are recordings of the healthy machine; `progress` is
-/// told what is being done.
+/// What is to be diagnosed.
+#[derive(Clone, Copy, Debug)]
+pub struct Task<'a> {
+    /// The rig as the engineer knows it.
+    pub rig: &'a Rig,
+    /// Recordings of the healthy machine.
+    pub baseline: Option<&'a [Recording]>,
+    /// Recordings that the rig may leave something of.
+    pub recordings: &'a [Recording],
+    /// Seed of simulations and permutations.
+    pub seed: u64,
+}
+
+/// Names what is the matter with a rig of either kind. `progress` is told what is being done.
 ///
 /// # Errors
 /// Recordings or a rig that lack something.
-pub fn diagnose(
-    rig: &Rig,
-    baseline: Option<&[Recording]>,
-    recordings: &[Recording],
-    seed: u64,
-    progress: &dyn Fn(&str),
-) -> Result<outcome::Outcome, DiagnoseError> {
-    if recordings.is_empty() {
+pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<outcome::Outcome, DiagnoseError> {
+    if task.recordings.is_empty() {
         return Err(DiagnoseError::Empty);
     }
-    match rig.model {
-        Model::Sdof(_) => sdof::diagnose(rig, baseline, recordings, seed, progress),
-        Model::Bearing(_) => bearing::diagnose(rig, baseline, recordings, seed, progress),
+    match task.rig.model {
+        Model::Sdof(_) => sdof::diagnose(task, progress),
+        Model::Bearing(_) => bearing::diagnose(task, progress),
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 pub use crate::force_balance::Verdict;
 use crate::rig::{Rig, Value};
@@ -10,8 +10,12 @@ use crate::rig::{Rig, Value};
 /// Name of the format.
 pub const SCHEMA: &str = "ballrace-diagnosis/1";
 
+fn schema() -> &'static str {
+    SCHEMA
+}
+
 /// A parameter: a number in SI units, or a name.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Parameter {
     /// A number.
@@ -30,7 +34,7 @@ impl From<&Value> for Parameter {
 }
 
 /// A cause that the tool stands by.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Cause {
     /// Name in the vocabulary.
     pub name: String,
@@ -47,7 +51,7 @@ pub struct Cause {
 }
 
 /// An explanation that lost.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Rejected {
     /// Name in the vocabulary.
     pub name: String,
@@ -56,7 +60,7 @@ pub struct Rejected {
 }
 
 /// Where the mismatch is.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct Location {
     /// Intervals of time, s.
     pub time_s: Vec<[f64; 2]>,
@@ -73,7 +77,7 @@ pub struct Location {
 }
 
 /// How the fit to recordings that took no part has changed.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Fit {
     /// What is measured.
     pub metric: String,
@@ -90,9 +94,10 @@ pub struct Fit {
 }
 
 /// `diagnosis.json`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Diagnosis {
     /// [`SCHEMA`].
+    #[serde(skip_deserializing, default = "schema")]
     pub schema: &'static str,
     /// What it comes to.
     pub verdict: Verdict,

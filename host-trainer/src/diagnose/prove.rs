@@ -3,8 +3,8 @@
 use super::DiagnoseError;
 use super::outcome::{Fit, HeldOut};
 use crate::calibrate::distance::log_spectral;
-use crate::force_balance::sign_flip_of;
 use crate::rig::{Rig, RigError, Run, Start, simulate_many};
+use crate::significance::sign_flip_of;
 use crate::whittle::likelihood::{Expected, judged};
 use crate::whittle::observed::{CHANNELS, Observed, accelerations};
 use crate::whittle::problem::Problem;

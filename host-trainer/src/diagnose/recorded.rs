@@ -12,15 +12,15 @@ use rand::RngExt;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::DiagnoseError;
 use super::outcome::{Cause, Diagnosis, Fit, HeldOut, Location, Outcome, Rejected, SCHEMA, Verdict};
+use super::{DiagnoseError, Task};
 use crate::calibrate::bearing::{Options, PathChoice, calibrate, identify};
 use crate::calibrate::distance::log_spectral;
 use crate::calibrate::split::Split;
 use crate::recording::Recording;
 use crate::rig::kinematics::Orders;
 use crate::rig::simulate::simulate_all;
-use crate::rig::{EffectEntry, Rig, Run, Start, Value};
+use crate::rig::{EffectEntry, Rig, Run, Start};
 use crate::signal::band::{LineBand, band_for_lines};
 use crate::whittle::coordinate::NOISE;
 use crate::whittle::observed::{CHANNELS, Observed, accelerations};
@@ -127,17 +127,12 @@ const HIDDEN: f64 = 0.5;
 /// Recordings that are enough for that.
 const MOST_WEIGHED: usize = 8;
 
-/// Diagnoses recordings by their rhythm. `rig` has the path of the baseline, or of the recordings themselves.
+/// Diagnoses recordings by their rhythm. The rig has the path of the baseline, or of the recordings themselves.
 ///
 /// # Errors
 /// Recordings without acceleration, speed or load; a rig that cannot run.
-pub fn diagnose(
-    rig: &Rig,
-    baseline: Option<&[Recording]>,
-    recordings: &[Recording],
-    seed: u64,
-    progress: &dyn Fn(&str),
-) -> Result<Outcome, DiagnoseError> {
+pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<Outcome, DiagnoseError> {
+    let Task { rig, baseline, recordings, seed } = *task;
     let machine = rig.bearing().ok_or(DiagnoseError::NotBearing { found: rig.model.kind() })?;
     let orders = machine.bearing.geometry().orders();
     progress("weighing the rig's turning against its noise");
@@ -259,7 +254,7 @@ fn sized(
     for depth in (0..18).map(|k| 1e-8 * 10f64.powf(0.25 * f64::from(k))) {
         let mut effect = EffectEntry::new(kind, &[("depth_m", depth), ("width_rad", 0.05)]);
         if kind == "outer-race-defect" {
-            effect.parameters.insert("angle_rad".into(), Value::Number(std::f64::consts::FRAC_PI_2));
+            effect.set_number("angle_rad", std::f64::consts::FRAC_PI_2);
         }
         let Some(made) = simulated(&rig.clone().with_effect(effect.clone()), &split.fitted, seed)? else { continue };
         let apart = (level(&made, kind, orders) - target).abs();

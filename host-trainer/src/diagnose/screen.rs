@@ -9,7 +9,7 @@ use crate::whittle::align;
 use crate::whittle::likelihood::{Expected, judged, means, variance};
 use crate::whittle::observed::{Coefficients, Observed};
 
-/// Share of the greatest promise.
+/// Share of the greatest promise below which a pit is not looked at more closely.
 const HOPELESS: f64 = 0.04;
 /// Runs that are held in memory at a time.
 const BATCH: usize = 128;
@@ -53,7 +53,8 @@ pub struct Try {
 pub enum Angles {
     /// Those of the rig without the effect.
     Ground,
-    /// Those that suit the rig with the effect: a pit's pulses outweigh what the balls' passing gives.
+    /// Those that suit the rig with the effect: a pit's pulses outweigh what the balls' passing gives, and the shaft's
+    /// angle shows only in what turns with it.
     Aligned,
     /// These.
     Given(Vec<[f64; 2]>),

@@ -3,12 +3,12 @@
 
 use std::collections::BTreeMap;
 
-use super::DiagnoseError;
 use super::faults;
 use super::outcome::{Cause, Diagnosis, Fit, HeldOut, Location, Outcome, Parameter, Rejected, SCHEMA, Test, Verdict};
+use super::{DiagnoseError, Task};
 use crate::force_balance::{self, Finding, FoundCause, HeldOutTrace, Where, diagnose_sdof};
 use crate::recording::Recording;
-use crate::rig::{EffectEntry, Rig};
+use crate::rig::EffectEntry;
 
 /// Share of what can be explained below which the rest is worth a caveat.
 const MOST: f64 = 0.97;
@@ -17,13 +17,8 @@ const MOST: f64 = 0.97;
 ///
 /// # Errors
 /// As [`diagnose_sdof`].
-pub fn diagnose(
-    rig: &Rig,
-    baseline: Option<&[Recording]>,
-    recordings: &[Recording],
-    seed: u64,
-    progress: &dyn Fn(&str),
-) -> Result<Outcome, DiagnoseError> {
+pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<Outcome, DiagnoseError> {
+    let Task { rig, baseline, recordings, seed } = *task;
     progress("letting the causes compete for the force balance");
     let finding = diagnose_sdof(rig, baseline, recordings, seed)?;
     Ok(outcome(baseline.is_some(), recordings, finding, seed))

@@ -1,5 +1,5 @@
-use super::bearing::diagnose;
 use super::outcome::{Outcome, Parameter, Verdict};
+use super::{Task, diagnose};
 use crate::recording::{LoadOptions, Recording, Unit, load, reference_data};
 use crate::rig::test_support::{condition, nominal};
 use crate::rig::{EffectEntry, Rig, Run, Start, simulate_many};
@@ -15,8 +15,12 @@ fn recordings(rig: &Rig, seed: u64) -> Vec<Recording> {
     simulate_many(&runs).unwrap()
 }
 
+fn diagnosed(rig: &Rig, baseline: Option<&[Recording]>, recordings: &[Recording], seed: u64) -> Outcome {
+    diagnose(&Task { rig, baseline, recordings, seed }, &|_| ()).unwrap()
+}
+
 fn of(truth: &Rig, seed: u64) -> Outcome {
-    diagnose(&nominal(), None, &recordings(truth, seed), seed, &|_| ()).unwrap()
+    diagnosed(&nominal(), None, &recordings(truth, seed), seed)
 }
 
 fn number(outcome: &Outcome, key: &str) -> f64 {
@@ -88,7 +92,7 @@ fn what_nothing_explains_is_said_to_be_unexplained() {
             }
         }
     }
-    let outcome = diagnose(&nominal(), None, &made, 6, &|_| ()).unwrap();
+    let outcome = diagnosed(&nominal(), None, &made, 6);
     assert_eq!(outcome.diagnosis.verdict, Verdict::Unexplained, "{:?}", outcome.diagnosis);
     assert!(outcome.diagnosis.causes.is_empty());
 }
@@ -114,7 +118,7 @@ fn literature_a_real_pit_is_named_by_its_rhythm_and_no_other_name_is_given() {
     rig.set("bearing.pitch_diameter_m", 1.537 * 0.0254).unwrap();
     rig.unknown = ["inner", "outer", "resonator"].map(String::from).to_vec();
     let healthy = read("97_Normal_0.mat", 97, 48_000.0);
-    let of = |recordings: &[Recording]| diagnose(&rig, Some(&healthy), recordings, 1, &|_| ()).unwrap();
+    let of = |recordings: &[Recording]| diagnosed(&rig, Some(&healthy), recordings, 1);
     let outer = of(&read("130_at_6_0.mat", 130, 12_000.0));
     assert_eq!(outer.diagnosis.causes[0].name, "outer-race-defect", "{:?}", outer.diagnosis);
     assert!(outer.diagnosis.fit.after < 0.5 * outer.diagnosis.fit.before);

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::outcome::{Diagnosis, HeldOut, Outcome, Test};
+use crate::plot::DrawError;
 use crate::recording::write::{self, WriteError};
 use crate::recording::{Channel, Recording};
 
@@ -43,6 +44,9 @@ pub enum StoreError {
     /// The document.
     #[error("{DOCUMENT}: {0}")]
     Json(#[from] serde_json::Error),
+    /// The report.
+    #[error("{REPORT}: {0}")]
+    Draw(#[from] DrawError),
 }
 
 /// `diagnosis.json`, with what stands behind it.

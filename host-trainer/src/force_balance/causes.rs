@@ -41,7 +41,7 @@ fn cause(table: &Table, model: &Model, part: usize, machine: &SdofRig, states: &
             if key == "cubic_n_per_m3" && value < 0.0 {
                 entry.name = "softening-stiffness".into();
             }
-            entry.parameters.insert(key.into(), Value::Number(value));
+            entry.set_number(key, value);
             free.push(key);
             if entry.name == "end-stop-contact" {
                 free.push("gap_m");
@@ -55,21 +55,21 @@ fn cause(table: &Table, model: &Model, part: usize, machine: &SdofRig, states: &
                 entry = EffectEntry::new("viscous-friction", &[("damping_n_s_per_m", value)]);
                 free.push("damping_n_s_per_m");
             } else {
-                entry.parameters.insert("value".into(), Value::Number(changed));
+                entry.set_number("value", changed);
                 free.push("value");
             }
         }
         Meaning::Gain => {
-            entry.parameters.insert("value".into(), Value::Number(1.0 / (1.0 + value)));
+            entry.set_number("value", 1.0 / (1.0 + value));
             free.push("value");
         }
         Meaning::Bias => {
-            entry.parameters.insert("value".into(), Value::Number(-value));
+            entry.set_number("value", -value);
             free.push("value");
         }
         Meaning::Mode => {
             let gain = -(coefficients[0].signum()) * 0.1;
-            entry.parameters.insert("gain".into(), Value::Number(gain));
+            entry.set_number("gain", gain);
             free.extend(["frequency_hz", "damping_ratio", "gain"]);
         }
     }

@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 
 use super::{
-    significance::{discoveries, sign_flip},
     table::{Model, Table},
     terms::Meaning,
 };
 use crate::rig::EffectEntry;
+use crate::significance::{discoveries, sign_flip};
 
 /// Rate of false discoveries among single causes.
 const FALSE: f64 = 0.02;

@@ -12,11 +12,11 @@ use super::{
     locate, refine,
     regression::Fit,
     shooting,
-    significance::shares,
     states::{Sensed, States},
     table::Table,
     traces, words,
 };
+use crate::significance::shares;
 use crate::{
     recording::Recording,
     rig::{Rig, config::Model as Machine},

@@ -1,11 +1,11 @@
 //! What a diagnosis of a rig of one degree of freedom says.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::rig::{EffectEntry, Rig};
 
 /// The verdict.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// Named causes explain what the rig leaves.
@@ -14,6 +14,17 @@ pub enum Verdict {
     NoMismatch,
     /// Something is there that no cause of the vocabulary explains.
     Unexplained,
+}
+
+impl Verdict {
+    /// As `diagnosis.json` has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mismatch => "mismatch",
+            Self::NoMismatch => "no-mismatch",
+            Self::Unexplained => "unexplained",
+        }
+    }
 }
 
 /// A number of a cause.

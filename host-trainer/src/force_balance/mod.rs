@@ -16,7 +16,7 @@
 //! | `acquisition`, `events` | faults that show in the samples themselves, or once |
 //! | `terms`, `flexible` | what each effect would add, and columns without a name |
 //! | `gram`, `table` | every hypothesis on rows that it was not fitted to |
-//! | `decide`, `significance` | which causes the data ask for, and whether by chance |
+//! | `decide` | which causes the data ask for, and whether by chance |
 //! | `causes`, `refine` | coefficients to effects with parameters and intervals |
 //! | `diagnose` | all of it, with words, places and traces |
 
@@ -38,12 +38,11 @@ mod noise;
 mod refine;
 mod regression;
 mod shooting;
-mod significance;
 mod states;
 mod table;
 mod terms;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 mod traces;
 mod words;
 
@@ -53,5 +52,4 @@ pub use error::BalanceError;
 pub use finding::{
     CauseParameter, Finding, FoundCause, HeldOutFit, HeldOutTrace, Rejected, ResidualTest, Verdict, Where,
 };
-pub(crate) use significance::{sign_flip, sign_flip_of};
 pub use states::{Sensed, States};

@@ -12,7 +12,7 @@ use super::{
     states::{Between, Sensed, States, Track},
 };
 use crate::rig::{
-    Rig, Value,
+    Rig,
     sdof::{Drive, Interpolation, simulate},
 };
 
@@ -221,10 +221,10 @@ fn later(rig: &Rig, offset_s: f64) -> Option<Rig> {
         let number = |key: &str| effect.number(key).unwrap_or_default();
         if effect.name == "mains-interference" {
             let phase = number("phase_rad") + std::f64::consts::TAU * number("frequency_hz") * offset_s;
-            effect.parameters.insert("phase_rad".into(), Value::Number(phase));
+            effect.set_number("phase_rad", phase);
         } else if effect.parameters.contains_key("time_s") {
             let time = number("time_s") - offset_s;
-            effect.parameters.insert("time_s".into(), Value::Number(time));
+            effect.set_number("time_s", time);
         }
     }
     Some(moved)

@@ -4,11 +4,11 @@ use super::{
     causes::Cause,
     decide::Decision,
     finding::{Rejected, ResidualTest},
-    significance::{deviations, sign_flip},
     states::States,
     table::{Model, Table},
 };
 use crate::rig::Rig;
+use crate::significance::{deviations, sign_flip};
 
 /// The term that an effect of a rig adds.
 pub fn equation(rig: &Rig, index: usize) -> String {

@@ -24,10 +24,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::concealed::brief::{Brief, Hidden, Kind, Severity, round};
 use crate::concealed::{Case, CaseError};
-use crate::diagnose::diagnose;
-use crate::diagnose::write::{DOCUMENT, folder};
+use crate::diagnose::write::DOCUMENT;
+use crate::diagnose::{Task, diagnose};
 use crate::files::write_atomically;
-use crate::recording::{LoadOptions, load};
+use crate::recording::load_all;
 use crate::report;
 use crate::rig::Rig;
 use score::Score;
@@ -195,16 +195,14 @@ fn one(config: &Config, number: usize, brief: &Brief, out: &Path) -> Result<(), 
 /// As the command `diagnose` does it, with nothing but the folder.
 fn diagnosed(case: &Path, out: &Path) -> Result<(), String> {
     let text = |e: &dyn std::fmt::Display| e.to_string();
-    let read = |path: &Path| {
-        Ok::<_, String>(load(&[path.to_owned()], &LoadOptions::default()).map_err(|e| text(&e))?.recordings)
-    };
+    let read = |path: &Path| load_all(path).map_err(|e| text(&e));
     let rig = Rig::read(&case.join("rig.toml")).map_err(|e| text(&e))?;
     let recordings = read(case)?;
     let baseline = case.join("baseline");
     let baseline = if baseline.exists() { Some(read(&baseline)?) } else { None };
-    let outcome = diagnose(&rig, baseline.as_deref(), &recordings, 1, &|_| ()).map_err(|e| text(&e))?;
-    let report = report::diagnosis::document(&rig, &outcome, "").map_err(|e| text(&e))?;
-    folder(out, &outcome, &report.html()).map_err(|e| text(&e))
+    let task = Task { rig: &rig, baseline: baseline.as_deref(), recordings: &recordings, seed: 1 };
+    let outcome = diagnose(&task, &|_| ()).map_err(|e| text(&e))?;
+    report::diagnosis::folder(out, &task, &outcome).map_err(|e| text(&e))
 }
 
 /// Says what was hidden, and scores what was said.

@@ -1,33 +1,11 @@
 //! One case: what was hidden beside what was said.
 
-use std::collections::BTreeMap;
-
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::Ran;
 use crate::concealed::Truth;
 use crate::concealed::brief::{Brief, Hidden, Kind};
-
-/// What a proof reads of `diagnosis.json`: the contract's keys.
-#[derive(Clone, Debug, Deserialize)]
-pub struct Said {
-    verdict: String,
-    causes: Vec<Named>,
-    fit: Fit,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct Named {
-    name: String,
-    parameters: BTreeMap<String, serde_json::Value>,
-    interval95: BTreeMap<String, [f64; 2]>,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct Fit {
-    before: f64,
-    after: f64,
-}
+use crate::diagnose::outcome::{Diagnosis, Parameter};
 
 /// One case, scored.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -77,10 +55,10 @@ pub struct Checked {
 
 impl Score {
     /// Scores a case; `said` is nothing where the diagnosis ended with an error.
-    pub fn of(case: String, brief: &Brief, truth: Truth, said: Option<&Said>, ran: &Ran) -> Self {
+    pub fn of(case: String, brief: &Brief, truth: Truth, said: Option<&Diagnosis>, ran: &Ran) -> Self {
         let names: Vec<String> = said.map_or(Vec::new(), |s| s.causes.iter().map(|c| c.name.clone()).collect());
         let verdict = match (said, &ran.error) {
-            (Some(said), _) => said.verdict.clone(),
+            (Some(said), _) => said.verdict.name().to_owned(),
             (None, error) => format!("error: {}", error.as_deref().unwrap_or("none stated")),
         };
         let counts = |name: &String| truth.causes.contains(name) || truth.accept.contains(name);
@@ -116,21 +94,19 @@ impl Score {
     }
 }
 
-fn checked(truth: &Truth, said: &Said) -> Vec<Checked> {
+fn checked(truth: &Truth, said: &Diagnosis) -> Vec<Checked> {
     let mut out = Vec::new();
     for cause in &said.causes {
         let Some(effect) = truth.effects.iter().find(|e| e.name == cause.name) else { continue };
         // A value at another place is not the same quantity.
-        let elsewhere = |(key, name): (&String, &String)| {
-            cause.parameters.get(key).and_then(|v| v.as_str()).is_some_and(|found| found != name)
-        };
+        let elsewhere = |(key, name): (&String, &String)| matches!(cause.parameters.get(key), Some(Parameter::Name(found)) if found != name);
         if effect.names.iter().any(elsewhere) {
             continue;
         }
-        for (key, found) in cause.parameters.iter().filter_map(|(k, v)| Some((k, v.as_f64()?))) {
-            let Some(truth) = effect.numbers.get(key) else { continue };
+        for (key, found) in &cause.parameters {
+            let (Parameter::Number(found), Some(truth)) = (found, effect.numbers.get(key)) else { continue };
             let held = cause.interval95.get(key).map(|[low, high]| (*low..=*high).contains(truth));
-            out.push(Checked { key: format!("{} {key}", cause.name), truth: *truth, found, held });
+            out.push(Checked { key: format!("{} {key}", cause.name), truth: *truth, found: *found, held });
         }
     }
     out

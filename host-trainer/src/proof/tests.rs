@@ -3,6 +3,7 @@ use std::collections::BTreeMap;
 use super::table::{Summary, confusion, markdown};
 use super::*;
 use crate::concealed::{Effect, Truth};
+use crate::diagnose::outcome::{Diagnosis, Location, SCHEMA};
 
 fn config(kinds: &[&str], effects: &[&str], every: usize) -> Config {
     let strings = |of: &[&str]| of.iter().map(|s| String::from(*s)).collect();
@@ -58,14 +59,21 @@ fn truth(causes: &[&str]) -> Truth {
     Truth { causes: causes.iter().map(|c| (*c).into()).collect(), accept: Vec::new(), effects, outside, change: 0.1 }
 }
 
-fn said(verdict: &str, causes: &[&str], interval: [f64; 2]) -> score::Said {
-    let cause = |name: &&str| serde_json::json!({ "name": name, "parameters": { "force_n": 10.5 }, "interval95": { "force_n": interval } });
+fn said(verdict: &str, causes: &[&str], interval: [f64; 2]) -> Diagnosis {
+    let cause = |name: &&str| {
+        serde_json::json!({ "name": name, "probability": 0.9, "parameters": { "force_n": 10.5 },
+            "interval95": { "force_n": interval }, "evidence": "", "equation": "" })
+    };
     let causes: Vec<_> = causes.iter().map(cause).collect();
-    let document = serde_json::json!({ "verdict": verdict, "causes": causes, "fit": { "before": 2.0, "after": 1.0 } });
+    let fit = serde_json::json!({ "metric": "", "held_out": "", "before": 2.0, "after": 1.0, "noise_floor": 1.0,
+        "p_value": 0.0 });
+    let nowhere = serde_json::to_value(Location::default()).unwrap();
+    let document = serde_json::json!({ "schema": SCHEMA, "verdict": verdict, "causes": causes, "rejected": [],
+        "location": nowhere, "fit": fit });
     serde_json::from_value(document).unwrap()
 }
 
-fn scored(hidden: Hidden, causes: &[&str], said: &score::Said) -> Score {
+fn scored(hidden: Hidden, causes: &[&str], said: &Diagnosis) -> Score {
     let brief = Brief { hidden, loud: false, tachometer: false, guessed: false };
     Score::of("case000".into(), &brief, truth(causes), Some(said), &Ran { seconds: 1.0, error: None })
 }

@@ -26,6 +26,15 @@ pub struct Loaded {
     pub skipped: Vec<ReadError>,
 }
 
+/// All recordings of a file, a manifest or a folder, as they are.
+///
+/// # Errors
+///
+/// As [`load`].
+pub fn load_all(path: &Path) -> Result<Vec<Recording>, ReadError> {
+    Ok(load(&[path.to_owned()], &LoadOptions::default())?.recordings)
+}
+
 /// Reads files and folders.
 ///
 /// A folder with `recordings.toml` is read by it; without one, FEMTO `acc_*.csv` are taken, else

@@ -38,7 +38,7 @@ mod unit;
 pub mod write;
 
 pub use error::ReadError;
-pub use load::{Loaded, load};
+pub use load::{Loaded, load, load_all};
 pub use options::{LoadOptions, Progress, ProgressFn};
 pub use unit::{STANDARD_GRAVITY, Unit};
 

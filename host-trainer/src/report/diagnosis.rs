@@ -1,22 +1,36 @@
 //! The report of `ballrace diagnose`: for an engineer who has two minutes.
 
+use std::path::Path;
+
 use super::held_out::{self, Quantity, Rigs};
 use super::number::{by_chance, chance, significant, with_interval};
 use super::{Cell, Document, Section, Tone};
+use crate::diagnose::Task;
 use crate::diagnose::outcome::{Cause, HeldOut, Outcome, Parameter, Test, Verdict};
+use crate::diagnose::write::{self, StoreError};
 use crate::plot::DrawError;
+use crate::recording::Recording;
 use crate::rig::{Model, Rig};
 
 /// Tests that are listed; the rest says less than these.
 const MOST_TESTS: usize = 12;
 
-/// A diagnosis. `before` is the rig as it was given; `about` says what was diagnosed.
+/// Writes a diagnosis as a folder, with its report.
+///
+/// # Errors
+/// As [`write::folder`]; what the drawing library says.
+pub fn folder(out: &Path, task: &Task, outcome: &Outcome) -> Result<(), StoreError> {
+    write::folder(out, outcome, &document(task, outcome)?.html())
+}
+
+/// The report of a diagnosis.
 ///
 /// # Errors
 /// What the drawing library says.
-pub fn document(before: &Rig, outcome: &Outcome, about: &str) -> Result<Document, DrawError> {
+pub fn document(task: &Task, outcome: &Outcome) -> Result<Document, DrawError> {
+    let before = task.rig;
     let (tone, sentence) = verdict(outcome);
-    let mut document = Document::new("What the simulation left out", about, tone, sentence);
+    let mut document = Document::new("What the simulation left out", about(task), tone, sentence);
     if let Some(section) = seen(before, outcome)? {
         document = document.section(section);
     }
@@ -27,6 +41,18 @@ pub fn document(before: &Rig, outcome: &Outcome, about: &str) -> Result<Document
             .into_iter()
             .flatten(),
     ))
+}
+
+/// What was diagnosed.
+fn about(task: &Task) -> String {
+    let seconds: f64 = task.recordings.iter().map(Recording::duration_s).sum();
+    let compared = task.baseline.map_or(String::new(), |b| format!(", beside {} of the healthy machine", b.len()));
+    let count = match task.recordings {
+        [one] => one.name(),
+        [first, .., last] => format!("{} recordings, {} to {}", task.recordings.len(), first.name(), last.name()),
+        [] => String::new(),
+    };
+    format!("{count}, {seconds:.1} s{compared}")
 }
 
 /// The verdict in a sentence.
@@ -274,6 +300,10 @@ mod tests {
         }
     }
 
+    fn page(outcome: &Outcome) -> Document {
+        document(&Task { rig: &nominal(), baseline: None, recordings: &[], seed: 0 }, outcome).unwrap()
+    }
+
     #[test]
     fn a_bearing_has_spectra_causes_and_at_most_twelve_tests() {
         let cause = Cause {
@@ -284,7 +314,7 @@ mod tests {
             evidence: "Lines at <BPFO>".into(),
             equation: "c becomes c + d".into(),
         };
-        let html = document(&nominal(), &outcome(Verdict::Mismatch, vec![cause], 1.0), "8 recordings").unwrap().html();
+        let html = page(&outcome(Verdict::Mismatch, vec![cause], 1.0)).html();
         assert_well_formed(&html);
         for expected in ["by outer-race-defect (depth_m = 1.23e−5)", "probability over 99 %", "1.20e−5 to 1.30e−5"]
         {
@@ -304,7 +334,7 @@ mod tests {
         assert!(tone == Tone::Good && text.starts_with("No mismatch"), "{text}");
         let (tone, text) = of(Verdict::Unexplained);
         assert!(tone == Tone::Open && text.contains("no cause of the vocabulary"), "{text}");
-        let page = document(&nominal(), &outcome(Verdict::Unexplained, Vec::new(), 4.0), "").unwrap();
+        let page = page(&outcome(Verdict::Unexplained, Vec::new(), 4.0));
         assert_well_formed(&page.html());
     }
 }

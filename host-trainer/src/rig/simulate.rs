@@ -167,7 +167,7 @@ pub fn simulate_all(runs: &[Run]) -> Result<Vec<Result<Recording, RigError>>, Ri
 pub fn response_to_process_force(rig: &Rig, condition: &OperatingCondition) -> Result<[Vec<f64>; 2], RigError> {
     rig.check()?;
     let plan = plan_of(rig);
-    let machine = &bearing_of(&plan)?;
+    let machine = &bearing_of(&plan.machine)?;
     let tangent = if plan.forces.is_empty() {
         bearing::at_rest(machine, condition.load_n)
     } else {
@@ -234,7 +234,7 @@ fn visited(rig: &Rig, condition: &OperatingCondition) -> Result<Vec<Visited>, Ri
             keep.push((*at, *q, *v));
         }
     });
-    let machine = bearing_of(&plan)?;
+    let machine = bearing_of(&plan.machine)?;
     let prepared = Prepared::new(&machine, &mut plan, &run.condition, &run.start);
     bearing::integrate(&[prepared]);
     let visited = kept.lock().map(|mut kept| std::mem::take(&mut *kept)).unwrap_or_default();
@@ -293,19 +293,19 @@ fn prepare(run: &Run, alter: &dyn Fn(&mut Plan)) -> Result<(Prepared, Chain), Ri
     }
     let mut plan = plan_of(run.rig);
     alter(&mut plan);
-    let rig = bearing_of(&plan)?;
+    let rig = bearing_of(&plan.machine)?;
     let prepared = Prepared::new(&rig, &mut plan, &run.condition, &run.start);
     let chain = chain(&rig, &run.start, plan);
     Ok((prepared, chain))
 }
 
-/// The machine of a plan, a bearing's.
+/// The machine of a model, a bearing's.
 ///
 /// # Errors
 ///
 /// That it is another kind's.
-pub fn bearing_of(plan: &Plan) -> Result<BearingRig, RigError> {
-    match &plan.machine {
+pub fn bearing_of(model: &Model) -> Result<BearingRig, RigError> {
+    match model {
         Model::Bearing(rig) => Ok(rig.clone()),
         Model::Sdof(_) => Err(RigError::BadCondition {
             field: "rig.kind",

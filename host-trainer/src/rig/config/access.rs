@@ -81,7 +81,7 @@ impl Rig {
             });
         }
         if let Some((index, parameter)) = effect_key(key) {
-            self.effects[index].parameters.insert(parameter.into(), Value::Number(value));
+            self.effects[index].set_number(parameter, value);
         } else {
             self.model.set_number(key, value);
         }

@@ -30,13 +30,18 @@ impl EffectEntry {
     }
 
     /// Sets a number.
+    pub fn set_number(&mut self, key: &str, value: f64) {
+        self.parameters.insert(key.into(), Value::Number(value));
+    }
+
+    /// The same with another number.
     #[must_use]
     pub fn with_number(mut self, key: &str, value: f64) -> Self {
-        self.parameters.insert(key.into(), Value::Number(value));
+        self.set_number(key, value);
         self
     }
 
-    /// Sets a text.
+    /// The same with another text.
     #[must_use]
     pub fn with_text(mut self, key: &str, value: &str) -> Self {
         self.parameters.insert(key.into(), Value::Text(value.into()));

@@ -73,7 +73,7 @@ fn middle(definition: &Definition, kind: &str) -> EffectEntry {
         [("cubic_n_per_m3", cubic, "softening-stiffness"), ("quadratic_n_per_m2", quadratic, "asymmetric-stiffness")]
     {
         if definition.name == name {
-            entry.parameters.insert(key.into(), Value::Number(value));
+            entry.set_number(key, value);
         }
     }
     entry
@@ -119,7 +119,7 @@ fn null_zero_strength_is_no_effect_to_the_bit() {
     let zero = |name: &str, key: &str, value: f64| {
         let definition = super::definition(name).unwrap();
         let mut entry = middle(definition, "bearing-5dof");
-        entry.parameters.insert(key.into(), Value::Number(value));
+        entry.set_number(key, value);
         assert_eq!(run(&nominal.clone().with_effect(entry)), expected, "{name}");
     };
     for (name, key) in [

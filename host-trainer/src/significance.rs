@@ -1,4 +1,4 @@
-//! Whether a gain on held-out blocks is more than chance.
+//! Whether a gain on blocks that took no part is more than chance.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -64,7 +64,8 @@ pub fn shares(models: &[&[f64]], seed: u64) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::testing::white, *};
+    use super::*;
+    use crate::force_balance::testing::white;
 
     #[test]
     fn null_equal_models_are_seldom_told_apart() {
