@@ -14,6 +14,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use realfft::RealFftPlanner;
 
+use crate::signal::maximum::golden_section;
+
 /// Order of the whitening autoregression; less for recordings under 20 times this length.
 const ORDER: usize = 64;
 
@@ -116,16 +118,6 @@ fn strongest_line(power: &[f64]) -> Option<usize> {
     let peaks = (2..power.len().saturating_sub(2)).filter(|k| power[*k] >= power[k - 1] && power[*k] >= power[k + 1]);
     let outstanding = peaks.filter(|k| ratio(*k) > STANDS_OUT);
     outstanding.max_by(|a, b| power[*a].total_cmp(&power[*b]))
-}
-
-/// Maximum of a function with one hump between two points.
-fn golden_section(f: &impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
-    const RATIO: f64 = 0.618_033_988_749_895;
-    for _ in 0..24 {
-        let (left, right) = (b - RATIO * (b - a), a + RATIO * (b - a));
-        if f(left) > f(right) { b = right } else { a = left }
-    }
-    0.5 * (a + b)
 }
 
 /// Random phases for every frequency but the mean's and Nyquist's, which are real.

@@ -1,16 +1,11 @@
 //! Faults between the sensor and the file, which are seen in the samples themselves: a range that is too small, an offset,
 //! the electrical line. They are found before anything else is sought, and what can be taken out is taken out.
 
-use std::f64::consts::TAU;
-
-use realfft::num_complex::Complex;
-
-use super::DiagnoseError;
-use super::residual::{Whitened, two_sided, whitened};
+use super::residual::two_sided;
+use super::{DiagnoseError, mains};
 use crate::recording::Recording;
 use crate::rig::{EffectEntry, Rig};
 use crate::whittle::observed::{CHANNELS, Observed, accelerations};
-use crate::whittle::problem::Problem;
 
 /// Samples of a channel at its greatest value from which its range has been too small; of noise there is one, rounded to
 /// what files hold a few.
@@ -19,14 +14,6 @@ const TIES: usize = 12;
 const OFFSET: f64 = 6.0;
 /// Standard deviations that two channels' offsets may differ by and be the same.
 const ALIKE: f64 = 3.0;
-/// Power of the electrical line in a residual over its surroundings, in every recording.
-const LINE: f64 = 14.0;
-/// Harmonics of the line that are taken out, as [`EffectEntry`] `mains-interference` has them.
-const HARMONICS: [f64; 3] = [1.0, 3.0, 5.0];
-
-/// Frequencies that are tried, 0.05 Hz apart from 45 Hz on.
-const TRIED: u32 = 401;
-
 /// A fault and what shows it.
 #[derive(Clone, Debug)]
 pub struct Fault {
@@ -59,8 +46,8 @@ impl Acquired {
         let noise_std = rig.bearing().map_or(0.0, |machine| machine.sensor.noise_std_m_per_s2);
         let mut taken_out = offset(&Observed::of_all(recordings)?, noise_std);
         let mut recordings = without(recordings, &taken_out);
-        if let Some(line) = mains(rig, &Observed::of_all(&recordings)?)? {
-            recordings = without(&recordings, std::slice::from_ref(&line));
+        if let Some((line, without)) = mains::taken_out(rig, &recordings)? {
+            recordings = without;
             taken_out.push(line);
         }
         Ok(Self { recordings, taken_out, clipped })
@@ -148,94 +135,17 @@ fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
     out
 }
 
-/// The electrical line, where the residual of the rig has it.
-fn mains(rig: &Rig, observed: &[Observed]) -> Result<Option<Fault>, DiagnoseError> {
-    let problem = Problem::of_angles(observed, rig.clone());
-    let expected = problem.expected(&problem.start()?)?;
-    Ok(mains_in(observed, &whitened(observed, &expected)))
-}
-
-/// The electrical line: power at one frequency of 45 to 65 Hz in every recording, whatever the shaft's speed.
-fn mains_in(observed: &[Observed], residuals: &[Whitened]) -> Option<Fault> {
-    let speeds: Vec<f64> = observed.iter().map(|o| o.condition.shaft_hz).collect();
-    let (least, most) = speeds.iter().fold((f64::MAX, 0.0f64), |(l, m), s| (l.min(*s), m.max(*s)));
-    // At one speed the line cannot be told from a harmonic of the shaft that lies as near.
-    let told = most - least > 0.5;
-    let score = |hz: f64| -> f64 {
-        let near_shaft = speeds.iter().any(|s| (hz / s - (hz / s).round()).abs() * s < 0.6);
-        if !told && near_shaft {
-            return 0.0;
-        }
-        let of = |recording: usize| {
-            let channels = residuals.iter().filter(|w| w.recording == recording);
-            channels.map(|w| ratio(w, hz)).fold(0.0, f64::max)
-        };
-        (0..observed.len()).map(of).fold(f64::MAX, f64::min)
-    };
-    let grid = (0..TRIED).map(|k| 45.0 + 0.05 * f64::from(k));
-    let (value, hz) = grid.map(|hz| (score(hz), hz)).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    if value < LINE {
-        return None;
-    }
-    let amplitudes: Vec<f64> = observed
-        .iter()
-        .flat_map(|o| {
-            o.samples.iter().flatten().map(|s| 2.0 * line(s, o.condition.sample_rate_hz, hz).norm() / s.len() as f64)
-        })
-        .collect();
-    let amplitude = amplitudes.iter().sum::<f64>() / amplitudes.len() as f64;
-    let effect = EffectEntry::new("mains-interference", &[("frequency_hz", hz), ("amplitude", amplitude)]);
-    let evidence = format!(
-        "A line at {hz:.2} Hz stands in every recording, whatever the speed of the shaft, at least {value:.0} times above its surroundings."
-    );
-    // Noise is above its median by ln 2 times an exponential number; in every recording, at one of the frequencies tried.
-    let p_value = (f64::from(TRIED) * (-std::f64::consts::LN_2 * value * observed.len() as f64).exp()).min(1.0);
-    Some(Fault { effect, evidence, p_value })
-}
-
-/// Σ x e^{−iωt}.
-fn line(samples: &[f64], rate: f64, hz: f64) -> Complex<f64> {
-    samples.iter().enumerate().map(|(i, v)| Complex::from_polar(*v, -TAU * hz * i as f64 / rate)).sum()
-}
-
-/// Power of the residual at a frequency over the median of what is 3 to 12 bins to either side.
-fn ratio(w: &Whitened, hz: f64) -> f64 {
-    let n = w.signal.len() as f64;
-    let step = w.sample_rate_hz / n;
-    let here = line(&w.signal, w.sample_rate_hz, hz).norm_sqr() / n;
-    let middle = (hz / step).round() as usize;
-    let around = (3..=12).flat_map(|d| [middle.checked_sub(d), Some(middle + d)]).flatten();
-    let mut levels: Vec<f64> = around.filter_map(|k| w.spectrum.get(k)).map(|b| b.norm_sqr()).collect();
-    levels.sort_by(f64::total_cmp);
-    here / levels.get(levels.len() / 2).copied().unwrap_or(1.0).max(0.7)
-}
-
-/// The recordings without an offset or the electrical line.
-fn without(recordings: &[Recording], faults: &[Fault]) -> Vec<Recording> {
+/// The recordings without their offsets.
+fn without(recordings: &[Recording], offsets: &[Fault]) -> Vec<Recording> {
     let mut out = recordings.to_vec();
-    for fault in faults {
-        let number = |key: &str| fault.effect.number(key).unwrap_or_default();
+    for fault in offsets {
+        let value = fault.effect.number("value").unwrap_or_default();
         let concerns = |name: &str| match fault.effect.text("channel") {
             None | Some("all") => name != "tacho",
             Some(channel) => channel == name,
         };
-        for recording in &mut out {
-            let rate = recording.sample_rate_hz;
-            for channel in recording.channels.iter_mut().filter(|c| concerns(&c.name)) {
-                match fault.effect.name.as_str() {
-                    "sensor-bias" => channel.samples.iter_mut().for_each(|v| *v -= number("value")),
-                    "mains-interference" => {
-                        for n in HARMONICS {
-                            let hz = n * number("frequency_hz");
-                            let amplitude = line(&channel.samples, rate, hz) * 2.0 / channel.samples.len() as f64;
-                            for (i, v) in channel.samples.iter_mut().enumerate() {
-                                *v -= (amplitude * Complex::from_polar(1.0, TAU * hz * i as f64 / rate)).re;
-                            }
-                        }
-                    }
-                    _ => {}
-                }
-            }
+        for channel in out.iter_mut().flat_map(|r| &mut r.channels).filter(|c| concerns(&c.name)) {
+            channel.samples.iter_mut().for_each(|v| *v -= value);
         }
     }
     out

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use realfft::num_complex::Complex;
 
 use super::residual::EDGE;
-use super::screen::{Angles, Ground, Promise, Try, evaluate};
+use super::screen::{Angles, Ground, Promise, Strength, Try, evaluate};
 use crate::rig::{Rig, RigError};
 use crate::whittle::align;
 use crate::whittle::likelihood::means;
@@ -43,7 +43,9 @@ pub fn scanned(ground: &Ground, rig: &Rig, promise: &Promise) -> Result<Promise,
             Scan::Width => (1..=48).map(|k| other("width_rad", 0.6 * step * f64::from(k))).collect(),
             Scan::Depth => (-8..=8).map(|k| other("depth_m", now("depth_m") * 1.12f64.powi(k))).collect(),
         };
-        if let Some(found) = evaluate(ground, rig, &tries)?.into_iter().next().filter(|f| f.gain > best.gain) {
+        if let Some(found) =
+            evaluate(ground, rig, &tries, Strength::Scaled)?.into_iter().next().filter(|f| f.gain > best.gain)
+        {
             best = found;
         }
     }
@@ -66,7 +68,7 @@ enum Scan {
 pub fn timed(ground: &Ground, rig: &Rig, promise: &Promise) -> Result<Promise, RigError> {
     let sample_s = 1.0 / ground.observed.first().map_or(1.0, |o| o.condition.sample_rate_hz);
     let mut best = promise.clone();
-    for step in [0.0, 8.0, 1.0, 0.2] {
+    for step in [0.0, 1.0, 0.2] {
         let of = |time_s: f64| Try {
             hypothesis: best.hypothesis,
             start: best.start.with("time_s", time_s),
@@ -87,7 +89,9 @@ pub fn timed(ground: &Ground, rig: &Rig, promise: &Promise) -> Result<Promise, R
             None => vec![t],
         };
         let tries: Vec<Try> = times.into_iter().map(of).flat_map(weaker).collect();
-        if let Some(found) = evaluate(ground, rig, &tries)?.into_iter().next().filter(|f| f.gain > best.gain) {
+        if let Some(found) =
+            evaluate(ground, rig, &tries, Strength::Scaled)?.into_iter().next().filter(|f| f.gain > best.gain)
+        {
             best = found;
         }
     }

@@ -4,7 +4,6 @@ use super::hypothesis::{Hypothesis, Start};
 use super::residual::{EDGE, excess, whitened};
 use super::screen::{Ground, Promise, screen};
 use crate::rig::{Rig, RigError};
-use crate::whittle::align;
 use crate::whittle::coordinate::Coordinate;
 use crate::whittle::observed::Observed;
 use crate::whittle::problem::{Point, Problem};
@@ -13,6 +12,9 @@ use crate::whittle::search::{Found, Limits, search, search_from_rig};
 /// Hypotheses that are searched on the few recordings, and of those the ones that are on all.
 const SEARCHED: usize = 10;
 const FINALISTS: usize = 4;
+/// Of either, those of one name at most: a race may be wavy in some thirty ways.
+const SEARCHED_OF_A_NAME: usize = 4;
+const FINALISTS_OF_A_NAME: usize = 2;
 /// Of those that are searched, the first so many that promise most are searched slowly too.
 const SLOWLY: usize = 5;
 /// Steps of a finalist's search.
@@ -87,10 +89,25 @@ pub struct Contest<'o> {
     pub brief: &'o [Observed],
     /// A few of them whole, for what their beginnings do not show.
     pub few: &'o [Observed],
+    /// Which of all those are.
+    pub which: &'o [usize],
     /// The rig without what is sought; its unknown parameters are fitted along with every hypothesis.
     pub rig: Rig,
     /// Those unknown parameters.
     pub unknown: Vec<Coordinate>,
+    /// Angles at the beginning of all, where they are known.
+    pub angles: Option<Vec<[f64; 2]>>,
+}
+
+/// A part of the recordings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// All, whole.
+    All,
+    /// A few, whole.
+    Few,
+    /// The beginnings of a few.
+    Brief,
 }
 
 impl<'o> Contest<'o> {
@@ -98,10 +115,25 @@ impl<'o> Contest<'o> {
     ///
     /// # Errors
     /// What the simulation refuses.
-    pub fn null(&self, observed: &'o [Observed]) -> Result<(Problem<'o>, Found), RigError> {
-        let problem = Problem::new(observed, self.rig.clone(), self.unknown.clone());
-        let found = search_from_rig(&problem)?;
+    pub fn null(&self, part: Part) -> Result<(Problem<'o>, Found), RigError> {
+        let problem = Problem::new(self.observed(part), self.rig.clone(), self.unknown.clone());
+        let found = match (&self.angles, part) {
+            (None, _) => search_from_rig(&problem)?,
+            (Some(known), Part::All) => search(&problem, problem.start_at(known.clone()), &Limits::default())?,
+            (Some(known), _) => {
+                let angles = self.which.iter().map(|n| known[*n]).collect();
+                search(&problem, problem.start_at(angles), &Limits::default())?
+            }
+        };
         Ok((problem, found))
+    }
+
+    fn observed(&self, part: Part) -> &'o [Observed] {
+        match part {
+            Part::All => self.all,
+            Part::Few => self.few,
+            Part::Brief => self.brief,
+        }
     }
 
     /// All hypotheses; those that cannot be simulated are left out, those that promise less than `least` at the first look
@@ -110,7 +142,7 @@ impl<'o> Contest<'o> {
     /// # Errors
     /// What the simulation refuses of the rig without any of them.
     pub fn run(&self, hypotheses: &[Hypothesis], least: f64, progress: &dyn Fn(&str)) -> Result<Ranking<'o>, RigError> {
-        let (problem, null) = self.null(self.all)?;
+        let (problem, null) = self.null(Part::All)?;
         // Where there is little to explain, leaving little of it says nothing.
         let explainable = !leaves_nothing(&problem, &null)?;
         progress("looking at every hypothesis");
@@ -126,13 +158,14 @@ impl<'o> Contest<'o> {
     /// What every hypothesis promises on a few recordings or their beginnings, the most promising first.
     fn first_look<'h>(&self, hypotheses: &'h [Hypothesis]) -> Result<Vec<Look<'h, 'o>>, RigError> {
         let mut looks = Vec::new();
-        for (observed, whole) in [(self.brief, false), (self.few, true)] {
-            let fits = |h: &Hypothesis| h.needs_whole_recordings() == whole;
+        for part in [Part::Brief, Part::Few] {
+            let observed = self.observed(part);
+            let fits = |h: &Hypothesis| h.needs_whole_recordings() == (part == Part::Few);
             let these: Vec<_> = hypotheses.iter().enumerate().filter(|(_, h)| fits(h)).collect();
             if these.is_empty() {
                 continue;
             }
-            let (problem, found) = self.null(observed)?;
+            let (problem, found) = self.null(part)?;
             let expected = problem.expected(&found.point)?;
             let ground = Ground { observed, angles: found.point.angles.clone(), expected };
             let rig = problem.rig_at(&found.point.coordinates)?;
@@ -159,15 +192,19 @@ impl<'o> Contest<'o> {
         dropped: &mut Vec<Dropped>,
         progress: &dyn Fn(&str),
     ) -> Result<Vec<Heat<'h>>, RigError> {
-        let mut heats = Vec::new();
-        for (n, Look { hypothesis, promise, observed, misfit, scale }) in looks.into_iter().enumerate() {
-            if n >= SEARCHED || promise.gain < least || best.beats(promise.gain) {
+        let mut heats: Vec<Heat> = Vec::new();
+        let mut n = 0;
+        for Look { hypothesis, promise, observed, misfit, scale } in looks {
+            let crowd = heats.iter().filter(|h| h.hypothesis.name == hypothesis.name).count();
+            let full = n >= SEARCHED || crowd >= SEARCHED_OF_A_NAME;
+            if full || promise.gain < least || best.beats(promise.gain) {
                 dropped.push(Dropped::of(hypothesis, promise.gain, false));
                 continue;
             }
-            progress(&format!("fitting {} {} ({} of {SEARCHED})", hypothesis.name, hypothesis.place, n + 1));
+            n += 1;
+            progress(&format!("fitting {} {} ({n} of {SEARCHED})", hypothesis.name, hypothesis.place));
             let Some(problem) = self.problem(observed, &promise.start) else { continue };
-            let Some(found) = heat(&problem, &promise.angles, n < SLOWLY) else { continue };
+            let Some(found) = heat(&problem, &promise.angles, n <= SLOWLY) else { continue };
             let gain = (misfit - found.expansion.misfit()) * scale;
             best.see(gain, &problem, &found)?;
             heats.push(Heat { gain, hypothesis, start: promise.start, found });
@@ -185,15 +222,19 @@ impl<'o> Contest<'o> {
         dropped: &mut Vec<Dropped>,
         progress: &dyn Fn(&str),
     ) -> Result<Vec<Contender<'o>>, RigError> {
-        let mut contenders = Vec::new();
-        for (n, heat) in heats.into_iter().enumerate() {
+        let mut contenders: Vec<Contender> = Vec::new();
+        let mut n = 0;
+        for heat in heats {
+            let crowd = contenders.iter().filter(|c| c.name == heat.hypothesis.name).count();
+            let full = n >= FINALISTS || crowd >= FINALISTS_OF_A_NAME;
             // Two at least: the best is told from another by what either gains on all.
-            if n >= FINALISTS || n > 1 && best.beats(heat.gain) {
+            if full || n > 1 && best.beats(heat.gain) {
                 dropped.push(Dropped::of(heat.hypothesis, heat.gain, true));
                 continue;
             }
             let Hypothesis { name, place, .. } = heat.hypothesis;
-            progress(&format!("fitting {name} {place} to all ({} of {FINALISTS})", n + 1));
+            n += 1;
+            progress(&format!("fitting {name} {place} to all ({n} of {FINALISTS})"));
             let Some((problem, found)) = self.fitted_to_all(&heat, null) else { continue };
             let gain = null.expansion.misfit() - found.expansion.misfit();
             best.see(gain, &problem, &found)?;
@@ -208,15 +249,20 @@ impl<'o> Contest<'o> {
     fn fitted_to_all(&self, heat: &Heat, null: &Found) -> Option<(Problem<'o>, Found)> {
         let problem = self.problem(self.all, &heat.start)?;
         let rig = problem.rig_at(&heat.found.point.coordinates).ok()?;
-        // A weak effect does not move the angles, a strong one does.
-        let before = &null.point.angles;
-        let aligned = problem.aligned(&rig).ok()?;
-        let moved = problem.moved(&rig, before).ok();
-        let apart =
-            if heat.start.is_timed() { align::angles_apart(&self.rig, &rig, self.all, before).ok() } else { None };
-        let tries = [aligned, before.clone()].into_iter().chain(moved).chain(apart);
-        let from = best_of_each(&problem, &heat.found.point, tries)?;
-        let found = search(&problem, from, &Limits { steps: STEPS, ..Limits::default() }).ok()?;
+        // Where it has been fitted already, its angles are known.
+        let fitted = |aligned: &[[f64; 2]]| {
+            let mut known = aligned.to_vec();
+            self.which.iter().zip(&heat.found.point.angles).for_each(|(n, angles)| known[*n] = *angles);
+            Some(known)
+        };
+        let angles = problem.aligned_beside(&rig, &self.rig, &null.point.angles, fitted).ok()?;
+        let from = Point { angles, ..heat.found.point.clone() };
+        let limits = Limits { steps: STEPS, ..Limits::default() };
+        let mut found = search(&problem, from, &limits).ok()?;
+        let latched = problem.latched(&found.point).ok()?;
+        if latched != found.point {
+            found = search(&problem, latched, &limits).ok()?;
+        }
         // Before a recording, or at its ends, an impact stands for the jump that the ends are.
         let effect = problem.rig_at(&found.point.coordinates).ok()?.effects.pop()?;
         let inside = |time_s: f64| self.all.iter().all(|o| o.condition.is_within(time_s, EDGE));
@@ -233,7 +279,8 @@ impl<'o> Contest<'o> {
     }
 }
 
-fn samples(observed: &[Observed]) -> f64 {
+/// Samples of all recordings.
+pub fn samples(observed: &[Observed]) -> f64 {
     observed.iter().map(|o| o.condition.samples).sum::<usize>() as f64
 }
 
@@ -283,21 +330,6 @@ struct Heat<'h> {
     found: Found,
 }
 
-/// Of several lists of angles, those that suit each recording best; nothing where none can be simulated.
-fn best_of_each(problem: &Problem, point: &Point, tries: impl Iterator<Item = Vec<[f64; 2]>>) -> Option<Point> {
-    let mut best: Vec<(f64, [f64; 2])> = Vec::new();
-    for angles in tries {
-        let Ok(misfits) = problem.misfits(&Point { angles: angles.clone(), ..point.clone() }) else { continue };
-        let each: Vec<(f64, [f64; 2])> = misfits.into_iter().zip(angles).collect();
-        if best.is_empty() {
-            best = each;
-        } else {
-            best.iter_mut().zip(each).filter(|(b, e)| e.0 < b.0).for_each(|(b, e)| *b = e);
-        }
-    }
-    (!best.is_empty()).then(|| Point { angles: best.into_iter().map(|(_, angles)| angles).collect(), ..point.clone() })
-}
-
 /// Whether what is left could be noise of the rig's kind, as far as one look tells.
 fn leaves_nothing(problem: &Problem, found: &Found) -> Result<bool, RigError> {
     Ok(!excess(&whitened(problem.observed, &problem.expected(&found.point)?)).is_more_than_chance())
@@ -306,9 +338,7 @@ fn leaves_nothing(problem: &Problem, found: &Found) -> Result<bool, RigError> {
 /// A short search; where that leaves something and `slowly` asks for it, another from the slow parts of the recordings to all
 /// of them.
 fn heat(problem: &Problem<'_>, angles: &[[f64; 2]], slowly: bool) -> Option<Found> {
-    let coordinates =
-        problem.coordinates.iter().map(|c| Some(c.from_value(problem.rig.get(&c.key)?))).collect::<Option<Vec<_>>>()?;
-    let mut point = Point { coordinates, angles: angles.to_vec() };
+    let mut point = problem.start_at(angles.to_vec());
     let quick = Limits { steps: 6, gain: 1.0, ..Limits::default() };
     let direct = search(problem, point.clone(), &quick).ok()?;
     if !slowly || leaves_nothing(problem, &direct).ok()? {

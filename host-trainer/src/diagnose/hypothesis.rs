@@ -3,7 +3,7 @@
 //! Sizes follow from the rig: a pit is judged against the contact's deflection, a spring's curvature against its static
 //! deflection. What happens at a time or a frequency of its own starts where the residual points ([`Pointers`]).
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use crate::rig::config::BearingRig;
 use crate::rig::{EffectEntry, Rig};
@@ -28,6 +28,11 @@ impl Start {
     /// Whether it happens at a time of its own.
     pub fn is_timed(&self) -> bool {
         self.effect.parameters.contains_key("time_s")
+    }
+
+    /// Whether it is a pit.
+    pub fn is_pit(&self) -> bool {
+        self.effect.name.ends_with("-defect")
     }
 
     /// What says how strong it is; a time does not.
@@ -57,12 +62,8 @@ impl Hypothesis {
     /// Whether its angles are not those of the rig without it: what turns with the shaft, of which that rig knows little, a
     /// pit, whose pulses outweigh what the balls' passing gives, and what changes how shaft and cage turn.
     pub fn has_angles_of_its_own(&self) -> bool {
-        self.is_pit() || ["inner-race-waviness", "cage-slip", "speed-drift"].contains(&self.name)
-    }
-
-    /// Whether it is a pit.
-    pub fn is_pit(&self) -> bool {
-        self.name.ends_with("-defect")
+        self.starts.iter().any(Start::is_pit)
+            || ["inner-race-waviness", "cage-slip", "speed-drift"].contains(&self.name)
     }
 
     /// Whether it is to be sought in whole recordings: the beginning may miss it, or is too short for it to show.
@@ -192,7 +193,8 @@ fn pits(b: &mut Builder, sizes: &Sizes) {
 
 fn races(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
     // The inner race's phase is the shaft's angle, which is sought.
-    for (name, phases) in [("outer-race-waviness", &[0.0, 2.1, -2.1][..]), ("inner-race-waviness", &[0.0])] {
+    let turn: Vec<f64> = (-4..4).map(|k| FRAC_PI_4 * f64::from(k)).collect();
+    for (name, phases) in [("outer-race-waviness", turn.as_slice()), ("inner-race-waviness", &[0.0])] {
         for lobes in 2..=(2 * rig.bearing.balls + 3) {
             let of = |share: f64, phase: f64| {
                 let amplitude = share * sizes.contact;
@@ -210,7 +212,7 @@ fn races(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
     b.add("misalignment", "", &["force_n", "phase_rad"], QUARTERS.map(of).to_vec());
     let clearance = rig.bearing.radial_clearance_m;
     let of = |more: f64| entry("excess-clearance", &[("radial_clearance_m", clearance + more * sizes.contact)]);
-    let starts = ladder(0.03, 4.0, 10).into_iter().map(of).collect();
+    let starts = ladder(0.03, 4.0, 20).into_iter().map(of).collect();
     b.add_from(clearance, "excess-clearance", "", &["radial_clearance_m"], starts);
     let exponent = rig.bearing.contact_exponent;
     let of = |by: f64| entry("contact-exponent", &[("exponent", exponent + by)]);

@@ -9,6 +9,7 @@
 //! | [`bearing`] | the 5-DoF rig |
 //! | [`recorded`] | real recordings, where the structure is unknown |
 //! | [`acquisition`] | faults between sensor and file |
+//! | [`mains`] | the electrical line |
 //! | [`residual`] | what the rig leaves, and whether chance could |
 //! | [`pointers`] | where a search in time or frequency starts |
 //! | [`hypothesis`] | every explanation, and where a search for it starts |
@@ -27,6 +28,7 @@ mod error;
 pub mod faults;
 pub mod hypothesis;
 pub mod locate;
+pub mod mains;
 pub mod outcome;
 pub mod pointers;
 pub mod prove;

@@ -8,7 +8,7 @@ use crate::significance::sign_flip_of;
 use crate::whittle::likelihood::{Expected, judged};
 use crate::whittle::observed::{CHANNELS, Observed, accelerations};
 use crate::whittle::problem::Problem;
-use crate::whittle::search::search_from_rig;
+use crate::whittle::search::{Limits, search, search_from_rig};
 
 /// Bins of a block whose gains count as one: correlation between bins is of this reach.
 const BLOCK: usize = 32;
@@ -38,7 +38,7 @@ pub struct Proof {
 /// What the simulation refuses.
 pub fn prove(before: &Rig, after: &Rig, held_out: &[Observed], seed: u64) -> Result<Proof, DiagnoseError> {
     let (before, old_expected) = Side::aligned(before, held_out)?;
-    let (after, new_expected) = Side::aligned(after, held_out)?;
+    let (after, new_expected) = Side::beside(after, &before, held_out)?;
     let mut gains = Vec::new();
     let (mut old, mut new, mut bins) = (0.0, 0.0, 0usize);
     for (index, o) in held_out.iter().enumerate() {
@@ -140,6 +140,15 @@ impl<'r> Side<'r> {
     fn aligned(rig: &'r Rig, held_out: &[Observed]) -> Result<(Self, Vec<Expected>), RigError> {
         let problem = Problem::of_angles(held_out, rig.clone());
         let point = search_from_rig(&problem)?.point;
+        let expected = problem.expected(&point)?;
+        Ok((Self { rig, angles: point.angles }, expected))
+    }
+
+    /// The same, where the angles of the rig without the causes are known.
+    fn beside(rig: &'r Rig, without: &Side, held_out: &[Observed]) -> Result<(Self, Vec<Expected>), RigError> {
+        let problem = Problem::of_angles(held_out, rig.clone());
+        let angles = problem.aligned_beside(rig, without.rig, &without.angles, |_| None)?;
+        let point = search(&problem, problem.start_at(angles), &Limits::default())?.point;
         let expected = problem.expected(&point)?;
         Ok((Self { rig, angles: point.angles }, expected))
     }

@@ -9,8 +9,11 @@ use crate::whittle::align;
 use crate::whittle::likelihood::{Expected, judged, means, variance};
 use crate::whittle::observed::{Coefficients, Observed};
 
-/// Share of the greatest promise below which a pit is not looked at more closely.
+/// Share of the greatest promise below which another is not looked at more closely.
 const HOPELESS: f64 = 0.04;
+/// Starts of a hypothesis, and shares of their scaled strength, that are tried for what they hold.
+const HELD: usize = 3;
+const SHARES: [f64; 3] = [1.0, 0.4, 0.15];
 /// Runs that are held in memory at a time.
 const BATCH: usize = 128;
 
@@ -73,32 +76,68 @@ pub fn screen(ground: &Ground, rig: &Rig, hypotheses: &[(usize, &Hypothesis)]) -
         angles: if h.has_angles_of_its_own() { Angles::Aligned } else { Angles::Ground },
     };
     let tries: Vec<Try> = hypotheses.iter().flat_map(|(n, h)| h.starts.iter().map(move |s| of(*n, h, s))).collect();
+    let promises = evaluate(ground, rig, &tries, Strength::Scaled)?;
     let mut best: Vec<Promise> = Vec::new();
-    for promise in evaluate(ground, rig, &tries)? {
+    for promise in &promises {
         // Of a pit, one of each width: from the wrong one no search comes to the right one.
         let width = |p: &Promise| p.start.effect.number("width_rad");
-        if !best.iter().any(|b| b.hypothesis == promise.hypothesis && width(b) == width(&promise)) {
-            best.push(promise);
+        if !best.iter().any(|b| b.hypothesis == promise.hypothesis && width(b) == width(promise)) {
+            best.push(promise.clone());
         }
     }
     let most = best.iter().map(|b| b.gain).fold(0.0, f64::max);
     for promise in &mut best {
-        let Some((_, hypothesis)) = hypotheses.iter().find(|(n, _)| *n == promise.hypothesis) else { continue };
         // A pit that promises next to nothing beside others is not worth a closer look.
-        if hypothesis.is_pit() && promise.gain > HOPELESS * most {
+        if promise.start.is_pit() && promise.gain > HOPELESS * most {
             *promise = scanned(ground, rig, promise)?;
         } else if promise.start.is_timed() {
             *promise = timed(ground, rig, promise)?;
         }
     }
+    hold(ground, rig, &promises, &mut best)?;
     Ok(best)
+}
+
+/// What promises hold: a strength that was found as if all were linear is tried as it is, and weaker.
+fn hold(ground: &Ground, rig: &Rig, all: &[Promise], best: &mut [Promise]) -> Result<(), RigError> {
+    let most = best.iter().map(|b| b.gain).fold(0.0, f64::max);
+    let mut tries = Vec::new();
+    for (number, promise) in best.iter().enumerate().filter(|(_, p)| p.gain > HOPELESS * most) {
+        let Some(key) = promise.start.strength() else { continue };
+        // Another start may hold more than the one that promises most; what was looked at more closely is past that.
+        let closer = promise.start.is_timed() || promise.start.is_pit();
+        let others = all.iter().filter(|p| !closer && p.hypothesis == promise.hypothesis).skip(1).take(HELD - 1);
+        for from in std::iter::once(promise).chain(others) {
+            tries.extend(SHARES.map(|share| {
+                let strength = from.start.nothing + (from.start.number(key) - from.start.nothing) * share;
+                let angles = Angles::Given(from.angles.clone());
+                Try { hypothesis: number, start: from.start.with(key, strength), angles }
+            }));
+        }
+    }
+    let held = evaluate(ground, rig, &tries, Strength::Given)?;
+    for (number, promise) in best.iter_mut().enumerate() {
+        if let Some(found) = held.iter().find(|h| h.hypothesis == number) {
+            *promise = Promise { hypothesis: promise.hypothesis, ..found.clone() };
+        }
+    }
+    Ok(())
+}
+
+/// Which strength a try is judged at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Strength {
+    /// Its own.
+    Given,
+    /// The one that would promise most if what it changes were in proportion to it.
+    Scaled,
 }
 
 /// Every start that can be simulated, the most promising first.
 ///
 /// # Errors
 /// What the simulation refuses before it runs.
-pub fn evaluate(ground: &Ground, rig: &Rig, tries: &[Try]) -> Result<Vec<Promise>, RigError> {
+pub fn evaluate(ground: &Ground, rig: &Rig, tries: &[Try], strength: Strength) -> Result<Vec<Promise>, RigError> {
     let tries: Vec<(&Try, Rig)> = tries
         .iter()
         .map(|t| (t, rig.clone().with_effect(t.start.effect.clone())))
@@ -132,12 +171,12 @@ pub fn evaluate(ground: &Ground, rig: &Rig, tries: &[Try]) -> Result<Vec<Promise
                 // What happens to the machine at a time of its own stays there; what is missing in a file is not the machine's.
                 let stays = t.start.is_timed() && t.start.strength().is_some();
                 if stays || !matches!(t.angles, Angles::Ground | Angles::Near(_)) {
-                    return promise(ground, t.hypothesis, &t.start, rig, angles, &means);
+                    return promise(ground, t, rig, angles, &means, strength);
                 }
                 let each = ground.observed.iter().zip(&ground.expected).zip(means.iter().zip(angles));
                 let (means, angles): (Vec<_>, Vec<_>) =
                     each.map(|((o, e), (mean, angles))| align::moved(rig, o, &e.variance, mean, *angles)).unzip();
-                promise(ground, t.hypothesis, &t.start, rig, &angles, &means.iter().collect::<Vec<_>>())
+                promise(ground, t, rig, &angles, &means.iter().collect::<Vec<_>>(), strength)
             })
             .collect();
         promises.extend(judged.into_iter().flatten());
@@ -148,13 +187,13 @@ pub fn evaluate(ground: &Ground, rig: &Rig, tries: &[Try]) -> Result<Vec<Promise
 
 fn promise(
     ground: &Ground,
-    hypothesis: usize,
-    start: &Start,
+    of: &Try,
     rig: &Rig,
     angles: &[[f64; 2]],
     means: &[&[Coefficients; 2]],
+    strength: Strength,
 ) -> Option<Promise> {
-    let moves_variance = !start.effect.definition().is_some_and(|d| d.deterministic);
+    let moves_variance = !of.start.effect.definition().is_some_and(|d| d.deterministic);
     let (mut gain, mut along, mut square) = (0.0, 0.0, 0.0);
     for ((o, without), mean) in ground.observed.iter().zip(&ground.expected).zip(means) {
         let own = if moves_variance { Some(variance(rig, &o.condition).ok()?) } else { None };
@@ -174,15 +213,16 @@ fn promise(
     if !gain.is_finite() {
         return None;
     }
-    let mut start = start.clone();
+    let mut start = of.start.clone();
     let scale = if square > 0.0 { along / square } else { 1.0 };
     let scaled = if square > 0.0 { along * along / square } else { 0.0 };
-    if scaled > gain
+    if strength == Strength::Scaled
+        && scaled > gain
         && (0.02..50.0).contains(&scale)
-        && let Some(strength) = start.strength()
+        && let Some(key) = start.strength()
     {
-        start = start.with(strength, start.nothing + (start.number(strength) - start.nothing) * scale);
+        start = start.with(key, start.nothing + (start.number(key) - start.nothing) * scale);
         gain = scaled;
     }
-    Some(Promise { hypothesis, start, angles: angles.to_vec(), gain })
+    Some(Promise { hypothesis: of.hypothesis, start, angles: angles.to_vec(), gain })
 }

@@ -22,13 +22,14 @@ pub mod envelope;
 pub(crate) mod interpolate;
 pub mod kurtogram;
 pub mod lines;
+pub(crate) mod maximum;
 pub mod order;
 pub mod spectrum;
 pub mod speed;
 pub mod synchronous;
 #[cfg(test)]
 mod test_signals;
-mod transform;
+pub(crate) mod transform;
 
 /// A sample of a recording: `f32` or `f64`.
 pub trait Sample: Copy + Into<f64> + Sync {}

@@ -4,7 +4,7 @@ use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 /// Symmetric over a period, so that half-overlapping windows add up evenly.
-pub(super) fn hann(length: usize) -> Vec<f64> {
+pub(crate) fn hann(length: usize) -> Vec<f64> {
     (0..length).map(|i| 0.5 - 0.5 * (std::f64::consts::TAU * i as f64 / length as f64).cos()).collect()
 }
 

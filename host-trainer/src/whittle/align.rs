@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
-use super::likelihood::{judged, means, variance};
+use super::likelihood::{Expected, judged, means, misfit, variance};
 use super::observed::{CHANNELS, Coefficients, Observed};
 use crate::recording::Recording;
 use crate::rig::simulate::{fewest_substeps, plan_of, shortest_settling_s, simulate_all};
@@ -24,6 +24,8 @@ const TURNS: f64 = 24.0;
 const MOVES: f64 = 4.0;
 /// Half turns of a ball that are tried.
 const RESPUN: u32 = 2000;
+/// Spins of a ball that are run, evenly over half a turn.
+const SPINS: usize = 8;
 
 /// Angles of cage and shaft at t = 0, rad, for each recording: those with which the silent rig is most like it, weighted
 /// by the variance of its random part, `variances[recording][channel]`.
@@ -40,9 +42,121 @@ pub fn angles(rig: &Rig, observed: &[Observed], variances: &[[Vec<f64>; 2]]) -> 
     if rig.effects.iter().any(spins) {
         let mut plain = rig.clone();
         plain.effects.retain(|e| !spins(e));
-        respin(rig, &mut found, &angles(&plain, observed, variances)?);
+        let known = angles(&plain, observed, variances)?;
+        respin(rig, &mut found, &known);
+        let apart = spun(rig, &plain, observed, variances, &known)?;
+        found = best_of(rig, observed, variances, &[found, apart])?;
     }
-    Ok(found)
+    latched(rig, observed, variances, found)
+}
+
+/// Angles of a rig with a wavy inner race, the shaft where it suits best by whole waves: what moves by one looks alike but
+/// for what else turns with the shaft.
+///
+/// # Errors
+/// What the simulation refuses, a run that diverges among it.
+pub fn latched(
+    rig: &Rig,
+    observed: &[Observed],
+    variances: &[[Vec<f64>; 2]],
+    angles: Vec<[f64; 2]>,
+) -> Result<Vec<[f64; 2]>, RigError> {
+    let wavy = rig.effects.iter().find(|e| e.name == "inner-race-waviness");
+    let Some(lobes) = wavy.and_then(|e| e.number("lobes")) else { return Ok(angles) };
+    let turned = |k: usize| angles.iter().map(|[cage, shaft]| [*cage, shaft + TAU * k as f64 / lobes]).collect();
+    best_of(rig, observed, variances, &(0..lobes as usize).map(turned).collect::<Vec<_>>())
+}
+
+/// Of several choices of angles, the one that suits each recording best, of those that can be simulated.
+///
+/// # Errors
+/// What the simulation refuses, of a recording for which it refuses all.
+pub fn best_of(
+    rig: &Rig,
+    observed: &[Observed],
+    variances: &[[Vec<f64>; 2]],
+    choices: &[Vec<[f64; 2]>],
+) -> Result<Vec<[f64; 2]>, RigError> {
+    let runs: Vec<_> =
+        choices.iter().flat_map(|angles| observed.iter().zip(angles).map(|(o, a)| (rig, o.condition, *a))).collect();
+    let mut best: Vec<Option<Judged>> = observed.iter().map(|_| None).collect();
+    for (n, (mean, (.., angles))) in means(&runs)?.into_iter().zip(&runs).enumerate() {
+        let n = n % observed.len();
+        let judged = mean.map(|mean| {
+            let expected = Expected { mean, variance: variances[n].clone() };
+            (misfit(&observed[n], &expected, 1.0), *angles)
+        });
+        best[n] = Some(match best[n].take() {
+            Some(other) => better(other, judged),
+            None => judged,
+        });
+    }
+    best.into_iter().flatten().map(|found| Ok(found?.1)).collect()
+}
+
+/// Angles with their misfit.
+type Judged = Result<(f64, [f64; 2]), RigError>;
+
+fn better(one: Judged, other: Judged) -> Judged {
+    match (&one, &other) {
+        (Ok((a, _)), Ok((b, _))) if b < a => other,
+        (Err(_), Ok(_)) => other,
+        _ => one,
+    }
+}
+
+/// Angles for a rig whose ball has a pit too small to outweigh the balls' passing: those of the rig without it, with each
+/// of the balls in turn as the pitted one, and its spin where the pulses suit best what that rig leaves.
+fn spun(
+    rig: &Rig,
+    plain: &Rig,
+    observed: &[Observed],
+    variances: &[[Vec<f64>; 2]],
+    known: &[[f64; 2]],
+) -> Result<Vec<[f64; 2]>, RigError> {
+    let Some(machine) = rig.bearing() else { return Ok(known.to_vec()) };
+    let (balls, per_shaft) = (machine.bearing.balls, machine.bearing.geometry().orders().bsf);
+    // Half a turn of the ball is the period; where the pulses come is scanned by moving them in time.
+    let turned = |spin: usize| TAU / 2.0 * spin as f64 / SPINS as f64;
+    let respun = |spin: usize| {
+        let mut rig = rig.clone();
+        rig.effects.iter_mut().filter(|e| spins(e)).for_each(|effect| {
+            let now = effect.number("spin_rad").unwrap_or_default();
+            effect.set_number("spin_rad", now + turned(spin));
+        });
+        rig
+    };
+    let rigs: Vec<Rig> = (0..SPINS).map(respun).collect();
+    let mut out = Vec::new();
+    for ((o, variance), [cage, shaft]) in observed.iter().zip(variances).zip(known) {
+        let choices: Vec<(usize, usize)> =
+            (0..balls).flat_map(|ball| (0..SPINS).map(move |spin| (ball, spin))).collect();
+        let at = |ball: usize| [cage + TAU * ball as f64 / balls as f64, *shaft];
+        let mut runs = vec![(plain, o.condition, [*cage, *shaft])];
+        runs.extend(choices.iter().map(|(ball, spin)| (&rigs[*spin], o.condition, at(*ball))));
+        let mut means = means(&runs)?.into_iter();
+        let Some(without) = means.next().transpose()? else { return Ok(known.to_vec()) };
+        let with: Vec<_> = means.collect::<Result<_, _>>()?;
+        let per_sample = per_shaft * TAU * o.condition.shaft_hz / o.condition.sample_rate_hz;
+        let reach = (0.5 * turned(1) / per_sample).ceil() as i64;
+        let best_of = |((ball, spin), with): (&(usize, usize), &[Coefficients; 2])| {
+            let change = |c: usize, k: usize| with[c][k] - without[c][k];
+            let correlation = correlation(o, variance, |c, k, x| x - without[c][k], change);
+            let at = |lag: i64| correlation[lag.rem_euclid(o.condition.samples as i64) as usize];
+            let lag = (-reach..=reach).max_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap_or_default();
+            let energy = |c: usize| -> f64 {
+                let bins = o.spectra[c].as_ref().map_or(0..0, |x| judged(x, 1.0));
+                bins.map(|k| change(c, k).norm_sqr() / variance[c][k]).sum()
+            };
+            (at(lag) - energy(0) - energy(1), *ball, turned(*spin) + lag as f64 * per_sample)
+        };
+        let found = choices.par_iter().zip(&with).map(best_of).max_by(|a, b| a.0.total_cmp(&b.0));
+        let (_, ball, spin) = found.unwrap_or_default();
+        let [cage, shaft] = at(ball);
+        out.push([cage.rem_euclid(TAU), shaft + spin / per_shaft]);
+    }
+    respin(rig, &mut out, known);
+    Ok(out)
 }
 
 /// Angles of recordings that have something of their own time in them, a step or an impact: those of the rig without it,

@@ -69,10 +69,13 @@ impl<'o> Problem<'o> {
     /// # Errors
     /// What the simulation refuses.
     pub fn start(&self) -> Result<Point, RigError> {
-        let coordinates: Vec<f64> =
-            self.coordinates.iter().map(|c| c.from_value(self.rig.get(&c.key).unwrap_or_default())).collect();
-        let angles = self.aligned(&self.rig)?;
-        Ok(Point { coordinates, angles })
+        Ok(self.start_at(self.aligned(&self.rig)?))
+    }
+
+    /// The rig's own values, with these angles.
+    pub fn start_at(&self, angles: Vec<[f64; 2]>) -> Point {
+        let value = |c: &Coordinate| c.from_value(self.rig.get(&c.key).unwrap_or_default());
+        Point { coordinates: self.coordinates.iter().map(value).collect(), angles }
     }
 
     /// The angles with which a rig suits the recordings best.
@@ -83,15 +86,45 @@ impl<'o> Problem<'o> {
         align::angles(rig, self.observed, &self.variances(rig)?)
     }
 
-    /// Angles moved to where they suit a rig better, as [`align::moved`] does.
+    /// The angles with which a rig suits the recordings best, where those of the rig without something are known: as they
+    /// are, moved, found anew, or as in one of `more`.
     ///
     /// # Errors
-    /// What the simulation refuses, a run that diverges among it.
-    pub fn moved(&self, rig: &Rig, angles: &[[f64; 2]]) -> Result<Vec<[f64; 2]>, RigError> {
+    /// What the simulation refuses of all of them.
+    pub fn aligned_beside(
+        &self,
+        rig: &Rig,
+        without: &Rig,
+        known: &[[f64; 2]],
+        more: impl FnOnce(&[[f64; 2]]) -> Option<Vec<[f64; 2]>>,
+    ) -> Result<Vec<[f64; 2]>, RigError> {
+        let aligned = self.aligned(rig)?;
+        let mut choices: Vec<_> = more(&aligned).into_iter().collect();
+        choices.extend([aligned, known.to_vec()]);
+        // A weak effect does not move the angles, a strong one does.
+        choices.extend(self.moved(rig, known));
+        if rig.effects.iter().any(|e| e.number("time_s").is_some()) {
+            choices.extend(align::angles_apart(without, rig, self.observed, known));
+        }
+        align::best_of(rig, self.observed, &self.variances(rig)?, &choices)
+    }
+
+    /// Angles moved to where they suit a rig better, as [`align::moved`] does.
+    fn moved(&self, rig: &Rig, angles: &[[f64; 2]]) -> Result<Vec<[f64; 2]>, RigError> {
         let runs: Vec<_> = self.observed.iter().zip(angles).map(|(o, a)| (rig, o.condition, *a)).collect();
         let (means, variances) = (means(&runs)?, self.variances(rig)?);
         let each = self.observed.iter().zip(&variances).zip(means).zip(angles);
         each.map(|(((o, variance), mean), a)| Ok(align::moved(rig, o, variance, &mean?, *a).1)).collect()
+    }
+
+    /// The same point with its angles moved as [`align::latched`] does.
+    ///
+    /// # Errors
+    /// As [`align::latched`].
+    pub fn latched(&self, point: &Point) -> Result<Point, RigError> {
+        let rig = self.rig_at(&point.coordinates)?;
+        let angles = align::latched(&rig, self.observed, &self.variances(&rig)?, point.angles.clone())?;
+        Ok(Point { angles, ..point.clone() })
     }
 
     /// The rig at a point.
