@@ -1,6 +1,9 @@
 //! Which cases there are: every effect at every severity, controls, pairs, and what the vocabulary has no name for, with
 //! noise, tachometer and knowledge of the rig going round.
 
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
 use super::effects;
 use super::outside::Outside;
 use crate::rig::effect::REGISTRY;
@@ -112,15 +115,12 @@ pub fn round(number: usize) -> Vec<Brief> {
     hidden.extend(
         pairs(number).into_iter().map(|[a, b]| Hidden::Effects(vec![(a, Severity::Plain), (b, Severity::Plain)])),
     );
-    for _ in 0..OUTSIDE_EACH {
-        hidden.extend(Outside::ALL.map(Hidden::Outside));
-    }
-    // Steps that share no factor with the counts go through all combinations.
-    let circumstances = |(n, hidden): (usize, Hidden)| {
-        let n = n + 7 * number;
-        Brief { hidden, loud: n % 3 == 2, tachometer: n.is_multiple_of(2), guessed: n % 5 == 4 }
-    };
-    hidden.into_iter().enumerate().map(circumstances).collect()
+    hidden.extend(Outside::ALL.into_iter().flat_map(|kind| vec![Hidden::Outside(kind); OUTSIDE_EACH]));
+    // Drawn, so that every how manieth of them has all circumstances.
+    let mut rng = ChaCha8Rng::seed_from_u64(number as u64);
+    let mut one_in = |of: f64| rng.random_bool(1.0 / of);
+    let circumstances = |hidden| Brief { hidden, loud: one_in(3.0), tachometer: one_in(2.0), guessed: one_in(5.0) };
+    hidden.into_iter().map(circumstances).collect()
 }
 
 /// Effects of different groups together; each round has others.

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use realfft::num_complex::Complex;
 
+use super::promise::{Angles, Ground, Promise, Strength, Try, evaluate};
 use super::residual::EDGE;
-use super::screen::{Angles, Ground, Promise, Strength, Try, evaluate};
 use crate::rig::{Rig, RigError};
 use crate::whittle::align;
 use crate::whittle::likelihood::means;
@@ -60,12 +60,12 @@ enum Scan {
     Depth,
 }
 
-/// A time, first where the residual is most like what the effect gives, then scanned ever finer: a step or an impact has to
-/// be met to a part of the fastest mode's period.
+/// A time, first where the residual is most like what the effect gives, then, where that promises `least`, scanned ever
+/// finer: a step or an impact has to be met to a part of the fastest mode's period.
 ///
 /// # Errors
 /// What the simulation refuses before it runs; a run of the best time that diverges.
-pub fn timed(ground: &Ground, rig: &Rig, promise: &Promise) -> Result<Promise, RigError> {
+pub fn timed(ground: &Ground, rig: &Rig, promise: &Promise, least: f64) -> Result<Promise, RigError> {
     let sample_s = 1.0 / ground.observed.first().map_or(1.0, |o| o.condition.sample_rate_hz);
     let mut best = promise.clone();
     for step in [0.0, 1.0, 0.2] {
@@ -77,8 +77,10 @@ pub fn timed(ground: &Ground, rig: &Rig, promise: &Promise) -> Result<Promise, R
         let now = best.start.number("time_s");
         let times: Vec<f64> = if step == 0.0 {
             matched(ground, rig, &best)?
+        } else if best.gain > least {
+            (-10..=10).map(|k| now + f64::from(k) * step * sample_s).collect()
         } else {
-            (-12..=12).map(|k| now + f64::from(k) * step * sample_s).collect()
+            break;
         };
         // The strength is no longer the one that suited another time: from a tenth of it on, it is scaled, either way.
         let weaker = |t: Try| match best.start.strength() {

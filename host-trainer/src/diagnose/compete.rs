@@ -1,8 +1,9 @@
 //! Hypotheses compete: each is brought as near to the recordings as it can come, and judged by what it gains.
 
 use super::hypothesis::{Hypothesis, Start};
+use super::promise::{Ground, Promise};
 use super::residual::{EDGE, excess, whitened};
-use super::screen::{Ground, Promise, screen};
+use super::screen::screen;
 use crate::rig::{Rig, RigError};
 use crate::whittle::coordinate::Coordinate;
 use crate::whittle::observed::Observed;
@@ -19,8 +20,10 @@ const FINALISTS_OF_A_NAME: usize = 2;
 const SLOWLY: usize = 5;
 /// Steps of a finalist's search.
 const STEPS: usize = 20;
-/// Where one hypothesis leaves nothing to explain, only those that promise at least this share of its gain are rivals.
+/// Where one hypothesis leaves nothing to explain, only those that promise at least this share of its gain are rivals; where
+/// it leaves something, this.
 const RIVAL: f64 = 0.3;
+const DISTANT_RIVAL: f64 = 0.03;
 /// Shares of the band that a search goes through, from what turns slowly to all: slow parts have few wrong places to end.
 const BANDS: [f64; 3] = [0.06, 0.2, 1.0];
 
@@ -284,28 +287,27 @@ pub fn samples(observed: &[Observed]) -> f64 {
     observed.iter().map(|o| o.condition.samples).sum::<usize>() as f64
 }
 
-/// The greatest gain of those that leave nothing to explain, once there is one.
+/// The gain from which a hypothesis is a rival of those that have been fitted.
 struct Best {
     /// Whether there is so much to explain that leaving nothing of it says something.
     explainable: bool,
-    gain: Option<f64>,
+    rival: f64,
 }
 
 impl Best {
     fn new(explainable: bool) -> Self {
-        Self { explainable, gain: None }
+        Self { explainable, rival: f64::NEG_INFINITY }
     }
 
     fn see(&mut self, gain: f64, problem: &Problem, found: &Found) -> Result<(), RigError> {
-        if self.explainable && leaves_nothing(problem, found)? {
-            self.gain = Some(self.gain.map_or(gain, |best| best.max(gain)));
-        }
+        let explains = self.explainable && leaves_nothing(problem, found)?;
+        self.rival = self.rival.max(gain * if explains { RIVAL } else { DISTANT_RIVAL });
         Ok(())
     }
 
-    /// Whether one that gains as little is no rival any more.
+    /// Whether one that gains as little is no rival.
     fn beats(&self, gain: f64) -> bool {
-        self.gain.is_some_and(|best| gain < RIVAL * best)
+        gain < self.rival
     }
 }
 

@@ -248,7 +248,9 @@ fn springs(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
             entry("end-stop-contact", &[("gap_m", gap * static_m), ("stiffness_n_per_m", stiffer * k)])
                 .with_text("component", vertical)
         };
-        let stops = [0.4, 0.6, 0.75, 0.85, 0.95, 1.05].into_iter().flat_map(|gap| [0.05, 0.4, 3.0].map(|s| of(gap, s)));
+        // Whether it is met depends on the load: finely between the least and the greatest.
+        let gaps = (8..=26).map(|k| 0.05 * f64::from(k));
+        let stops = gaps.flat_map(|gap| [0.05, 0.4, 3.0].map(|s| of(gap, s)));
         b.add("end-stop-contact", vertical, &["stiffness_n_per_m", "gap_m"], stops.collect());
         let of =
             |share: f64| entry("constant-force", &[("force_n", share * sizes.load)]).with_text("component", vertical);

@@ -174,7 +174,8 @@ mod tests {
             for name in CHANNELS {
                 let [a, b] = [plain, without].map(|r| &r.channel(name).unwrap().samples);
                 let rms = (a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / a.len() as f64).sqrt();
-                assert!(rms < 0.002, "{name}: {rms}");
+                // A hundredth of the line's own.
+                assert!(rms < 0.01 * 0.38, "{name}: {rms}");
             }
         }
     }

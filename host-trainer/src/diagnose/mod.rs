@@ -7,15 +7,18 @@
 //! | [`sdof`] | the rig of one degree of freedom |
 //! | [`faults`] | what sensor and cable do, beside recordings that took no part |
 //! | [`bearing`] | the 5-DoF rig |
+//! | [`sets`] | its recordings by the part that they take |
 //! | [`recorded`] | real recordings, where the structure is unknown |
 //! | [`acquisition`] | faults between sensor and file |
 //! | [`mains`] | the electrical line |
 //! | [`residual`] | what the rig leaves, and whether chance could |
 //! | [`pointers`] | where a search in time or frequency starts |
 //! | [`hypothesis`] | every explanation, and where a search for it starts |
+//! | [`promise`] | what a place to start from promises |
 //! | [`screen`] | a first look at all of them |
 //! | [`closer`] | a closer look at what that found |
 //! | [`compete`] | the best of them, fitted, and what each gains |
+//! | [`explain`] | what the rig leaves, and the one or two causes that explain it |
 //! | `statement` | what the contest has found, as causes, rejected explanations and a fit |
 //! | [`prove`] | what a correction does to recordings that took no part |
 //! | [`locate`] | where the mismatch is |
@@ -25,17 +28,20 @@ pub mod bearing;
 pub mod closer;
 pub mod compete;
 mod error;
+pub mod explain;
 pub mod faults;
 pub mod hypothesis;
 pub mod locate;
 pub mod mains;
 pub mod outcome;
 pub mod pointers;
+pub mod promise;
 pub mod prove;
 pub mod recorded;
 pub mod residual;
 pub mod screen;
 pub mod sdof;
+pub mod sets;
 mod statement;
 #[cfg(test)]
 mod tests;

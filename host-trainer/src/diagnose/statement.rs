@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::acquisition::Fault;
-use super::bearing::{Explanation, LEAST_MERIT};
 use super::compete::{Contender, Dropped};
+use super::explain::{Explanation, LEAST_MERIT};
 use super::outcome::{Cause, Fit, Fitted, HeldOut, Parameter, Rejected};
 use super::prove::Proof;
 use crate::calibrate::estimate::{Estimate, covariance, estimates};
@@ -60,7 +60,8 @@ pub fn causes(
             equation: effect.equation(KIND),
         }
     };
-    let mut out: Vec<Cause> = added.zip(explanation.kept.iter().zip(&explanation.rivals)).map(cause).collect();
+    let mut out: Vec<Cause> =
+        added.zip(explanation.kept.causes.iter().zip(&explanation.kept.rivals)).map(cause).collect();
     out.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     out
 }
@@ -92,7 +93,7 @@ fn probability(contender: &Contender, rivals: &[Contender]) -> f64 {
 /// Every other name of the contest, and why it lost. `stands` is whether the causes that were kept are proved, `explained`
 /// the share of the excess that they take away.
 pub fn rejected(explanation: &Explanation, stands: bool, explained: f64) -> Vec<Rejected> {
-    let top = explanation.kept.first().map_or(0.0, |k| k.gain);
+    let top = explanation.kept.causes.first().map_or(0.0, |k| k.gain);
     let mut out: Vec<Rejected> = Vec::new();
     let mut say = |name: &str, place: &str, why: String| {
         let told = stands && explanation.keeps(name) || out.iter().any(|r| r.name == name);

@@ -229,15 +229,9 @@ pub fn correlation(
     correlation
 }
 
-/// A recording's angles, and what is expected of it, moved in time, half a ball pass at most, to where they suit it better:
-/// where something has changed the balls' passing, angles that were found without it are behind or ahead.
-pub fn moved(
-    rig: &Rig,
-    o: &Observed,
-    variance: &[Vec<f64>; 2],
-    mean: &[Coefficients; 2],
-    [cage, shaft]: [f64; 2],
-) -> ([Coefficients; 2], [f64; 2]) {
+/// The lag in samples, half a ball pass at most, by which what is expected of a recording suits it better: where something
+/// has changed the balls' passing, angles that were found without it are behind or ahead.
+pub fn lag(rig: &Rig, o: &Observed, variance: &[Vec<f64>; 2], mean: &[Coefficients; 2]) -> i64 {
     let orders = rig.bearing().map(|machine| machine.bearing.geometry().orders());
     let passes_hz = o.condition.shaft_hz * orders.map_or(1.0, |orders| orders.bpfo);
     let reach = (0.5 * o.condition.sample_rate_hz / passes_hz.max(1.0)) as usize;
@@ -247,10 +241,18 @@ pub fn moved(
     let at = |lag: i64| correlation[lag.rem_euclid(samples as i64) as usize];
     let lag = (-reach..=reach).max_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap_or_default();
     // Less than that is noise.
-    if at(lag) - at(0) < MOVES {
-        return (mean.clone(), [cage, shaft]);
-    }
-    let step = Complex::from_polar(1.0, TAU * lag as f64 / samples as f64);
+    if at(lag) - at(0) < MOVES { 0 } else { lag }
+}
+
+/// Angles moved by a lag.
+pub fn moved_angles(rig: &Rig, o: &Observed, lag: i64, [cage, shaft]: [f64; 2]) -> [f64; 2] {
+    let turned = TAU * o.condition.shaft_hz * lag as f64 / o.condition.sample_rate_hz;
+    [cage + cage_per_shaft(rig) * turned, shaft + turned]
+}
+
+/// What is expected of a recording, moved by a lag.
+pub fn moved_mean(o: &Observed, lag: i64, mean: &[Coefficients; 2]) -> [Coefficients; 2] {
+    let step = Complex::from_polar(1.0, TAU * lag as f64 / o.condition.samples as f64);
     let turn = |mean: &Coefficients| {
         let mut by = Complex::new(1.0, 0.0);
         let turned = mean.iter().map(|d| {
@@ -260,8 +262,7 @@ pub fn moved(
         });
         turned.collect()
     };
-    let turned = TAU * o.condition.shaft_hz * lag as f64 / o.condition.sample_rate_hz;
-    ([turn(&mean[0]), turn(&mean[1])], [cage + cage_per_shaft(rig) * turned, shaft + turned])
+    [turn(&mean[0]), turn(&mean[1])]
 }
 
 /// The same for many rigs side by side; nothing for a rig whose simulation diverges. `known` are the angles of the rig

@@ -109,12 +109,14 @@ impl<'o> Problem<'o> {
         align::best_of(rig, self.observed, &self.variances(rig)?, &choices)
     }
 
-    /// Angles moved to where they suit a rig better, as [`align::moved`] does.
+    /// Angles moved to where they suit a rig better, by [`align::lag`].
     fn moved(&self, rig: &Rig, angles: &[[f64; 2]]) -> Result<Vec<[f64; 2]>, RigError> {
         let runs: Vec<_> = self.observed.iter().zip(angles).map(|(o, a)| (rig, o.condition, *a)).collect();
         let (means, variances) = (means(&runs)?, self.variances(rig)?);
-        let each = self.observed.iter().zip(&variances).zip(means).zip(angles);
-        each.map(|(((o, variance), mean), a)| Ok(align::moved(rig, o, variance, &mean?, *a).1)).collect()
+        let lags = self.observed.iter().zip(&variances).zip(means);
+        let lags = lags.map(|((o, variance), mean)| Ok(align::lag(rig, o, variance, &mean?)));
+        let each = self.observed.iter().zip(angles).zip(lags);
+        each.map(|((o, a), lag)| Ok(align::moved_angles(rig, o, lag?, *a))).collect()
     }
 
     /// The same point with its angles moved as [`align::latched`] does.

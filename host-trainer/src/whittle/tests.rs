@@ -6,7 +6,7 @@ use super::observed::Observed;
 use super::problem::{Point, Problem};
 use super::search::search_from_rig;
 use crate::rig::test_support::{condition, nominal};
-use crate::rig::{Rig, Run, Start, simulate_many};
+use crate::rig::{EffectEntry, Rig, Run, Start, simulate_many};
 
 fn observed(rig: &Rig, loads: &[f64], seed: u64) -> Vec<Observed> {
     let run = |(i, load): (usize, &f64)| Run {
@@ -36,6 +36,27 @@ fn the_angles_of_the_start_are_found() {
         let pitch = TAU / 9.0;
         assert!(off(*cage, truth.cage_angle0_rad, pitch).abs() < 0.002, "cage {cage}, {truth:?}");
         assert!(off(*shaft, truth.shaft_angle0_rad, TAU).abs() < 0.02, "shaft {shaft}, {truth:?}");
+    }
+}
+
+/// Of what turns with a ball or with the shaft as well as with the cage, too: they tell all but a hundredth of what the angles
+/// tell that it was made with.
+#[test]
+fn the_angles_of_a_pitted_ball_and_of_a_wavy_inner_race_are_found() {
+    let pit = EffectEntry::new("ball-defect", &[("depth_m", 1e-6), ("width_rad", 0.05)]);
+    let wavy = EffectEntry::new("inner-race-waviness", &[("amplitude_m", 4e-7), ("lobes", 14.0)]);
+    for effect in [pit, wavy] {
+        let rig = nominal().with_effect(effect.clone());
+        let observed = observed(&rig, &[500.0, 800.0], 11);
+        let problem = Problem::of_angles(&observed, rig.clone());
+        let truth = (0..2).map(|i| Start::seeded(11 + i)).map(|s| [s.cage_angle0_rad, s.shaft_angle0_rad]).collect();
+        let at_truth = problem.misfits(&Point { coordinates: Vec::new(), angles: truth }).unwrap();
+        let found = search_from_rig(&problem).unwrap().expansion.misfits;
+        let without = search_from_rig(&Problem::of_angles(&observed, nominal())).unwrap().expansion.misfits;
+        for ((found, truth), without) in found.iter().zip(&at_truth).zip(&without) {
+            let gains = [found, truth].map(|misfit| without - misfit);
+            assert!(gains[0] > 0.99 * gains[1], "{}: gains {gains:?} in ln L", effect.name);
+        }
     }
 }
 
