@@ -26,7 +26,7 @@ use crate::rig::Rig;
 use crate::whittle::observed::Observed;
 
 /// Share of the excess that causes must take away to be an explanation.
-const EXPLAINED: f64 = 0.97;
+const EXPLAINED: f64 = 0.93;
 /// p-value on the recording that took no part.
 const LEAST_P: f64 = 0.01;
 /// Diagnoses recordings of a bearing rig, at least one.
