@@ -1,5 +1,5 @@
 //! Which cases there are: every effect at every severity, controls, pairs, and what the vocabulary has no name for, with
-//! noise, tachometer and knowledge of the rig going round.
+//! noise, tachometer and knowledge of the rig drawn for each.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

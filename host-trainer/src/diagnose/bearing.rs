@@ -11,7 +11,7 @@
 //!    stands, nothing in the vocabulary explains it.
 
 use super::acquisition::Acquired;
-use super::explain::{Explanation, Ground, Kept};
+use super::explain::{Explanation, Ground};
 use super::outcome::{Cause, Diagnosis, Location, Outcome, SCHEMA, Verdict};
 use super::prove::{Proof, prove, shown};
 use super::residual::tests;
@@ -29,6 +29,7 @@ use crate::whittle::observed::Observed;
 const EXPLAINED: f64 = 0.93;
 /// p-value on the recording that took no part.
 const LEAST_P: f64 = 0.01;
+
 /// Diagnoses recordings of a bearing rig, at least one.
 ///
 /// # Errors
@@ -44,13 +45,10 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<Outcome, Diagnos
     progress("fitting the rig as it is");
     let ground = Ground::of(&rig, &sets, seed)?;
     // What was cut off is lost, and with it what another cause could be known by.
-    let explanation = if acquired.clipped.is_empty() {
-        ground.explain(seed, progress)?
-    } else {
-        Explanation { contenders: Vec::new(), dropped: Vec::new(), kept: Kept::nothing(ground.excess) }
-    };
-    let judgement = Judgement::of(&ground, &explanation, seed, progress)?;
-    outcome(recordings, &acquired, &ground, &explanation, judgement, seed, progress)
+    let explanation =
+        if acquired.clipped.is_empty() { ground.explain(progress)? } else { Explanation::nothing(ground.excess) };
+    let judgement = Judgement::of(&ground, &explanation, progress)?;
+    outcome(recordings, &acquired, &ground, &explanation, judgement, progress)
 }
 
 /// The rig that recordings are measured by.
@@ -89,19 +87,14 @@ struct Judgement {
 }
 
 impl Judgement {
-    fn of(
-        ground: &Ground,
-        explanation: &Explanation,
-        seed: u64,
-        progress: &dyn Fn(&str),
-    ) -> Result<Self, DiagnoseError> {
-        let (excess, left) = (ground.excess, explanation.kept.left);
+    fn of(ground: &Ground, explanation: &Explanation, progress: &dyn Fn(&str)) -> Result<Self, DiagnoseError> {
+        let (excess, left) = (ground.excess, explanation.left);
         let explained = excess.explained(&left);
-        let proof = match explanation.kept.causes.last() {
+        let proof = match explanation.last() {
             Some(last) => {
                 progress("proving it on what took no part");
                 // A rig that cannot be run under the condition that was held out is not proved.
-                prove(&ground.rig()?, &last.rig()?, &ground.sets.held_out, seed).ok()
+                prove(&ground.rig()?, &last.rig()?, &ground.sets.held_out, ground.seed).ok()
             }
             None => None,
         };
@@ -125,12 +118,11 @@ fn outcome(
     ground: &Ground,
     explanation: &Explanation,
     judgement: Judgement,
-    seed: u64,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, DiagnoseError> {
     let Judgement { explained, proof, stands, verdict } = judgement;
     let (rig, split) = (&ground.contest.rig, &ground.sets.split);
-    let (problem, found) = match explanation.kept.causes.last() {
+    let (problem, found) = match explanation.last() {
         Some(last) if stands => (&last.problem, &last.found),
         _ => (&ground.problem, &ground.found),
     };
@@ -150,13 +142,13 @@ fn outcome(
     let (fit, held_out) = if faulty {
         progress("showing it on what took no part");
         let p_value = acquired.faults().map(|fault| fault.p_value).fold(0.0, f64::max);
-        shown(rig, &corrected, &Observed::of_all(&Split::of(raw).held_out)?, &split.describe(), p_value, seed)?
+        shown(rig, &corrected, &Observed::of_all(&Split::of(raw).held_out)?, &split.describe(), p_value, ground.seed)?
     } else {
         statement::fit(proof, stands, split.describe())
     };
     let rejected = statement::rejected(explanation, stands, explained);
     let caveats = if verdict == Verdict::Unexplained { vec![too_little(explained)] } else { Vec::new() };
-    let diagnosis = Diagnosis { schema: SCHEMA, verdict, causes, rejected, location, fit };
+    let diagnosis = Diagnosis { schema: SCHEMA.into(), verdict, causes, rejected, location, fit };
     Ok(Outcome { diagnosis, rig: corrected, held_out, tests: tests(&ground.residuals), fitted, caveats })
 }
 

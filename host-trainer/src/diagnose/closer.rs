@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use realfft::num_complex::Complex;
 
-use super::promise::{Angles, Ground, Promise, Strength, Try, evaluate};
+use super::promise::{Angles, Backdrop, Promise, Strength, Try, evaluate};
 use super::residual::EDGE;
 use crate::rig::{Rig, RigError};
 use crate::whittle::align;
@@ -16,10 +16,10 @@ use crate::whittle::likelihood::means;
 ///
 /// # Errors
 /// What the simulation refuses before it runs.
-pub fn scanned(ground: &Ground, rig: &Rig, promise: &Promise) -> Result<Promise, RigError> {
+pub fn scanned(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Result<Promise, RigError> {
     let Some(machine) = rig.bearing() else { return Ok(promise.clone()) };
     let orders = machine.bearing.geometry().orders();
-    let shaft_hz = ground.observed.iter().map(|o| o.condition.shaft_hz).sum::<f64>() / ground.observed.len() as f64;
+    let shaft_hz = backdrop.observed.iter().map(|o| o.condition.shaft_hz).sum::<f64>() / backdrop.observed.len() as f64;
     // Turns of the ball against the pit for each turn of the shaft.
     let passing = match promise.start.effect.name.as_str() {
         "outer-race-defect" => orders.ftf,
@@ -44,7 +44,7 @@ pub fn scanned(ground: &Ground, rig: &Rig, promise: &Promise) -> Result<Promise,
             Scan::Depth => (-8..=8).map(|k| other("depth_m", now("depth_m") * 1.12f64.powi(k))).collect(),
         };
         if let Some(found) =
-            evaluate(ground, rig, &tries, Strength::Scaled)?.into_iter().next().filter(|f| f.gain > best.gain)
+            evaluate(backdrop, rig, &tries, Strength::Scaled)?.into_iter().next().filter(|f| f.gain > best.gain)
         {
             best = found;
         }
@@ -65,8 +65,8 @@ enum Scan {
 ///
 /// # Errors
 /// What the simulation refuses before it runs; a run of the best time that diverges.
-pub fn timed(ground: &Ground, rig: &Rig, promise: &Promise, least: f64) -> Result<Promise, RigError> {
-    let sample_s = 1.0 / ground.observed.first().map_or(1.0, |o| o.condition.sample_rate_hz);
+pub fn timed(backdrop: &Backdrop, rig: &Rig, promise: &Promise, least: f64) -> Result<Promise, RigError> {
+    let sample_s = 1.0 / backdrop.observed.first().map_or(1.0, |o| o.condition.sample_rate_hz);
     let mut best = promise.clone();
     for step in [0.0, 1.0, 0.2] {
         let of = |time_s: f64| Try {
@@ -76,7 +76,7 @@ pub fn timed(ground: &Ground, rig: &Rig, promise: &Promise, least: f64) -> Resul
         };
         let now = best.start.number("time_s");
         let times: Vec<f64> = if step == 0.0 {
-            matched(ground, rig, &best)?
+            matched(backdrop, rig, &best)?
         } else if best.gain > least {
             (-10..=10).map(|k| now + f64::from(k) * step * sample_s).collect()
         } else {
@@ -92,32 +92,32 @@ pub fn timed(ground: &Ground, rig: &Rig, promise: &Promise, least: f64) -> Resul
         };
         let tries: Vec<Try> = times.into_iter().map(of).flat_map(weaker).collect();
         if let Some(found) =
-            evaluate(ground, rig, &tries, Strength::Scaled)?.into_iter().next().filter(|f| f.gain > best.gain)
+            evaluate(backdrop, rig, &tries, Strength::Scaled)?.into_iter().next().filter(|f| f.gain > best.gain)
         {
             best = found;
         }
     }
     if best.start.strength().is_some() {
         let with = rig.clone().with_effect(best.start.effect.clone());
-        best.angles = align::angles_apart(rig, &with, ground.observed, &best.angles)?;
+        best.angles = align::angles_apart(rig, &with, backdrop.observed, &best.angles)?;
     }
     Ok(best)
 }
 
 /// Times at which the residual of all recordings together is most like what the effect changes, of either sign: a matched
 /// filter.
-fn matched(ground: &Ground, rig: &Rig, promise: &Promise) -> Result<Vec<f64>, RigError> {
+fn matched(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Result<Vec<f64>, RigError> {
     // In the middle of the shortest recording, so that it is whole.
-    let Some(shortest) = ground.observed.iter().map(|o| o.condition.samples).min() else { return Ok(Vec::new()) };
-    let rate = ground.observed[0].condition.sample_rate_hz;
+    let Some(shortest) = backdrop.observed.iter().map(|o| o.condition.samples).min() else { return Ok(Vec::new()) };
+    let rate = backdrop.observed[0].condition.sample_rate_hz;
     let time_s = 0.5 * shortest as f64 / rate;
     let with = rig.clone().with_effect(promise.start.with("time_s", time_s).effect);
     if with.check().is_err() {
         return Ok(Vec::new());
     }
-    let runs: Vec<_> = ground.observed.iter().zip(&promise.angles).map(|(o, a)| (&with, o.condition, *a)).collect();
+    let runs: Vec<_> = backdrop.observed.iter().zip(&promise.angles).map(|(o, a)| (&with, o.condition, *a)).collect();
     let mut sum = vec![0.0; shortest];
-    for ((o, without), mean) in ground.observed.iter().zip(&ground.expected).zip(means(&runs)?) {
+    for ((o, without), mean) in backdrop.observed.iter().zip(&backdrop.expected).zip(means(&runs)?) {
         let Ok(mean) = mean else { return Ok(Vec::new()) };
         let change = |c: usize, k: usize| mean[c][k] - without.mean[c][k];
         let residual = |c: usize, k: usize, x: Complex<f64>| x - without.mean[c][k];

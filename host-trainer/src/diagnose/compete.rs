@@ -1,7 +1,7 @@
 //! Hypotheses compete: each is brought as near to the recordings as it can come, and judged by what it gains.
 
 use super::hypothesis::{Hypothesis, Start};
-use super::promise::{Ground, Promise};
+use super::promise::{Backdrop, Promise};
 use super::residual::{EDGE, excess, whitened};
 use super::screen::screen;
 use crate::rig::{Rig, RigError};
@@ -38,10 +38,9 @@ pub struct Contender<'o> {
     pub problem: Problem<'o>,
     /// What was found.
     pub found: Found,
-    /// Gain in ln L over the rig without it, less half the logarithm of the count of samples for each parameter more
-    /// (G. Schwarz, Annals of Statistics 6 (1978) 461–464).
+    /// What it costs less than the rig without it, by [`cost`].
     pub merit: f64,
-    /// Gain in ln L.
+    /// Gain in ln L over the rig without it.
     pub gain: f64,
 }
 
@@ -53,6 +52,21 @@ impl Contender<'_> {
     pub fn rig(&self) -> Result<Rig, RigError> {
         self.problem.rig_at(&self.found.point.coordinates)
     }
+
+    /// As [`cost`].
+    pub fn cost(&self) -> f64 {
+        cost(&self.problem, &self.found)
+    }
+}
+
+/// −ln L, and half the logarithm of the count of samples for each parameter (G. Schwarz, Annals of Statistics 6 (1978)
+/// 461–464).
+pub fn cost(problem: &Problem, found: &Found) -> f64 {
+    found.expansion.misfit() + 0.5 * problem.coordinates.len() as f64 * samples(problem.observed).ln()
+}
+
+fn samples(observed: &[Observed]) -> f64 {
+    observed.iter().map(|o| o.condition.samples).sum::<usize>() as f64
 }
 
 /// How a contest ended.
@@ -92,7 +106,7 @@ pub struct Contest<'o> {
     pub brief: &'o [Observed],
     /// A few of them whole, for what their beginnings do not show.
     pub few: &'o [Observed],
-    /// Which of all those are.
+    /// Which of all the few are.
     pub which: &'o [usize],
     /// The rig without what is sought; its unknown parameters are fitted along with every hypothesis.
     pub rig: Rig,
@@ -120,15 +134,20 @@ impl<'o> Contest<'o> {
     /// What the simulation refuses.
     pub fn null(&self, part: Part) -> Result<(Problem<'o>, Found), RigError> {
         let problem = Problem::new(self.observed(part), self.rig.clone(), self.unknown.clone());
-        let found = match (&self.angles, part) {
-            (None, _) => search_from_rig(&problem)?,
-            (Some(known), Part::All) => search(&problem, problem.start_at(known.clone()), &Limits::default())?,
-            (Some(known), _) => {
-                let angles = self.which.iter().map(|n| known[*n]).collect();
-                search(&problem, problem.start_at(angles), &Limits::default())?
-            }
+        let found = match self.known(part) {
+            Some(angles) => search(&problem, problem.start_at(angles), &Limits::default())?,
+            None => search_from_rig(&problem)?,
         };
         Ok((problem, found))
+    }
+
+    /// Angles of a part, where they are known.
+    fn known(&self, part: Part) -> Option<Vec<[f64; 2]>> {
+        let all = self.angles.as_ref()?;
+        Some(match part {
+            Part::All => all.clone(),
+            Part::Few | Part::Brief => self.which.iter().map(|n| all[*n]).collect(),
+        })
     }
 
     fn observed(&self, part: Part) -> &'o [Observed] {
@@ -145,14 +164,14 @@ impl<'o> Contest<'o> {
     /// # Errors
     /// What the simulation refuses of the rig without any of them.
     pub fn run(&self, hypotheses: &[Hypothesis], least: f64, progress: &dyn Fn(&str)) -> Result<Ranking<'o>, RigError> {
-        let (problem, null) = self.null(Part::All)?;
+        let bare = self.null(Part::All)?;
         // Where there is little to explain, leaving little of it says nothing.
-        let explainable = !leaves_nothing(&problem, &null)?;
+        let explainable = !leaves_nothing(&bare.0, &bare.1)?;
         progress("looking at every hypothesis");
         let looks = self.first_look(hypotheses)?;
         let mut dropped = Vec::new();
-        let heats = self.heats(looks, least, &mut Best::new(explainable), &mut dropped, progress)?;
-        let mut contenders = self.finals(heats, &null, &mut Best::new(explainable), &mut dropped, progress)?;
+        let heats = self.heats(looks, least, &mut Bar::new(explainable), &mut dropped, progress)?;
+        let mut contenders = self.finals(heats, &bare, &mut Bar::new(explainable), &mut dropped, progress)?;
         contenders.sort_by(|a, b| b.merit.total_cmp(&a.merit));
         dropped.sort_by(|a, b| b.fitted.cmp(&a.fitted).then(b.gain.total_cmp(&a.gain)));
         Ok(Ranking { contenders, dropped })
@@ -170,11 +189,11 @@ impl<'o> Contest<'o> {
             }
             let (problem, found) = self.null(part)?;
             let expected = problem.expected(&found.point)?;
-            let ground = Ground { observed, angles: found.point.angles.clone(), expected };
+            let backdrop = Backdrop { observed, angles: found.point.angles.clone(), expected };
             let rig = problem.rig_at(&found.point.coordinates)?;
             // A gain grows with what is looked at.
             let scale = samples(self.all) / samples(observed);
-            looks.extend(screen(&ground, &rig, &these)?.into_iter().map(|p| Look {
+            looks.extend(screen(&backdrop, &rig, &these)?.into_iter().map(|p| Look {
                 hypothesis: &hypotheses[p.hypothesis],
                 promise: Promise { gain: p.gain * scale, ..p },
                 observed,
@@ -191,7 +210,7 @@ impl<'o> Contest<'o> {
         &self,
         looks: Vec<Look<'h, 'o>>,
         least: f64,
-        best: &mut Best,
+        bar: &mut Bar,
         dropped: &mut Vec<Dropped>,
         progress: &dyn Fn(&str),
     ) -> Result<Vec<Heat<'h>>, RigError> {
@@ -200,7 +219,7 @@ impl<'o> Contest<'o> {
         for Look { hypothesis, promise, observed, misfit, scale } in looks {
             let crowd = heats.iter().filter(|h| h.hypothesis.name == hypothesis.name).count();
             let full = n >= SEARCHED || crowd >= SEARCHED_OF_A_NAME;
-            if full || promise.gain < least || best.beats(promise.gain) {
+            if full || promise.gain < least || bar.is_above(promise.gain) {
                 dropped.push(Dropped::of(hypothesis, promise.gain, false));
                 continue;
             }
@@ -209,7 +228,7 @@ impl<'o> Contest<'o> {
             let Some(problem) = self.problem(observed, &promise.start) else { continue };
             let Some(found) = heat(&problem, &promise.angles, n <= SLOWLY) else { continue };
             let gain = (misfit - found.expansion.misfit()) * scale;
-            best.see(gain, &problem, &found)?;
+            bar.raise(gain, &problem, &found)?;
             heats.push(Heat { gain, hypothesis, start: promise.start, found });
         }
         heats.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -220,8 +239,8 @@ impl<'o> Contest<'o> {
     fn finals(
         &self,
         heats: Vec<Heat>,
-        null: &Found,
-        best: &mut Best,
+        (bare, null): &(Problem<'o>, Found),
+        bar: &mut Bar,
         dropped: &mut Vec<Dropped>,
         progress: &dyn Fn(&str),
     ) -> Result<Vec<Contender<'o>>, RigError> {
@@ -231,7 +250,7 @@ impl<'o> Contest<'o> {
             let crowd = contenders.iter().filter(|c| c.name == heat.hypothesis.name).count();
             let full = n >= FINALISTS || crowd >= FINALISTS_OF_A_NAME;
             // Two at least: the best is told from another by what either gains on all.
-            if full || n > 1 && best.beats(heat.gain) {
+            if full || n > 1 && bar.is_above(heat.gain) {
                 dropped.push(Dropped::of(heat.hypothesis, heat.gain, true));
                 continue;
             }
@@ -240,9 +259,8 @@ impl<'o> Contest<'o> {
             progress(&format!("fitting {name} {place} to all ({n} of {FINALISTS})"));
             let Some((problem, found)) = self.fitted_to_all(&heat, null) else { continue };
             let gain = null.expansion.misfit() - found.expansion.misfit();
-            best.see(gain, &problem, &found)?;
-            let more = problem.coordinates.len() - self.unknown.len();
-            let merit = gain - 0.5 * more as f64 * samples(self.all).ln();
+            bar.raise(gain, &problem, &found)?;
+            let merit = cost(bare, null) - cost(&problem, &found);
             contenders.push(Contender { name, place: place.clone(), problem, found, merit, gain });
         }
         Ok(contenders)
@@ -253,12 +271,9 @@ impl<'o> Contest<'o> {
         let problem = self.problem(self.all, &heat.start)?;
         let rig = problem.rig_at(&heat.found.point.coordinates).ok()?;
         // Where it has been fitted already, its angles are known.
-        let fitted = |aligned: &[[f64; 2]]| {
-            let mut known = aligned.to_vec();
-            self.which.iter().zip(&heat.found.point.angles).for_each(|(n, angles)| known[*n] = *angles);
-            Some(known)
-        };
-        let angles = problem.aligned_beside(&rig, &self.rig, &null.point.angles, fitted).ok()?;
+        let fitted: Vec<(usize, [f64; 2])> =
+            self.which.iter().copied().zip(heat.found.point.angles.iter().copied()).collect();
+        let angles = problem.aligned_beside(&rig, &self.rig, &null.point.angles, &fitted).ok()?;
         let from = Point { angles, ..heat.found.point.clone() };
         let limits = Limits { steps: STEPS, ..Limits::default() };
         let mut found = search(&problem, from, &limits).ok()?;
@@ -282,32 +297,28 @@ impl<'o> Contest<'o> {
     }
 }
 
-/// Samples of all recordings.
-pub fn samples(observed: &[Observed]) -> f64 {
-    observed.iter().map(|o| o.condition.samples).sum::<usize>() as f64
-}
-
-/// The gain from which a hypothesis is a rival of those that have been fitted.
-struct Best {
+/// How much a hypothesis must gain to be a rival of those that have been fitted.
+struct Bar {
     /// Whether there is so much to explain that leaving nothing of it says something.
     explainable: bool,
-    rival: f64,
+    gain: f64,
 }
 
-impl Best {
+impl Bar {
     fn new(explainable: bool) -> Self {
-        Self { explainable, rival: f64::NEG_INFINITY }
+        Self { explainable, gain: f64::NEG_INFINITY }
     }
 
-    fn see(&mut self, gain: f64, problem: &Problem, found: &Found) -> Result<(), RigError> {
+    /// Raises it to what a fitted hypothesis asks of its rivals.
+    fn raise(&mut self, gain: f64, problem: &Problem, found: &Found) -> Result<(), RigError> {
         let explains = self.explainable && leaves_nothing(problem, found)?;
-        self.rival = self.rival.max(gain * if explains { RIVAL } else { DISTANT_RIVAL });
+        self.gain = self.gain.max(gain * if explains { RIVAL } else { DISTANT_RIVAL });
         Ok(())
     }
 
     /// Whether one that gains as little is no rival.
-    fn beats(&self, gain: f64) -> bool {
-        gain < self.rival
+    fn is_above(&self, gain: f64) -> bool {
+        gain < self.gain
     }
 }
 

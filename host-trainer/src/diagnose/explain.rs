@@ -1,7 +1,7 @@
 //! What a bearing rig leaves of its recordings, and the one or two causes that explain it.
 
 use super::DiagnoseError;
-use super::compete::{Contender, Contest, Dropped, Part, Ranking, samples};
+use super::compete::{Contender, Contest, Dropped, Part, Ranking, cost};
 use super::hypothesis::{self, Hypothesis};
 use super::pointers;
 use super::prove::replicate;
@@ -46,6 +46,8 @@ pub struct Ground<'o> {
     pub residuals: Vec<Whitened>,
     /// Beyond what recordings of this very rig would show.
     pub excess: Excess,
+    /// Of replicates.
+    pub seed: u64,
 }
 
 impl<'o> Ground<'o> {
@@ -68,7 +70,7 @@ impl<'o> Ground<'o> {
         contest.angles = Some(found.point.angles.clone());
         let residuals = residuals(&problem, &found)?;
         let excess = excess(&residuals).beyond(replicated(&problem, &found, seed)?);
-        Ok(Self { sets, contest, problem, found, residuals, excess })
+        Ok(Self { sets, contest, problem, found, residuals, excess, seed })
     }
 
     /// The rig as it was found.
@@ -90,69 +92,79 @@ impl<'o> Ground<'o> {
     ///
     /// # Errors
     /// What the simulation refuses of the rig without any of them.
-    pub fn explain(&self, seed: u64, progress: &dyn Fn(&str)) -> Result<Explanation<'o>, DiagnoseError> {
+    pub fn explain(&self, progress: &dyn Fn(&str)) -> Result<Explanation<'o>, DiagnoseError> {
         let hypotheses = self.hypotheses()?;
         let Ranking { contenders, dropped } = self.contest.run(&hypotheses, f64::NEG_INFINITY, progress)?;
-        let Some((first, left)) = best(&contenders, seed) else {
-            return Ok(Explanation { contenders, dropped, kept: Kept::nothing(self.excess) });
+        let Some((first, left)) = self.best(contenders.clone()) else {
+            return Ok(Explanation { contenders, dropped, ..Explanation::nothing(self.excess) });
         };
-        let single = Kept { causes: vec![first.clone()], rivals: vec![contenders.clone()], left };
-        let kept = match self.second(&single, &hypotheses, seed, progress)? {
-            Some(pair) => self.reduced(self.exchanged(pair, &hypotheses, seed, progress)?, &single)?.unwrap_or(single),
-            None => single,
+        let (kept, left) = match self.second(&first, &left, &hypotheses, progress)? {
+            Some(pair) => {
+                let pair = self.exchanged(pair, &hypotheses, progress)?;
+                self.reduced(pair, &first, &left).unwrap_or_else(|| (vec![first], left))
+            }
+            None => (vec![first], left),
         };
-        Ok(Explanation { contenders, dropped, kept })
+        Ok(Explanation { contenders, dropped, kept, left })
+    }
+
+    /// The best contender that gains enough and can be run everywhere, and what it leaves: a rig that stands only as long as
+    /// nothing shakes it is none.
+    fn best(&self, rivals: Vec<Contender<'o>>) -> Option<(Choice<'o>, Excess)> {
+        let leaves = |c: &Contender| {
+            let all = excess(&residuals(&c.problem, &c.found)?);
+            Ok::<_, DiagnoseError>(all.beyond(replicated(&c.problem, &c.found, self.seed)?))
+        };
+        let enough = rivals.iter().filter(|c| c.merit > LEAST_MERIT);
+        let (cause, left) = enough.cloned().find_map(|c| {
+            let left = leaves(&c).ok()?;
+            Some((c, left))
+        })?;
+        Some((Choice { cause, rivals }, left))
     }
 
     /// A second cause beside the first; nothing where none is worth its parameters.
     fn second(
         &self,
-        single: &Kept<'o>,
+        first: &Choice<'o>,
+        left: &Excess,
         hypotheses: &[Hypothesis],
-        seed: u64,
         progress: &dyn Fn(&str),
-    ) -> Result<Option<Kept<'o>>, DiagnoseError> {
-        let Some(first) = single.causes.first() else { return Ok(None) };
-        let least = least_of_a_second(first, &single.left);
+    ) -> Result<Option<Pair<'o>>, DiagnoseError> {
+        let cause = &first.cause;
+        let least = least_of_a_second(cause, left);
         progress("looking for a second cause");
-        let mut rivals = self.beside(&first.problem, &first.found.point, hypotheses, first, least, progress)?;
+        let mut rivals = self.beside(&cause.problem, &cause.found.point, hypotheses, cause, least, progress)?;
         rivals.retain(|c| c.gain > least);
-        let Some((next, left)) = best(&rivals, seed) else { return Ok(None) };
+        let Some((last, rest)) = self.best(rivals) else { return Ok(None) };
         // What does not show by itself may be what the first cause's own linearisation leaves out.
-        if !single.left.is_more_than_chance() && !beyond_replicates(first, next, seed)? {
+        if !left.is_more_than_chance() && !self.beyond_replicates(cause, &last.cause)? {
             return Ok(None);
         }
-        let causes = vec![first.clone(), next.clone()];
-        Ok(Some(Kept { causes, rivals: vec![single.rivals[0].clone(), rivals], left }))
+        Ok(Some(Pair { first: first.clone(), last, left: rest }))
     }
 
     /// The pair with each of its causes sought anew beside the other, as long as that gains and something is left: the first
     /// was found where the second was missing, and may have stood in for both.
     fn exchanged(
         &self,
-        mut pair: Kept<'o>,
+        mut pair: Pair<'o>,
         hypotheses: &[Hypothesis],
-        seed: u64,
         progress: &dyn Fn(&str),
-    ) -> Result<Kept<'o>, DiagnoseError> {
+    ) -> Result<Pair<'o>, DiagnoseError> {
         for _ in 0..EXCHANGES {
             let hopeless = self.excess.explained(&pair.left) < WORTH_AN_EXCHANGE;
-            let [_, next] = pair.causes.as_slice() else { break };
             if hopeless || !pair.left.is_more_than_chance() {
                 break;
             }
             progress("looking for the first cause again, beside the second");
-            let Some((problem, found)) = self.alone(next) else { break };
-            let had = found.expansion.misfit() - next.found.expansion.misfit();
-            let mut rivals = self.beside(&problem, &found.point, hypotheses, next, RIVALS_PROMISE * had, progress)?;
-            rivals.retain(|c| costs(&c.problem, &c.found) + LEAST_MERIT < costs(&next.problem, &next.found));
-            let Some((again, left)) = best(&rivals, seed) else { break };
-            let again = again.clone();
-            pair.causes.remove(0);
-            pair.rivals.remove(0);
-            pair.causes.push(again);
-            pair.rivals.push(rivals);
-            pair.left = left;
+            let both = &pair.last.cause;
+            let Some((problem, found)) = self.alone(both) else { break };
+            let had = found.expansion.misfit() - both.found.expansion.misfit();
+            let mut rivals = self.beside(&problem, &found.point, hypotheses, both, RIVALS_PROMISE * had, progress)?;
+            rivals.retain(|c| c.cost() + LEAST_MERIT < both.cost());
+            let Some((last, left)) = self.best(rivals) else { break };
+            pair = Pair { first: pair.last, last, left };
         }
         Ok(pair)
     }
@@ -170,26 +182,38 @@ impl<'o> Ground<'o> {
         let rig = problem.rig_at(&point.coordinates)?;
         let angles = Some(point.angles.clone());
         let contest = Contest { rig, unknown: problem.coordinates.clone(), angles, ..self.contest.clone() };
-        let others: Vec<_> = hypotheses.iter().filter(|h| !is_of(cause, h)).cloned().collect();
+        let is_the_same = |h: &Hypothesis| h.name == cause.name && h.place == cause.place;
+        let others: Vec<_> = hypotheses.iter().filter(|h| !is_the_same(h)).cloned().collect();
         // With a cause that is not the right one the rig may not stand in every recording: then there is no other.
         Ok(contest.run(&others, least, progress).unwrap_or_default().contenders)
     }
 
-    /// A pair that takes away enough of what the first left. Where the first has but stood in for the second, that one alone.
-    fn reduced(&self, pair: Kept<'o>, single: &Kept<'o>) -> Result<Option<Kept<'o>>, DiagnoseError> {
-        let left = single.left.nats;
-        if pair.left.is_more_than_chance() && left - pair.left.nats < SECOND_EXPLAINS * left {
-            return Ok(None);
+    /// A pair that takes away enough of what the first alone left; nothing where it does not. Where one has but stood in for
+    /// the other, that one alone.
+    fn reduced(&self, pair: Pair<'o>, single: &Choice<'o>, left: &Excess) -> Option<(Vec<Choice<'o>>, Excess)> {
+        if pair.left.is_more_than_chance() && left.nats - pair.left.nats < SECOND_EXPLAINS * left.nats {
+            return None;
         }
-        let [_, both] = pair.causes.as_slice() else { return Ok(Some(pair)) };
-        let Some((problem, found)) = self.alone(both) else { return Ok(Some(pair)) };
-        if costs(&problem, &found) > costs(&both.problem, &both.found) + LEAST_MERIT {
-            return Ok(Some(pair));
+        let both = &pair.last.cause;
+        let Some((problem, found)) = self.alone(both) else { return Some((vec![pair.first, pair.last], pair.left)) };
+        if cost(&problem, &found) > both.cost() + LEAST_MERIT {
+            return Some((vec![pair.first, pair.last], pair.left));
         }
         let gain = self.found.expansion.misfit() - found.expansion.misfit();
-        let merit = costs(&self.problem, &self.found) - costs(&problem, &found);
-        let alone = Contender { problem, found, merit, gain, ..both.clone() };
-        Ok(Some(Kept { causes: vec![alone], rivals: vec![single.rivals[0].clone()], left: pair.left }))
+        let merit = cost(&self.problem, &self.found) - cost(&problem, &found);
+        let cause = Contender { problem, found, merit, gain, ..both.clone() };
+        Some((vec![Choice { cause, rivals: single.rivals.clone() }], pair.left))
+    }
+
+    /// Whether a second cause gains more than it does on recordings that the first alone has made.
+    fn beyond_replicates(&self, first: &Contender, both: &Contender) -> Result<bool, DiagnoseError> {
+        let made = replicate(&first.rig()?, first.problem.observed, &first.found.point.angles, self.seed)?;
+        let misfit = |of: &Contender| {
+            let problem = Problem { observed: &made, ..of.problem.clone() };
+            Ok::<_, RigError>(search(&problem, of.found.point.clone(), &Limits::default())?.expansion.misfit())
+        };
+        let by_chance = misfit(first)? - misfit(both)?;
+        Ok(both.gain > BEYOND * by_chance.max(0.0) + LEAST_MERIT)
     }
 
     /// The last of two causes without the first, fitted; nothing where the rig does not stand so.
@@ -214,44 +238,59 @@ impl<'o> Ground<'o> {
     }
 }
 
-/// Causes that are kept, in the order in which they were found; the last has all of them in its rig.
-pub struct Kept<'o> {
-    /// The causes.
-    pub causes: Vec<Contender<'o>>,
-    /// Whom each was chosen among.
-    pub rivals: Vec<Vec<Contender<'o>>>,
-    /// What they leave, beyond what recordings of their rig would show.
-    pub left: Excess,
+/// A cause, and whom it was chosen among.
+#[derive(Clone, Debug)]
+pub struct Choice<'o> {
+    /// The cause.
+    pub cause: Contender<'o>,
+    /// It and the others, the best first.
+    pub rivals: Vec<Contender<'o>>,
 }
 
-impl Kept<'_> {
-    /// No cause.
-    pub fn nothing(left: Excess) -> Self {
-        Self { causes: Vec::new(), rivals: Vec::new(), left }
+impl Choice<'_> {
+    /// Share of the cause among its rivals of other names in their posterior.
+    pub fn probability(&self) -> f64 {
+        let others = self.rivals.iter().filter(|c| c.name != self.cause.name);
+        (1.0 / (1.0 + others.map(|c| (c.merit - self.cause.merit).exp()).sum::<f64>())).min(0.999)
     }
 }
 
+/// Two causes; the rig of the last has both.
+struct Pair<'o> {
+    first: Choice<'o>,
+    last: Choice<'o>,
+    /// What they leave, beyond what recordings of their rig would show.
+    left: Excess,
+}
+
 /// What the search for causes has found.
+#[derive(Clone, Debug)]
 pub struct Explanation<'o> {
     /// The best hypotheses as a first cause, the best first.
     pub contenders: Vec<Contender<'o>>,
     /// Those that were left behind before.
     pub dropped: Vec<Dropped>,
-    /// What was kept.
-    pub kept: Kept<'o>,
+    /// What was kept, in the order in which it was found; the last has all of them in its rig.
+    pub kept: Vec<Choice<'o>>,
+    /// What the last leaves, beyond what recordings of its rig would show.
+    pub left: Excess,
 }
 
-impl Explanation<'_> {
+impl<'o> Explanation<'o> {
+    /// No cause.
+    pub fn nothing(left: Excess) -> Self {
+        Self { contenders: Vec::new(), dropped: Vec::new(), kept: Vec::new(), left }
+    }
+
+    /// The rig with all causes, as a problem and what was found; nothing where there are none.
+    pub fn last(&self) -> Option<&Contender<'o>> {
+        self.kept.last().map(|choice| &choice.cause)
+    }
+
     /// Whether a cause of this name was kept.
     pub fn keeps(&self, name: &str) -> bool {
-        self.kept.causes.iter().any(|k| k.name == name)
+        self.kept.iter().any(|choice| choice.cause.name == name)
     }
-}
-
-/// The best contender that gains enough and can be run everywhere, and what it leaves: a rig that stands only as long as
-/// nothing shakes it is none.
-fn best<'c, 'o>(contenders: &'c [Contender<'o>], seed: u64) -> Option<(&'c Contender<'o>, Excess)> {
-    contenders.iter().filter(|c| c.merit > LEAST_MERIT).find_map(|c| Some((c, remaining(c, seed).ok()?)))
 }
 
 /// ln L that a second cause must promise at the first look, and then gain. Where the first leaves nothing that shows by
@@ -264,32 +303,6 @@ fn least_of_a_second(first: &Contender, left: &Excess) -> f64 {
         (false, true) => (HIDDEN_GAINS * first.gain).max(LEAST_PROMISE),
         (false, false) => (INEXACT_GAINS * first.gain).max(LEAST_PROMISE),
     }
-}
-
-/// −ln L, and half the logarithm of the count of samples for each parameter.
-fn costs(problem: &Problem, found: &Found) -> f64 {
-    found.expansion.misfit() + 0.5 * problem.coordinates.len() as f64 * samples(problem.observed).ln()
-}
-
-/// Whether a second cause gains more than it does on recordings that the first alone has made.
-fn beyond_replicates(first: &Contender, both: &Contender, seed: u64) -> Result<bool, DiagnoseError> {
-    let made = replicate(&first.rig()?, first.problem.observed, &first.found.point.angles, seed)?;
-    let misfit = |of: &Contender| {
-        let problem = Problem { observed: &made, ..of.problem.clone() };
-        Ok::<_, RigError>(search(&problem, of.found.point.clone(), &Limits::default())?.expansion.misfit())
-    };
-    let by_chance = misfit(first)? - misfit(both)?;
-    Ok(both.gain > BEYOND * by_chance.max(0.0) + LEAST_MERIT)
-}
-
-fn is_of(contender: &Contender, hypothesis: &Hypothesis) -> bool {
-    hypothesis.name == contender.name && hypothesis.place == contender.place
-}
-
-/// What a contender leaves beyond what its own replicates do.
-fn remaining(contender: &Contender, seed: u64) -> Result<Excess, DiagnoseError> {
-    let all = excess(&residuals(&contender.problem, &contender.found)?);
-    Ok(all.beyond(replicated(&contender.problem, &contender.found, seed)?))
 }
 
 fn residuals(problem: &Problem, found: &Found) -> Result<Vec<Whitened>, DiagnoseError> {

@@ -10,7 +10,6 @@
 //! | [`sets`] | its recordings by the part that they take |
 //! | [`recorded`] | real recordings, where the structure is unknown |
 //! | [`acquisition`] | faults between sensor and file |
-//! | [`mains`] | the electrical line |
 //! | [`residual`] | what the rig leaves, and whether chance could |
 //! | [`pointers`] | where a search in time or frequency starts |
 //! | [`hypothesis`] | every explanation, and where a search for it starts |
@@ -32,7 +31,6 @@ pub mod explain;
 pub mod faults;
 pub mod hypothesis;
 pub mod locate;
-pub mod mains;
 pub mod outcome;
 pub mod pointers;
 pub mod promise;

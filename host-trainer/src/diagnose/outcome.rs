@@ -1,5 +1,6 @@
 //! What a diagnosis says, as `diagnosis.json` has it.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
@@ -9,10 +10,6 @@ use crate::rig::{Rig, Value};
 
 /// Name of the format.
 pub const SCHEMA: &str = "ballrace-diagnosis/1";
-
-fn schema() -> &'static str {
-    SCHEMA
-}
 
 /// A parameter: a number in SI units, or a name.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -97,8 +94,7 @@ pub struct Fit {
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Diagnosis {
     /// [`SCHEMA`].
-    #[serde(skip_deserializing, default = "schema")]
-    pub schema: &'static str,
+    pub schema: Cow<'static, str>,
     /// What it comes to.
     pub verdict: Verdict,
     /// Causes, the most probable first; none without a mismatch.

@@ -24,8 +24,8 @@ pub struct Promise {
     pub gain: f64,
 }
 
-/// Recordings under the rig without anything more.
-pub struct Ground<'o> {
+/// Recordings, and what the rig says of them without anything more: what promises are seen against.
+pub struct Backdrop<'o> {
     /// The recordings.
     pub observed: &'o [Observed],
     /// Their angles.
@@ -34,7 +34,7 @@ pub struct Ground<'o> {
     pub expected: Vec<Expected>,
 }
 
-/// A start with the angles to begin at: those of the ground, those that suit it best, or its own.
+/// A start with the angles to begin at: those of the backdrop, those that suit it best, or its own.
 #[derive(Clone, Debug)]
 pub struct Try {
     /// Which hypothesis.
@@ -49,7 +49,7 @@ pub struct Try {
 #[derive(Clone, Debug)]
 pub enum Angles {
     /// Those of the rig without the effect.
-    Ground,
+    Bare,
     /// Those that suit the rig with the effect: a pit's pulses outweigh what the balls' passing gives, and the shaft's
     /// angle shows only in what turns with it.
     Aligned,
@@ -72,44 +72,44 @@ pub enum Strength {
 ///
 /// # Errors
 /// What the simulation refuses before it runs.
-pub fn evaluate(ground: &Ground, rig: &Rig, tries: &[Try], strength: Strength) -> Result<Vec<Promise>, RigError> {
+pub fn evaluate(backdrop: &Backdrop, rig: &Rig, tries: &[Try], strength: Strength) -> Result<Vec<Promise>, RigError> {
     let tries: Vec<(&Try, Rig)> = tries
         .iter()
         .map(|t| (t, rig.clone().with_effect(t.start.effect.clone())))
         .filter(|(_, r)| r.check().is_ok())
         .collect();
-    let variances = ground.expected.iter().map(|e| e.variance.clone()).collect::<Vec<_>>();
+    let variances = backdrop.expected.iter().map(|e| e.variance.clone()).collect::<Vec<_>>();
     let mut promises: Vec<Promise> = Vec::new();
-    for batch in tries.chunks((BATCH / ground.observed.len()).max(1)) {
+    for batch in tries.chunks((BATCH / backdrop.observed.len()).max(1)) {
         let turned: Vec<&Rig> =
             batch.iter().filter(|(t, _)| matches!(t.angles, Angles::Aligned)).map(|(_, rig)| rig).collect();
-        let mut found = align::angles_of_many(&turned, ground.observed, &variances, &ground.angles)?.into_iter();
+        let mut found = align::angles_of_many(&turned, backdrop.observed, &variances, &backdrop.angles)?.into_iter();
         let angles: Vec<Vec<[f64; 2]>> = batch
             .iter()
             .map(|(t, _)| match &t.angles {
-                Angles::Ground => ground.angles.clone(),
-                Angles::Aligned => found.next().flatten().unwrap_or_else(|| ground.angles.clone()),
+                Angles::Bare => backdrop.angles.clone(),
+                Angles::Aligned => found.next().flatten().unwrap_or_else(|| backdrop.angles.clone()),
                 Angles::Given(angles) | Angles::Near(angles) => angles.clone(),
             })
             .collect();
         let mut runs: Vec<(&Rig, OperatingCondition, [f64; 2])> = Vec::new();
         for ((_, rig), angles) in batch.iter().zip(&angles) {
-            runs.extend(ground.observed.iter().zip(angles).map(|(o, a)| (rig, o.condition, *a)));
+            runs.extend(backdrop.observed.iter().zip(angles).map(|(o, a)| (rig, o.condition, *a)));
         }
         let means = means(&runs)?;
         let judged: Vec<Option<Promise>> = batch
             .par_iter()
             .zip(&angles)
-            .zip(means.par_chunks(ground.observed.len()))
+            .zip(means.par_chunks(backdrop.observed.len()))
             .map(|(((t, rig), angles), means)| {
                 let means: Vec<&[Coefficients; 2]> = means.iter().map(|m| m.as_ref().ok()).collect::<Option<_>>()?;
                 // What happens to the machine at a time of its own stays there; what is missing in a file is not the machine's.
                 let stays = t.start.is_timed() && t.start.strength().is_some();
-                let as_it_is = promise(ground, t, rig, &Runs { angles, means: &means, base: None }, strength);
-                if stays || !matches!(t.angles, Angles::Ground | Angles::Near(_)) {
+                let as_it_is = promise(backdrop, t, rig, &Runs { angles, means: &means, base: None }, strength);
+                if stays || !matches!(t.angles, Angles::Bare | Angles::Near(_)) {
                     return as_it_is;
                 }
-                let moved = moved(ground, t, rig, angles, &means, strength);
+                let moved = moved(backdrop, t, rig, angles, &means, strength);
                 as_it_is.into_iter().chain(moved).max_by(|a, b| a.gain.total_cmp(&b.gain))
             })
             .collect();
@@ -121,7 +121,7 @@ pub fn evaluate(ground: &Ground, rig: &Rig, tries: &[Try], strength: Strength) -
 
 /// The same, moved in time to where it suits the recordings better; nothing where it need not be.
 fn moved(
-    ground: &Ground,
+    backdrop: &Backdrop,
     of: &Try,
     rig: &Rig,
     angles: &[[f64; 2]],
@@ -129,16 +129,17 @@ fn moved(
     strength: Strength,
 ) -> Option<Promise> {
     let lag = |((o, e), mean): ((&Observed, &Expected), &&[Coefficients; 2])| align::lag(rig, o, &e.variance, mean);
-    let lags: Vec<i64> = ground.observed.iter().zip(&ground.expected).zip(means).map(lag).collect();
+    let lags: Vec<i64> = backdrop.observed.iter().zip(&backdrop.expected).zip(means).map(lag).collect();
     if lags.iter().all(|lag| *lag == 0) {
         return None;
     }
-    let each = || ground.observed.iter().zip(&lags);
+    let each = || backdrop.observed.iter().zip(&lags);
     let angles: Vec<_> = each().zip(angles).map(|((o, lag), a)| align::moved_angles(rig, o, *lag, *a)).collect();
     let with: Vec<_> = each().zip(means).map(|((o, lag), mean)| align::moved_mean(o, *lag, mean)).collect();
-    let base: Vec<_> = each().zip(&ground.expected).map(|((o, lag), e)| align::moved_mean(o, *lag, &e.mean)).collect();
+    let base: Vec<_> =
+        each().zip(&backdrop.expected).map(|((o, lag), e)| align::moved_mean(o, *lag, &e.mean)).collect();
     let with: Vec<_> = with.iter().collect();
-    promise(ground, of, rig, &Runs { angles: &angles, means: &with, base: Some(&base) }, strength)
+    promise(backdrop, of, rig, &Runs { angles: &angles, means: &with, base: Some(&base) }, strength)
 }
 
 /// A try's runs.
@@ -146,14 +147,15 @@ struct Runs<'a> {
     angles: &'a [[f64; 2]],
     /// What is expected with the effect.
     means: &'a [&'a [Coefficients; 2]],
-    /// What is expected without it at the same angles, where these are not the ground's.
+    /// What is expected without it where both have been moved in time; otherwise that is the backdrop's.
     base: Option<&'a [[Coefficients; 2]]>,
 }
 
-fn promise(ground: &Ground, of: &Try, rig: &Rig, runs: &Runs, strength: Strength) -> Option<Promise> {
+/// The gain of one run. Where it is scaled, what it changes is taken to grow with its strength.
+fn promise(backdrop: &Backdrop, of: &Try, rig: &Rig, runs: &Runs, strength: Strength) -> Option<Promise> {
     let moves_variance = !of.start.effect.definition().is_some_and(|d| d.deterministic);
     let (mut gain, mut along, mut square, mut lost) = (0.0, 0.0, 0.0, 0.0);
-    for (n, (o, without)) in ground.observed.iter().zip(&ground.expected).enumerate() {
+    for (n, (o, without)) in backdrop.observed.iter().zip(&backdrop.expected).enumerate() {
         let own = if moves_variance { Some(variance(rig, &o.condition).ok()?) } else { None };
         let base = runs.base.map_or(&without.mean, |base| &base[n]);
         for channel in 0..2 {

@@ -147,7 +147,7 @@ impl<'r> Side<'r> {
     /// The same, where the angles of the rig without the causes are known.
     fn beside(rig: &'r Rig, without: &Side, held_out: &[Observed]) -> Result<(Self, Vec<Expected>), RigError> {
         let problem = Problem::of_angles(held_out, rig.clone());
-        let angles = problem.aligned_beside(rig, without.rig, &without.angles, |_| None)?;
+        let angles = problem.aligned_beside(rig, without.rig, &without.angles, &[])?;
         let point = search(&problem, problem.start_at(angles), &Limits::default())?.point;
         let expected = problem.expected(&point)?;
         Ok((Self { rig, angles: point.angles }, expected))

@@ -163,7 +163,7 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<Outcome, Diagnos
         ),
     });
     let mut diagnosis = Diagnosis {
-        schema: SCHEMA,
+        schema: SCHEMA.into(),
         verdict,
         causes: Vec::new(),
         rejected: rejected.collect(),

@@ -2,7 +2,7 @@
 
 use super::closer::{scanned, timed};
 use super::hypothesis::{Hypothesis, Start};
-use super::promise::{Angles, Ground, Promise, Strength, Try, evaluate};
+use super::promise::{Angles, Backdrop, Promise, Strength, Try, evaluate};
 use crate::rig::{Rig, RigError};
 
 /// Share of the greatest promise below which another is not looked at more closely.
@@ -15,14 +15,14 @@ const SHARES: [f64; 3] = [1.0, 0.4, 0.15];
 ///
 /// # Errors
 /// What the simulation refuses before it runs.
-pub fn screen(ground: &Ground, rig: &Rig, hypotheses: &[(usize, &Hypothesis)]) -> Result<Vec<Promise>, RigError> {
+pub fn screen(backdrop: &Backdrop, rig: &Rig, hypotheses: &[(usize, &Hypothesis)]) -> Result<Vec<Promise>, RigError> {
     let of = |n: usize, h: &Hypothesis, start: &Start| Try {
         hypothesis: n,
         start: start.clone(),
-        angles: if h.has_angles_of_its_own() { Angles::Aligned } else { Angles::Ground },
+        angles: if h.has_angles_of_its_own() { Angles::Aligned } else { Angles::Bare },
     };
     let tries: Vec<Try> = hypotheses.iter().flat_map(|(n, h)| h.starts.iter().map(move |s| of(*n, h, s))).collect();
-    let promises = evaluate(ground, rig, &tries, Strength::Scaled)?;
+    let promises = evaluate(backdrop, rig, &tries, Strength::Scaled)?;
     let mut best: Vec<Promise> = Vec::new();
     for promise in &promises {
         // Of a pit, one of each width: from the wrong one no search comes to the right one.
@@ -35,17 +35,17 @@ pub fn screen(ground: &Ground, rig: &Rig, hypotheses: &[(usize, &Hypothesis)]) -
     for promise in &mut best {
         // A pit that promises next to nothing beside others is not worth a closer look.
         if promise.start.is_pit() && promise.gain > HOPELESS * most {
-            *promise = scanned(ground, rig, promise)?;
+            *promise = scanned(backdrop, rig, promise)?;
         } else if promise.start.is_timed() {
-            *promise = timed(ground, rig, promise, HOPELESS * most)?;
+            *promise = timed(backdrop, rig, promise, HOPELESS * most)?;
         }
     }
-    hold(ground, rig, &promises, &mut best)?;
+    hold(backdrop, rig, &promises, &mut best)?;
     Ok(best)
 }
 
 /// What promises hold: a strength that was found as if all were linear is tried as it is, and weaker.
-fn hold(ground: &Ground, rig: &Rig, all: &[Promise], best: &mut [Promise]) -> Result<(), RigError> {
+fn hold(backdrop: &Backdrop, rig: &Rig, all: &[Promise], best: &mut [Promise]) -> Result<(), RigError> {
     let most = best.iter().map(|b| b.gain).fold(0.0, f64::max);
     let mut tries = Vec::new();
     for (number, promise) in best.iter().enumerate().filter(|(_, p)| p.gain > HOPELESS * most) {
@@ -61,7 +61,7 @@ fn hold(ground: &Ground, rig: &Rig, all: &[Promise], best: &mut [Promise]) -> Re
             }));
         }
     }
-    let held = evaluate(ground, rig, &tries, Strength::Given)?;
+    let held = evaluate(backdrop, rig, &tries, Strength::Given)?;
     for (number, promise) in best.iter_mut().enumerate() {
         match held.iter().find(|h| h.hypothesis == number) {
             Some(found) => *promise = Promise { hypothesis: promise.hypothesis, ..found.clone() },

@@ -36,7 +36,7 @@ fn outcome(told: bool, recordings: &[Recording], finding: Finding, seed: u64) ->
         .then(|| faults::fit(&held_out, finding.sensor_noise_std, seed))
         .flatten();
     let diagnosis = Diagnosis {
-        schema: SCHEMA,
+        schema: SCHEMA.into(),
         verdict: finding.verdict,
         causes: finding.causes.iter().map(cause).collect(),
         rejected: finding.rejected.iter().map(|r| Rejected { name: r.name.clone(), why: r.why.clone() }).collect(),

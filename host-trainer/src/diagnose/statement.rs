@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::acquisition::Fault;
 use super::compete::{Contender, Dropped};
-use super::explain::{Explanation, LEAST_MERIT};
+use super::explain::{Choice, Explanation, LEAST_MERIT};
 use super::outcome::{Cause, Fit, Fitted, HeldOut, Parameter, Rejected};
 use super::prove::Proof;
 use crate::calibrate::estimate::{Estimate, covariance, estimates};
@@ -48,20 +48,19 @@ pub fn causes(
     proof: Option<&Proof>,
 ) -> Vec<Cause> {
     let added = corrected.effects.iter().enumerate().skip(before.effects.len());
-    let cause = |((index, effect), (contender, rivals)): ((usize, &EffectEntry), (&Contender, &Vec<Contender>))| {
+    let cause = |((index, effect), choice): ((usize, &EffectEntry), &Choice)| {
         let parameters = stated(effect);
         let estimate = |key: &str| values.iter().find(|e| e.key == format!("effect[{}].{key}", index + 1));
         Cause {
             name: effect.name.clone(),
-            probability: probability(contender, rivals),
+            probability: choice.probability(),
             interval95: parameters.keys().filter_map(|key| Some((key.clone(), estimate(key)?.interval95))).collect(),
             parameters,
-            evidence: evidence(contender, explanation, proof),
+            evidence: evidence(&choice.cause, explanation, proof),
             equation: effect.equation(KIND),
         }
     };
-    let mut out: Vec<Cause> =
-        added.zip(explanation.kept.causes.iter().zip(&explanation.kept.rivals)).map(cause).collect();
+    let mut out: Vec<Cause> = added.zip(&explanation.kept).map(cause).collect();
     out.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     out
 }
@@ -84,16 +83,10 @@ fn evidence(contender: &Contender, explanation: &Explanation, proof: Option<&Pro
     format!("ln L gains {:.0} on the fitted recordings{on}{beside}.", contender.gain)
 }
 
-/// Share of the posterior of a contender among its rivals of other names.
-fn probability(contender: &Contender, rivals: &[Contender]) -> f64 {
-    let others = rivals.iter().filter(|c| c.name != contender.name).map(|c| (c.merit - contender.merit).exp());
-    (1.0 / (1.0 + others.sum::<f64>())).min(0.999)
-}
-
 /// Every other name of the contest, and why it lost. `stands` is whether the causes that were kept are proved, `explained`
 /// the share of the excess that they take away.
 pub fn rejected(explanation: &Explanation, stands: bool, explained: f64) -> Vec<Rejected> {
-    let top = explanation.kept.causes.first().map_or(0.0, |k| k.gain);
+    let top = explanation.kept.first().map_or(0.0, |first| first.cause.gain);
     let mut out: Vec<Rejected> = Vec::new();
     let mut say = |name: &str, place: &str, why: String| {
         let told = stands && explanation.keeps(name) || out.iter().any(|r| r.name == name);

@@ -274,7 +274,7 @@ mod tests {
         let test = |k: u32| Test { what: format!("band <{k}>"), deviations: 9.0 - f64::from(k), p_value: 1e-12 };
         Outcome {
             diagnosis: Diagnosis {
-                schema: SCHEMA,
+                schema: SCHEMA.into(),
                 verdict,
                 causes,
                 rejected: vec![Rejected { name: "shock".into(), why: "no <burst> & no jump".into() }],

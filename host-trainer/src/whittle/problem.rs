@@ -86,8 +86,8 @@ impl<'o> Problem<'o> {
         align::angles(rig, self.observed, &self.variances(rig)?)
     }
 
-    /// The angles with which a rig suits the recordings best, where those of the rig without something are known: as they
-    /// are, moved, found anew, or as in one of `more`.
+    /// The angles with which a rig suits the recordings best, where those of the rig `without` something are `known`: as they
+    /// are, moved, or found anew. `fitted` are angles of some recordings, by number, that have been found with it.
     ///
     /// # Errors
     /// What the simulation refuses of all of them.
@@ -96,11 +96,12 @@ impl<'o> Problem<'o> {
         rig: &Rig,
         without: &Rig,
         known: &[[f64; 2]],
-        more: impl FnOnce(&[[f64; 2]]) -> Option<Vec<[f64; 2]>>,
+        fitted: &[(usize, [f64; 2])],
     ) -> Result<Vec<[f64; 2]>, RigError> {
         let aligned = self.aligned(rig)?;
-        let mut choices: Vec<_> = more(&aligned).into_iter().collect();
-        choices.extend([aligned, known.to_vec()]);
+        let mut as_fitted = aligned.clone();
+        fitted.iter().for_each(|(n, angles)| as_fitted[*n] = *angles);
+        let mut choices = vec![as_fitted, aligned, known.to_vec()];
         // A weak effect does not move the angles, a strong one does.
         choices.extend(self.moved(rig, known));
         if rig.effects.iter().any(|e| e.number("time_s").is_some()) {

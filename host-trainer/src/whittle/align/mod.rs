@@ -5,27 +5,27 @@
 //! angles, and the correlation of the recording with it, over all τ by one Fourier transform, is a search over all of
 //! them.
 
+mod shift;
+mod spin;
+
 use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
-use super::likelihood::{Expected, judged, means, misfit, variance};
-use super::observed::{CHANNELS, Coefficients, Observed};
 use crate::recording::Recording;
 use crate::rig::simulate::{fewest_substeps, plan_of, shortest_settling_s, simulate_all};
-use crate::rig::{EffectEntry, OperatingCondition, Rig, RigError, Run, Start, simulate_many};
+use crate::rig::{OperatingCondition, Rig, RigError, Run, Start, simulate_many};
+use crate::whittle::likelihood::{Expected, means, misfit, variance};
+use crate::whittle::observed::{CHANNELS, Coefficients, Observed};
+
+pub use shift::{correlation, lag, moved_angles, moved_mean};
+use spin::{respin, spins, spun};
 
 /// Time that a run is searched over, in turns of the shaft: some hundred positions of the balls, each at another angle
 /// of the shaft.
 const TURNS: f64 = 24.0;
-/// Gain in ln L from which angles are moved.
-const MOVES: f64 = 4.0;
-/// Half turns of a ball that are tried.
-const RESPUN: u32 = 2000;
-/// Spins of a ball that are run, evenly over half a turn.
-const SPINS: usize = 8;
 
 /// Angles of cage and shaft at t = 0, rad, for each recording: those with which the silent rig is most like it, weighted
 /// by the variance of its random part, `variances[recording][channel]`.
@@ -38,7 +38,7 @@ pub fn angles(rig: &Rig, observed: &[Observed], variances: &[[Vec<f64>; 2]]) -> 
     let long = simulate_many(&long_runs(&even, observed))?;
     let each = observed.iter().zip(variances).zip(&long);
     let mut found: Vec<_> =
-        each.map(|((o, v), run)| best(&o.at_even_speed(rate_per_s), v, run, cage_per_shaft)).collect();
+        each.map(|((o, v), run)| of_long_run(&o.at_even_speed(rate_per_s), v, run, cage_per_shaft)).collect();
     if rig.effects.iter().any(spins) {
         let mut plain = rig.clone();
         plain.effects.retain(|e| !spins(e));
@@ -105,60 +105,6 @@ fn better(one: Judged, other: Judged) -> Judged {
     }
 }
 
-/// Angles for a rig whose ball has a pit too small to outweigh the balls' passing: those of the rig without it, with each
-/// of the balls in turn as the pitted one, and its spin where the pulses suit best what that rig leaves.
-fn spun(
-    rig: &Rig,
-    plain: &Rig,
-    observed: &[Observed],
-    variances: &[[Vec<f64>; 2]],
-    known: &[[f64; 2]],
-) -> Result<Vec<[f64; 2]>, RigError> {
-    let Some(machine) = rig.bearing() else { return Ok(known.to_vec()) };
-    let (balls, per_shaft) = (machine.bearing.balls, machine.bearing.geometry().orders().bsf);
-    // Half a turn of the ball is the period; where the pulses come is scanned by moving them in time.
-    let turned = |spin: usize| TAU / 2.0 * spin as f64 / SPINS as f64;
-    let respun = |spin: usize| {
-        let mut rig = rig.clone();
-        rig.effects.iter_mut().filter(|e| spins(e)).for_each(|effect| {
-            let now = effect.number("spin_rad").unwrap_or_default();
-            effect.set_number("spin_rad", now + turned(spin));
-        });
-        rig
-    };
-    let rigs: Vec<Rig> = (0..SPINS).map(respun).collect();
-    let mut out = Vec::new();
-    for ((o, variance), [cage, shaft]) in observed.iter().zip(variances).zip(known) {
-        let choices: Vec<(usize, usize)> =
-            (0..balls).flat_map(|ball| (0..SPINS).map(move |spin| (ball, spin))).collect();
-        let at = |ball: usize| [cage + TAU * ball as f64 / balls as f64, *shaft];
-        let mut runs = vec![(plain, o.condition, [*cage, *shaft])];
-        runs.extend(choices.iter().map(|(ball, spin)| (&rigs[*spin], o.condition, at(*ball))));
-        let mut means = means(&runs)?.into_iter();
-        let Some(without) = means.next().transpose()? else { return Ok(known.to_vec()) };
-        let with: Vec<_> = means.collect::<Result<_, _>>()?;
-        let per_sample = per_shaft * TAU * o.condition.shaft_hz / o.condition.sample_rate_hz;
-        let reach = (0.5 * turned(1) / per_sample).ceil() as i64;
-        let best_of = |((ball, spin), with): (&(usize, usize), &[Coefficients; 2])| {
-            let change = |c: usize, k: usize| with[c][k] - without[c][k];
-            let correlation = correlation(o, variance, |c, k, x| x - without[c][k], change);
-            let at = |lag: i64| correlation[lag.rem_euclid(o.condition.samples as i64) as usize];
-            let lag = (-reach..=reach).max_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap_or_default();
-            let energy = |c: usize| -> f64 {
-                let bins = o.spectra[c].as_ref().map_or(0..0, |x| judged(x, 1.0));
-                bins.map(|k| change(c, k).norm_sqr() / variance[c][k]).sum()
-            };
-            (at(lag) - energy(0) - energy(1), *ball, turned(*spin) + lag as f64 * per_sample)
-        };
-        let found = choices.par_iter().zip(&with).map(best_of).max_by(|a, b| a.0.total_cmp(&b.0));
-        let (_, ball, spin) = found.unwrap_or_default();
-        let [cage, shaft] = at(ball);
-        out.push([cage.rem_euclid(TAU), shaft + spin / per_shaft]);
-    }
-    respin(rig, &mut out, known);
-    Ok(out)
-}
-
 /// Angles of recordings that have something of their own time in them, a step or an impact: those of the rig without it,
 /// once the change that `with` gives at `angles` has been taken out.
 ///
@@ -186,85 +132,6 @@ pub fn angles_apart(
     self::angles(without, &rest, &variances)
 }
 
-/// Whether the balls' spin shows in an effect.
-fn spins(effect: &EffectEntry) -> bool {
-    effect.name == "ball-defect"
-}
-
-/// The same spin of the balls with the shaft where `known` has it, as near as some thousand turns bring both together. A
-/// ball with a pit tells its spin much better than the shaft's angle, which only the unbalance needs.
-fn respin(rig: &Rig, angles: &mut [[f64; 2]], known: &[[f64; 2]]) {
-    let Some(machine) = rig.bearing().filter(|_| rig.effects.iter().any(spins)) else { return };
-    // A pit strikes outer and inner race in turn, alike: half a turn of the ball is the period.
-    let period = 0.5 * TAU / machine.bearing.geometry().orders().bsf;
-    for ([_, shaft], [_, known]) in angles.iter_mut().zip(known) {
-        let away = |turned: f64| {
-            let off = (*shaft + turned - known).rem_euclid(TAU);
-            off.min(TAU - off)
-        };
-        let candidates = (0..RESPUN).map(|k| f64::from(k) * period);
-        *shaft += candidates.min_by(|a, b| away(*a).total_cmp(&away(*b))).unwrap_or_default();
-    }
-}
-
-/// ln L, but for a factor of two and what does not depend on the lag, by which one signal, made of the recording's
-/// coefficients, is like another that is moved ahead by each lag, in samples.
-pub fn correlation(
-    o: &Observed,
-    variance: &[Vec<f64>; 2],
-    one: impl Fn(usize, usize, Complex<f64>) -> Complex<f64>,
-    other: impl Fn(usize, usize) -> Complex<f64>,
-) -> Vec<f64> {
-    let samples = o.condition.samples;
-    let mut together = vec![Complex::<f64>::default(); samples / 2 + 1];
-    for (channel, (spectrum, variance)) in o.spectra.iter().zip(variance).enumerate() {
-        let Some(spectrum) = spectrum else { continue };
-        for k in judged(spectrum, 1.0) {
-            together[k] += one(channel, k, spectrum[k]).conj() * other(channel, k) / variance[k];
-        }
-    }
-    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(samples);
-    let mut correlation = inverse.make_output_vec();
-    inverse.process(&mut together, &mut correlation).unwrap_or_default();
-    correlation
-}
-
-/// The lag in samples, half a ball pass at most, by which what is expected of a recording suits it better: where something
-/// has changed the balls' passing, angles that were found without it are behind or ahead.
-pub fn lag(rig: &Rig, o: &Observed, variance: &[Vec<f64>; 2], mean: &[Coefficients; 2]) -> i64 {
-    let orders = rig.bearing().map(|machine| machine.bearing.geometry().orders());
-    let passes_hz = o.condition.shaft_hz * orders.map_or(1.0, |orders| orders.bpfo);
-    let reach = (0.5 * o.condition.sample_rate_hz / passes_hz.max(1.0)) as usize;
-    let samples = o.condition.samples;
-    let correlation = correlation(o, variance, |_, _, x| x, |c, k| mean[c][k]);
-    let reach = reach.min(samples / 4) as i64;
-    let at = |lag: i64| correlation[lag.rem_euclid(samples as i64) as usize];
-    let lag = (-reach..=reach).max_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap_or_default();
-    // Less than that is noise.
-    if at(lag) - at(0) < MOVES { 0 } else { lag }
-}
-
-/// Angles moved by a lag.
-pub fn moved_angles(rig: &Rig, o: &Observed, lag: i64, [cage, shaft]: [f64; 2]) -> [f64; 2] {
-    let turned = TAU * o.condition.shaft_hz * lag as f64 / o.condition.sample_rate_hz;
-    [cage + cage_per_shaft(rig) * turned, shaft + turned]
-}
-
-/// What is expected of a recording, moved by a lag.
-pub fn moved_mean(o: &Observed, lag: i64, mean: &[Coefficients; 2]) -> [Coefficients; 2] {
-    let step = Complex::from_polar(1.0, TAU * lag as f64 / o.condition.samples as f64);
-    let turn = |mean: &Coefficients| {
-        let mut by = Complex::new(1.0, 0.0);
-        let turned = mean.iter().map(|d| {
-            let turned = d * by;
-            by *= step;
-            turned
-        });
-        turned.collect()
-    };
-    [turn(&mean[0]), turn(&mean[1])]
-}
-
 /// The same for many rigs side by side; nothing for a rig whose simulation diverges. `known` are the angles of the rig
 /// that they all are variations of.
 ///
@@ -282,7 +149,9 @@ pub fn angles_of_many(
     let of = |((rig, rate_per_s), runs): (&(Rig, f64), &[Result<Recording, RigError>])| {
         let found = observed.iter().zip(variances).zip(runs);
         let mut found: Option<Vec<_>> = found
-            .map(|((o, v), run)| Some(best(&o.at_even_speed(*rate_per_s), v, run.as_ref().ok()?, cage_per_shaft(rig))))
+            .map(|((o, v), run)| {
+                Some(of_long_run(&o.at_even_speed(*rate_per_s), v, run.as_ref().ok()?, cage_per_shaft(rig)))
+            })
             .collect();
         if let Some(found) = &mut found {
             respin(rig, found, known);
@@ -315,7 +184,7 @@ fn cage_per_shaft(rig: &Rig) -> f64 {
     rig.bearing().map_or(0.0, |machine| machine.bearing.geometry().orders().ftf) * plan_of(rig).cage_factor
 }
 
-fn best(o: &Observed, variance: &[Vec<f64>; 2], run: &Recording, cage_per_shaft: f64) -> [f64; 2] {
+fn of_long_run(o: &Observed, variance: &[Vec<f64>; 2], run: &Recording, cage_per_shaft: f64) -> [f64; 2] {
     let lag = best_lag(o, variance, &CHANNELS.map(|c| run.channel(c).map_or(&[][..], |c| &c.samples)));
     let shaft = TAU * o.condition.shaft_hz * lag as f64 / o.condition.sample_rate_hz;
     // The shaft's whole turns count: by them a ball's spin differs.

@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
-use super::DiagnoseError;
-use super::acquisition::Fault;
-use super::residual::{Whitened, whitened};
+use super::Fault;
+use crate::diagnose::DiagnoseError;
+use crate::diagnose::residual::{Whitened, whitened};
 use crate::recording::Recording;
 use crate::rig::{EffectEntry, Rig};
 use crate::signal::maximum::golden_section;

@@ -1,8 +1,10 @@
 //! Faults between the sensor and the file, which are seen in the samples themselves: a range that is too small, an offset,
 //! the electrical line. They are found before anything else is sought, and what can be taken out is taken out.
 
+mod mains;
+
+use super::DiagnoseError;
 use super::residual::two_sided;
-use super::{DiagnoseError, mains};
 use crate::recording::Recording;
 use crate::rig::{EffectEntry, Rig};
 use crate::whittle::observed::{CHANNELS, Observed, accelerations};
