@@ -1,6 +1,6 @@
 //! Hypotheses compete: each is brought as near to the recordings as it can come, and judged by what it gains.
 
-use super::hypothesis::{Hypothesis, Start};
+use super::hypothesis::{self, Hypothesis, Start};
 use super::promise::{Backdrop, Promise};
 use super::residual::{EDGE, excess, whitened};
 use super::screen::screen;
@@ -229,7 +229,8 @@ impl<'o> Contest<'o> {
             let Some(found) = heat(&problem, &promise.angles, n <= SLOWLY) else { continue };
             let gain = (misfit - found.expansion.misfit()) * scale;
             bar.raise(gain, &problem, &found)?;
-            heats.push(Heat { gain, hypothesis, start: promise.start, found });
+            let Some(effect) = problem.rig_at(&found.point.coordinates)?.effects.pop() else { continue };
+            heats.push(Heat { gain, hypothesis, start: Start { effect, ..promise.start }, found });
         }
         heats.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         Ok(heats)
@@ -288,7 +289,8 @@ impl<'o> Contest<'o> {
     }
 
     fn problem(&self, observed: &'o [Observed], start: &Start) -> Option<Problem<'o>> {
-        let rig = self.rig.clone().with_effect(start.effect.clone());
+        let effect = hypothesis::sharpened(self.rig.bearing()?, start.effect.clone());
+        let rig = self.rig.clone().with_effect(effect);
         rig.check().ok()?;
         let number = rig.effects.len();
         let own = start.free.iter().map(|key| Coordinate::of(&rig, &format!("effect[{number}].{key}")));

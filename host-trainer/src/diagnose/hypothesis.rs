@@ -17,6 +17,8 @@ pub struct Start {
     pub free: &'static [&'static str],
     /// The strength at which it does nothing.
     pub nothing: f64,
+    /// Samples by which each of a few recordings began ahead of the rig without it, where they are known.
+    pub leads: Option<Vec<i64>>,
 }
 
 impl Start {
@@ -79,12 +81,23 @@ pub struct Pointers {
     pub resonances_hz: Vec<f64>,
     /// Times at which the residual changes or has its greatest burst, s.
     pub times_s: Vec<f64>,
-    /// Times, s, at which samples may be missing, and how many.
-    pub drops: Vec<(f64, f64)>,
+    /// Where samples may be missing.
+    pub drop: Option<Drop>,
     /// Fractions by which the cage may be slow.
     pub slips: Vec<f64>,
     /// Rates at which the speed may drift, 1/s.
     pub drifts_per_s: Vec<f64>,
+}
+
+/// Samples that may be missing in all recordings.
+#[derive(Clone, Debug)]
+pub struct Drop {
+    /// When, s.
+    pub time_s: f64,
+    /// How many.
+    pub count: f64,
+    /// Samples by which each recording began ahead of what is expected of it.
+    pub leads: Vec<i64>,
 }
 
 /// Sizes that the rig sets.
@@ -130,9 +143,13 @@ impl Builder {
         free: &'static [&'static str],
         effects: Vec<EffectEntry>,
     ) {
-        let starts = effects.into_iter().map(|effect| Start { effect, free, nothing }).collect::<Vec<_>>();
+        let starts = effects.into_iter().map(|effect| Start { effect, free, nothing, leads: None }).collect();
+        self.add_starts(name, place.into(), starts);
+    }
+
+    fn add_starts(&mut self, name: &'static str, place: String, starts: Vec<Start>) {
         if !starts.is_empty() {
-            self.out.push(Hypothesis { name, place: place.into(), starts });
+            self.out.push(Hypothesis { name, place, starts });
         }
     }
 }
@@ -283,22 +300,30 @@ fn linear(b: &mut Builder, rig: &BearingRig) {
     }
 }
 
-/// Rate of dry friction near standstill that is simulated, 1/s.
-const FASTEST_FRICTION_PER_S: f64 = 6e4;
+/// Rate of dry friction near standstill that is simulated, 1/s: no faster than a few steps a sample follow.
+const FASTEST_FRICTION_PER_S: f64 = 2e5;
+/// And the slowest sliding, m/s, which is far below what a housing vibrates at.
+const SHARPEST_M_PER_S: f64 = 2e-6;
+
+/// Dry friction whose step at rest is as sharp as can be simulated with the force that it has; any other effect as it is.
+pub fn sharpened(rig: &BearingRig, effect: EffectEntry) -> EffectEntry {
+    if effect.name != "coulomb-friction" {
+        return effect;
+    }
+    let mass_kg = match effect.text("component") {
+        Some("outer") => rig.outer.mass_kg,
+        Some("inner") => rig.inner.mass_kg,
+        _ => rig.resonator.mass_kg,
+    };
+    let slowest = effect.number("force_n").unwrap_or_default() / (mass_kg * FASTEST_FRICTION_PER_S);
+    effect.with_number("regularisation_m_per_s", slowest.max(SHARPEST_M_PER_S))
+}
 
 fn dissipation(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
     for component in ["outer", "inner", "resonator"] {
-        let mass = match component {
-            "outer" => rig.outer.mass_kg,
-            "inner" => rig.inner.mass_kg,
-            _ => rig.resonator.mass_kg,
-        };
         let of = |share: f64| {
-            let force = share * sizes.load;
-            // No faster than a few steps a sample follow; slower than that it slides as well.
-            let rounded = (force / (mass * FASTEST_FRICTION_PER_S)).max(2e-6);
-            entry("coulomb-friction", &[("force_n", force), ("regularisation_m_per_s", rounded)])
-                .with_text("component", component)
+            let entry = entry("coulomb-friction", &[("force_n", share * sizes.load)]);
+            sharpened(rig, entry.with_text("component", component))
         };
         b.add("coulomb-friction", component, &["force_n"], ladder(1e-4, 2e-2, 8).into_iter().map(of).collect());
         let damping = match component {
@@ -332,8 +357,13 @@ fn in_time(b: &mut Builder, sizes: &Sizes, pointers: &Pointers) {
     let of = |(time, share): (f64, f64)| entry("load-step", &[("time_s", time), ("change_n", share * sizes.load)]);
     let times = pointers.times_s.iter().flat_map(|t| [-0.3, -0.1, 0.1, 0.3].map(|share| (*t, share)));
     b.add("load-step", "", &["time_s", "change_n"], times.map(of).collect());
-    let drop = |(time, count): &(f64, f64)| entry("dropped-samples", &[("time_s", *time), ("count", *count)]);
-    b.add("dropped-samples", "", &[], pointers.drops.iter().map(drop).collect());
+    let drop = |Drop { time_s, count, leads }: &Drop| Start {
+        effect: entry("dropped-samples", &[("time_s", *time_s), ("count", *count)]),
+        free: &[],
+        nothing: 0.0,
+        leads: Some(leads.clone()),
+    };
+    b.add_starts("dropped-samples", String::new(), pointers.drop.iter().map(drop).collect());
     let of = |(time, impulse): (f64, f64)| {
         entry("shock", &[("time_s", time), ("impulse_n_s", impulse), ("duration_s", 2e-4)])
     };

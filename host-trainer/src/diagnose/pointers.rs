@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
-use super::hypothesis::Pointers;
+use super::hypothesis::{Drop, Pointers};
 use super::residual::{Whitened, whitened};
-use crate::rig::Rig;
+use crate::rig::{OperatingCondition, Rig};
 use crate::whittle::likelihood::{Expected, judged};
 use crate::whittle::observed::Observed;
 
@@ -27,59 +27,88 @@ pub fn of(rig: &Rig, observed: &[Observed], expected: &[Expected]) -> Pointers {
     let Some(machine) = rig.bearing() else { return Pointers::default() };
     let orders = machine.bearing.geometry().orders();
     let residuals = whitened(observed, expected);
+    let passing: Vec<Slow> = observed.iter().zip(expected).flat_map(|(o, e)| slow(o, e, orders.bpfo)).collect();
     Pointers {
         resonances_hz: resonances(&residuals),
         times_s: times(&residuals),
-        drops: drops(observed, expected),
-        slips: best(&slips(), |slip| score(observed, |shaft_hz, t| orders.bpfo * shaft_hz * (1.0 - slip) * t)),
+        drop: drop(observed, expected),
+        slips: best(&slips(), |slip| score(&passing, |shaft_hz, t| orders.bpfo * shaft_hz * (1.0 - slip) * t)),
         drifts_per_s: best(&drifts(), |rate| {
-            score(observed, |shaft_hz, t| orders.bpfo * shaft_hz * (t + 0.5 * rate * t * t))
+            score(&passing, |shaft_hz, t| orders.bpfo * shaft_hz * (t + 0.5 * rate * t * t))
         }),
     }
 }
 
 fn slips() -> Vec<f64> {
-    (1..=160).map(|k| 1e-3 * f64::from(k)).chain((1..=40).map(|k| -5e-4 * f64::from(k))).collect()
+    (-40..=320).map(|k| 5e-4 * f64::from(k)).collect()
 }
 
 fn drifts() -> Vec<f64> {
-    (-500..=500).filter(|k| *k != 0).map(|k| 4e-4 * f64::from(k)).collect()
+    (-500..=500).map(|k| 4e-4 * f64::from(k)).collect()
 }
 
-/// The two of these with the highest scores, where they are above half of that of 0.
+/// Of evenly spaced values those two at which the score is highest among its neighbours, 0 aside.
 fn best(values: &[f64], score: impl Fn(f64) -> f64 + Sync) -> Vec<f64> {
-    let none = score(0.0);
-    let mut scored: Vec<(f64, f64)> = values.par_iter().map(|v| (score(*v), *v)).collect();
-    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-    scored.truncate(2);
-    scored.into_iter().filter(|(s, _)| *s > 0.5 * none).map(|(_, v)| v).collect()
+    let scores: Vec<f64> = values.par_iter().map(|v| score(*v)).collect();
+    let peak = |i: &usize| scores[*i] >= scores[i - 1] && scores[*i] > scores[i + 1] && values[*i] != 0.0;
+    let mut peaks: Vec<usize> = (1..values.len() - 1).filter(peak).collect();
+    peaks.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
+    peaks.into_iter().take(2).map(|i| values[i]).collect()
 }
 
-/// Power of each recording's first channel at harmonics of a phase, `turns` of the shaft's speed in Hz and the time in s.
-fn score(observed: &[Observed], turns: impl Fn(f64, f64) -> f64) -> f64 {
-    let mut sum = 0.0;
-    for o in observed {
-        let Some(signal) = o.samples.iter().flatten().next() else { continue };
-        let (shaft_hz, rate) = (o.condition.shaft_hz, o.condition.sample_rate_hz);
+/// What is slow in one channel of a recording, its ends faded, in shares of its random part.
+struct Slow {
+    signal: Vec<f64>,
+    rate_hz: f64,
+    shaft_hz: f64,
+}
+
+/// Every channel of a recording up to the last harmonic that a speed is judged by, at `order` turns of the shaft, and a
+/// quarter more.
+fn slow(o: &Observed, e: &Expected, order: f64) -> Vec<Slow> {
+    let OperatingCondition { samples, sample_rate_hz, shaft_hz, .. } = o.condition;
+    let highest = 1.25 * HARMONICS as f64 * order * shaft_hz;
+    let wanted = (highest * samples as f64 / sample_rate_hz).ceil() as usize;
+    let of = |channel: usize| {
+        let x = o.spectra[channel].as_ref()?;
+        let known = judged(x, 1.0);
+        let kept = wanted.clamp(2, known.end);
+        let mut bins = vec![Complex::default(); kept + 1];
+        for k in known.start..kept {
+            bins[k] = x[k] / e.variance[channel][k].sqrt();
+        }
+        let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(2 * kept);
+        let mut signal = inverse.make_output_vec();
+        inverse.process(&mut bins, &mut signal).ok()?;
+        let phase = |i: usize| TAU * (i as f64 + 0.5) / (2 * kept) as f64;
+        signal.iter_mut().enumerate().for_each(|(i, v)| *v *= 0.5 - 0.5 * phase(i).cos());
+        Some(Slow { signal, rate_hz: sample_rate_hz * (2 * kept) as f64 / samples as f64, shaft_hz })
+    };
+    (0..2).filter_map(of).collect()
+}
+
+/// Power at harmonics of a phase, `turns` of the shaft's speed in Hz and the time in s.
+fn score(recordings: &[Slow], turns: impl Fn(f64, f64) -> f64) -> f64 {
+    let of = |Slow { signal, rate_hz, shaft_hz }: &Slow| {
         let mut lines = [Complex::<f64>::default(); HARMONICS];
         for (i, value) in signal.iter().enumerate() {
-            let unit = Complex::from_polar(1.0, -TAU * turns(shaft_hz, i as f64 / rate));
+            let unit = Complex::from_polar(1.0, -TAU * turns(*shaft_hz, i as f64 / rate_hz));
             let mut turn = unit;
             for line in &mut lines {
                 *line += turn * *value;
                 turn *= unit;
             }
         }
-        sum += lines.iter().map(|l| l.norm_sqr()).sum::<f64>();
-    }
-    sum
+        lines.iter().map(|l| l.norm_sqr()).sum::<f64>() / (signal.len() as f64).powi(2)
+    };
+    recordings.iter().map(of).sum()
 }
 
 /// When samples may be missing in all recordings, s, and how many: what is expected fits up to that time, and fits again
 /// after it once it is moved by as much. A row of balls looks like the next, so that a ball pass more or less is as good; the
 /// fewest are taken.
-fn drops(observed: &[Observed], expected: &[Expected]) -> Vec<(f64, f64)> {
-    let Some(shortest) = observed.iter().map(|o| o.condition.samples).min() else { return Vec::new() };
+fn drop(observed: &[Observed], expected: &[Expected]) -> Option<Drop> {
+    let shortest = observed.iter().map(|o| o.condition.samples).min()?;
     let blocks = shortest / STEP;
     let sums: Vec<Vec<Vec<f64>>> = observed.iter().zip(expected).map(|(o, e)| running_misfits(o, e, blocks)).collect();
     let lags = 2 * MISSING + 1;
@@ -97,43 +126,74 @@ fn drops(observed: &[Observed], expected: &[Expected]) -> Vec<(f64, f64)> {
         let (misfit, block) = at.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 0));
         (misfit, missing, block)
     });
-    let rate = observed[0].condition.sample_rate_hz;
     let found = best.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(misfit, ..)| whole - misfit > MISSED);
-    found.map(|(_, missing, block)| ((block * STEP) as f64 / rate, missing as f64)).into_iter().collect()
+    let (_, missing, block) = found?;
+    let lag = |of: &Vec<Vec<f64>>| {
+        let both = |lag: &usize| of[*lag][block] + of[lag + missing][blocks] - of[lag + missing][block];
+        (0..lags - missing).min_by(|a, b| both(a).total_cmp(&both(b))).unwrap_or(MISSING)
+    };
+    let lags: Vec<usize> = sums.iter().map(lag).collect();
+    let sample = first_missing(observed, expected, &lags, missing, block);
+    Some(Drop {
+        time_s: sample as f64 / observed[0].condition.sample_rate_hz,
+        count: missing as f64,
+        leads: lags.iter().map(|lag| *lag as i64 - MISSING as i64).collect(),
+    })
+}
+
+/// The sample from which on the later lag of each recording suits it better, near a block.
+fn first_missing(observed: &[Observed], expected: &[Expected], lags: &[usize], missing: usize, block: usize) -> usize {
+    let near = (block - 1) * STEP..(block + 1) * STEP;
+    let mut saved = vec![0.0; near.len()];
+    for ((o, e), lag) in observed.iter().zip(expected).zip(lags) {
+        let (early, late) = (misfit_of_lag(o, e, *lag), misfit_of_lag(o, e, lag + missing));
+        saved.iter_mut().zip(near.clone()).for_each(|(saved, i)| *saved += late[i] - early[i]);
+    }
+    let (mut sum, mut best) = (0.0, (0.0, near.start));
+    for (i, saved) in near.zip(saved) {
+        sum += saved;
+        if sum > best.0 {
+            best = (sum, i + 1);
+        }
+    }
+    best.1
 }
 
 /// Of every lag of what is expected, from `-MISSING` to `MISSING` samples: the misfit from the beginning to every block.
 fn running_misfits(o: &Observed, e: &Expected, blocks: usize) -> Vec<Vec<f64>> {
-    let samples = o.condition.samples;
-    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(samples);
     let of_lag = |lag: usize| {
-        let lag = lag as f64 - MISSING as f64;
-        let step = Complex::from_polar(1.0, TAU * lag / samples as f64);
-        let mut sums = vec![0.0; blocks + 1];
-        for channel in 0..2 {
-            let Some(x) = &o.spectra[channel] else { continue };
-            let (mut bins, mut by) = (vec![Complex::default(); x.len()], Complex::new(1.0, 0.0));
-            for (k, bin) in bins.iter_mut().enumerate() {
-                if judged(x, 1.0).contains(&k) {
-                    *bin = (x[k] - e.mean[channel][k] * by) / e.variance[channel][k].sqrt();
-                }
-                by *= step;
-            }
-            let mut signal = inverse.make_output_vec();
-            inverse.process(&mut bins, &mut signal).unwrap_or_default();
-            for (sum, block) in sums[1..].iter_mut().zip(signal.chunks_exact(STEP)) {
-                *sum += block.iter().map(|v| v * v).sum::<f64>() / samples as f64;
-            }
-        }
-        // −ln L of real numbers of unit variance.
         let mut total = 0.0;
-        sums.iter_mut().for_each(|sum| {
-            total += 0.5 * *sum;
-            *sum = total;
-        });
-        sums
+        let each = misfit_of_lag(o, e, lag);
+        let block = |part: &[f64]| {
+            total += part.iter().sum::<f64>();
+            total
+        };
+        std::iter::once(0.0).chain(each.chunks_exact(STEP).map(block)).take(blocks + 1).collect()
     };
     (0..2 * MISSING + 1).into_par_iter().map(of_lag).collect()
+}
+
+/// What every sample adds to −ln L, of real numbers of unit variance, where what is expected comes `lag - MISSING` samples
+/// earlier.
+fn misfit_of_lag(o: &Observed, e: &Expected, lag: usize) -> Vec<f64> {
+    let samples = o.condition.samples;
+    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(samples);
+    let step = Complex::from_polar(1.0, TAU * (lag as f64 - MISSING as f64) / samples as f64);
+    let mut misfit = vec![0.0; samples];
+    for channel in 0..2 {
+        let Some(x) = &o.spectra[channel] else { continue };
+        let (mut bins, mut by) = (vec![Complex::default(); x.len()], Complex::new(1.0, 0.0));
+        for (k, bin) in bins.iter_mut().enumerate() {
+            if judged(x, 1.0).contains(&k) {
+                *bin = (x[k] - e.mean[channel][k] * by) / e.variance[channel][k].sqrt();
+            }
+            by *= step;
+        }
+        let mut signal = inverse.make_output_vec();
+        inverse.process(&mut bins, &mut signal).unwrap_or_default();
+        misfit.iter_mut().zip(&signal).for_each(|(sum, v)| *sum += 0.5 * v * v / samples as f64);
+    }
+    misfit
 }
 
 /// The two bands of `ay`'s residual that stand out most.

@@ -53,6 +53,8 @@ pub enum Angles {
     /// Those that suit the rig with the effect: a pit's pulses outweigh what the balls' passing gives, and the shaft's
     /// angle shows only in what turns with it.
     Aligned,
+    /// Those of the rig without the effect, each recording's moved by so many samples.
+    Moved(Vec<i64>),
     /// These.
     Given(Vec<[f64; 2]>),
     /// These, moved in time to where they suit the rig with the effect better.
@@ -89,6 +91,10 @@ pub fn evaluate(backdrop: &Backdrop, rig: &Rig, tries: &[Try], strength: Strengt
             .map(|(t, _)| match &t.angles {
                 Angles::Bare => backdrop.angles.clone(),
                 Angles::Aligned => found.next().flatten().unwrap_or_else(|| backdrop.angles.clone()),
+                Angles::Moved(leads) => {
+                    let each = backdrop.observed.iter().zip(leads).zip(&backdrop.angles);
+                    each.map(|((o, lead), a)| align::moved_angles(rig, o, *lead, *a)).collect()
+                }
                 Angles::Given(angles) | Angles::Near(angles) => angles.clone(),
             })
             .collect();
@@ -103,10 +109,9 @@ pub fn evaluate(backdrop: &Backdrop, rig: &Rig, tries: &[Try], strength: Strengt
             .zip(means.par_chunks(backdrop.observed.len()))
             .map(|(((t, rig), angles), means)| {
                 let means: Vec<&[Coefficients; 2]> = means.iter().map(|m| m.as_ref().ok()).collect::<Option<_>>()?;
-                // What happens to the machine at a time of its own stays there; what is missing in a file is not the machine's.
-                let stays = t.start.is_timed() && t.start.strength().is_some();
                 let as_it_is = promise(backdrop, t, rig, &Runs { angles, means: &means, base: None }, strength);
-                if stays || !matches!(t.angles, Angles::Bare | Angles::Near(_)) {
+                // What happens at a time of its own stays there.
+                if t.start.is_timed() || !matches!(t.angles, Angles::Bare | Angles::Near(_)) {
                     return as_it_is;
                 }
                 let moved = moved(backdrop, t, rig, angles, &means, strength);

@@ -19,7 +19,11 @@ pub fn screen(backdrop: &Backdrop, rig: &Rig, hypotheses: &[(usize, &Hypothesis)
     let of = |n: usize, h: &Hypothesis, start: &Start| Try {
         hypothesis: n,
         start: start.clone(),
-        angles: if h.has_angles_of_its_own() { Angles::Aligned } else { Angles::Bare },
+        angles: match &start.leads {
+            Some(leads) => Angles::Moved(leads.clone()),
+            None if h.has_angles_of_its_own() => Angles::Aligned,
+            None => Angles::Bare,
+        },
     };
     let tries: Vec<Try> = hypotheses.iter().flat_map(|(n, h)| h.starts.iter().map(move |s| of(*n, h, s))).collect();
     let promises = evaluate(backdrop, rig, &tries, Strength::Scaled)?;
@@ -65,8 +69,9 @@ fn hold(backdrop: &Backdrop, rig: &Rig, all: &[Promise], best: &mut [Promise]) -
     for (number, promise) in best.iter_mut().enumerate() {
         match held.iter().find(|h| h.hypothesis == number) {
             Some(found) => *promise = Promise { hypothesis: promise.hypothesis, ..found.clone() },
-            // What was not tried counts as if only its weakest share held.
-            None => promise.gain *= (2.0 - SHARES[2]) * SHARES[2],
+            // What was not tried counts as if only its weakest share held; without a strength there was nothing to scale.
+            None if promise.start.strength().is_some() => promise.gain *= (2.0 - SHARES[2]) * SHARES[2],
+            None => {}
         }
     }
     Ok(())

@@ -79,6 +79,16 @@ fn what_is_seen_in_the_samples_needs_no_search() {
     assert_eq!(names, ["sensor-bias", "mains-interference"], "{:?}", outcome.diagnosis);
 }
 
+/// The angles that suit the rig without the gap are those after it, or before it, whichever is longer.
+#[test]
+fn samples_that_are_missing_are_counted() {
+    let missing = [("time_s", 0.17), ("count", 83.0)];
+    let outcome = of(&nominal().with_effect(EffectEntry::new("dropped-samples", &missing)), 7);
+    assert_eq!(outcome.diagnosis.causes[0].name, "dropped-samples", "{:?}", outcome.diagnosis);
+    assert_eq!(number(&outcome, "count"), 83.0);
+    assert!((number(&outcome, "time_s") - 0.17).abs() < 3.0 / 25_600.0, "{}", number(&outcome, "time_s"));
+}
+
 /// Signals that swell and fade at a rate of their own: nothing in the vocabulary does that.
 #[test]
 fn what_nothing_explains_is_said_to_be_unexplained() {
