@@ -204,7 +204,7 @@ fn explained(problem: &Problem, found: &Found) -> Result<Vec<Explained>, Calibra
                 total += x[k].norm_sqr();
                 left += residual;
                 let band = &mut bands[(k - bins.start) * BANDS / bins.len()];
-                band.0 += residual / e.variance[channel][k];
+                band.0 += residual / e.noise.variance[channel][k];
                 band.1 += 1;
             }
         }

@@ -115,13 +115,13 @@ fn matched(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Result<Vec<f64>
     if with.check().is_err() {
         return Ok(Vec::new());
     }
-    let runs: Vec<_> = backdrop.observed.iter().zip(&promise.angles).map(|(o, a)| (&with, o.condition, *a)).collect();
+    let runs = align::silent(&with, backdrop.observed, &backdrop.noise(), &promise.angles);
     let mut sum = vec![0.0; shortest];
     for ((o, without), mean) in backdrop.observed.iter().zip(&backdrop.expected).zip(means(&runs)?) {
         let Ok(mean) = mean else { return Ok(Vec::new()) };
         let change = |c: usize, k: usize| mean[c][k] - without.mean[c][k];
         let residual = |c: usize, k: usize, x: Complex<f64>| x - without.mean[c][k];
-        let correlation = align::correlation(o, &without.variance, residual, change);
+        let correlation = align::correlation(o, &without.noise.variance, residual, change);
         // Moved ahead by as much, it is from the middle at that sample.
         let lag =
             |i: usize| ((time_s * rate).round() as i64 - i as i64).rem_euclid(o.condition.samples as i64) as usize;

@@ -187,17 +187,19 @@ impl<'o> Contest<'o> {
             if these.is_empty() {
                 continue;
             }
-            let (problem, found) = self.null(part)?;
+            let misfit = self.null(part)?.1.expansion.misfit();
+            let soft = Self { rig: hypothesis::softened(&self.rig), ..self.clone() };
+            let (problem, found) = soft.null(part)?;
             let expected = problem.expected(&found.point)?;
-            let backdrop = Backdrop { observed, angles: found.point.angles.clone(), expected };
             let rig = problem.rig_at(&found.point.coordinates)?;
+            let backdrop = Backdrop::of(&rig, observed, found.point.angles.clone(), expected)?;
             // A gain grows with what is looked at.
             let scale = samples(self.all) / samples(observed);
             looks.extend(screen(&backdrop, &rig, &these)?.into_iter().map(|p| Look {
                 hypothesis: &hypotheses[p.hypothesis],
                 promise: Promise { gain: p.gain * scale, ..p },
                 observed,
-                misfit: found.expansion.misfit(),
+                misfit,
                 scale,
             }));
         }

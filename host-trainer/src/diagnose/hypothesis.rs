@@ -305,8 +305,24 @@ const FASTEST_FRICTION_PER_S: f64 = 2e5;
 /// And the slowest sliding, m/s, which is far below what a housing vibrates at.
 const SHARPEST_M_PER_S: f64 = 2e-6;
 
+/// And at a first look, where one step a sample must do.
+const FAST_FRICTION_PER_S: f64 = 3e4;
+
 /// Dry friction whose step at rest is as sharp as can be simulated with the force that it has; any other effect as it is.
 pub fn sharpened(rig: &BearingRig, effect: EffectEntry) -> EffectEntry {
+    rounded(rig, effect, FASTEST_FRICTION_PER_S)
+}
+
+/// A rig whose dry friction is no sharper than a first look needs.
+pub fn softened(rig: &Rig) -> Rig {
+    let mut soft = rig.clone();
+    if let Some(machine) = rig.bearing() {
+        soft.effects = soft.effects.into_iter().map(|e| rounded(machine, e, FAST_FRICTION_PER_S)).collect();
+    }
+    soft
+}
+
+fn rounded(rig: &BearingRig, effect: EffectEntry, fastest_per_s: f64) -> EffectEntry {
     if effect.name != "coulomb-friction" {
         return effect;
     }
@@ -315,7 +331,7 @@ pub fn sharpened(rig: &BearingRig, effect: EffectEntry) -> EffectEntry {
         Some("inner") => rig.inner.mass_kg,
         _ => rig.resonator.mass_kg,
     };
-    let slowest = effect.number("force_n").unwrap_or_default() / (mass_kg * FASTEST_FRICTION_PER_S);
+    let slowest = effect.number("force_n").unwrap_or_default() / (mass_kg * fastest_per_s);
     effect.with_number("regularisation_m_per_s", slowest.max(SHARPEST_M_PER_S))
 }
 

@@ -75,7 +75,7 @@ fn slow(o: &Observed, e: &Expected, order: f64) -> Vec<Slow> {
         let kept = wanted.clamp(2, known.end);
         let mut bins = vec![Complex::default(); kept + 1];
         for k in known.start..kept {
-            bins[k] = x[k] / e.variance[channel][k].sqrt();
+            bins[k] = x[k] / e.noise.variance[channel][k].sqrt();
         }
         let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(2 * kept);
         let mut signal = inverse.make_output_vec();
@@ -185,7 +185,7 @@ fn misfit_of_lag(o: &Observed, e: &Expected, lag: usize) -> Vec<f64> {
         let (mut bins, mut by) = (vec![Complex::default(); x.len()], Complex::new(1.0, 0.0));
         for (k, bin) in bins.iter_mut().enumerate() {
             if judged(x, 1.0).contains(&k) {
-                *bin = (x[k] - e.mean[channel][k] * by) / e.variance[channel][k].sqrt();
+                *bin = (x[k] - e.mean[channel][k] * by) / e.noise.variance[channel][k].sqrt();
             }
             by *= step;
         }

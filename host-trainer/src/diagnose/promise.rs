@@ -3,9 +3,10 @@
 use rayon::prelude::*;
 
 use super::hypothesis::Start;
-use crate::rig::{OperatingCondition, Rig, RigError};
+use crate::rig::simulate::heeds_scatter;
+use crate::rig::{Rig, RigError};
 use crate::whittle::align;
-use crate::whittle::likelihood::{Expected, judged, means, variance};
+use crate::whittle::likelihood::{Expected, Noise, Silent, judged, means, noise, noise_in};
 use crate::whittle::observed::{Coefficients, Observed};
 
 /// Runs that are held in memory at a time.
@@ -32,6 +33,47 @@ pub struct Backdrop<'o> {
     pub angles: Vec<[f64; 2]>,
     /// What the rig says of them.
     pub expected: Vec<Expected>,
+    /// Variance of their random parts by the rig's mean slopes, where it has force laws that are others in noise.
+    by_mean_slopes: Option<Vec<[Vec<f64>; 2]>>,
+}
+
+impl<'o> Backdrop<'o> {
+    /// Of a rig at these angles.
+    ///
+    /// # Errors
+    /// What the simulation refuses.
+    pub fn of(
+        rig: &Rig,
+        observed: &'o [Observed],
+        angles: Vec<[f64; 2]>,
+        expected: Vec<Expected>,
+    ) -> Result<Self, RigError> {
+        let each = || observed.iter().zip(&expected);
+        let of = |(o, e): (&Observed, &Expected)| Ok(noise_in(rig, &o.condition, Some(e.noise.scatter))?.variance);
+        let by_mean_slopes = heeds_scatter(rig).then(|| each().map(of).collect::<Result<_, RigError>>()).transpose()?;
+        Ok(Self { observed, angles, expected, by_mean_slopes })
+    }
+
+    /// Random parts of a rig that differs by one effect; by their ratio in mean slopes, where those of this rig are not
+    /// enough.
+    fn noise_of(&self, rig: &Rig) -> Option<Vec<Noise>> {
+        let Some(before) = &self.by_mean_slopes else {
+            return self.observed.iter().map(|o| noise(rig, &o.condition).ok()).collect();
+        };
+        let of = |((o, e), before): ((&Observed, &Expected), &[Vec<f64>; 2])| {
+            let mut after = noise_in(rig, &o.condition, Some(e.noise.scatter)).ok()?;
+            for ((after, before), own) in after.variance.iter_mut().zip(before).zip(&e.noise.variance) {
+                after.iter_mut().zip(before.iter().zip(own)).for_each(|(s, (before, own))| *s *= own / before);
+            }
+            Some(Noise { scatter: e.noise.scatter, ..after })
+        };
+        self.observed.iter().zip(&self.expected).zip(before).map(of).collect()
+    }
+
+    /// What it says of their random parts.
+    pub fn noise(&self) -> Vec<Noise> {
+        self.expected.iter().map(|e| e.noise.clone()).collect()
+    }
 }
 
 /// A start with the angles to begin at: those of the backdrop, those that suit it best, or its own.
@@ -80,12 +122,12 @@ pub fn evaluate(backdrop: &Backdrop, rig: &Rig, tries: &[Try], strength: Strengt
         .map(|t| (t, rig.clone().with_effect(t.start.effect.clone())))
         .filter(|(_, r)| r.check().is_ok())
         .collect();
-    let variances = backdrop.expected.iter().map(|e| e.variance.clone()).collect::<Vec<_>>();
+    let noise = backdrop.noise();
     let mut promises: Vec<Promise> = Vec::new();
     for batch in tries.chunks((BATCH / backdrop.observed.len()).max(1)) {
         let turned: Vec<&Rig> =
             batch.iter().filter(|(t, _)| matches!(t.angles, Angles::Aligned)).map(|(_, rig)| rig).collect();
-        let mut found = align::angles_of_many(&turned, backdrop.observed, &variances, &backdrop.angles)?.into_iter();
+        let mut found = align::angles_of_many(&turned, backdrop.observed, &noise, &backdrop.angles)?.into_iter();
         let angles: Vec<Vec<[f64; 2]>> = batch
             .iter()
             .map(|(t, _)| match &t.angles {
@@ -98,23 +140,32 @@ pub fn evaluate(backdrop: &Backdrop, rig: &Rig, tries: &[Try], strength: Strengt
                 Angles::Given(angles) | Angles::Near(angles) => angles.clone(),
             })
             .collect();
-        let mut runs: Vec<(&Rig, OperatingCondition, [f64; 2])> = Vec::new();
-        for ((_, rig), angles) in batch.iter().zip(&angles) {
-            runs.extend(backdrop.observed.iter().zip(angles).map(|(o, a)| (rig, o.condition, *a)));
+        let own: Vec<Option<Vec<Noise>>> = batch
+            .par_iter()
+            .map(|(t, rig)| match moves_variance(t) {
+                true => backdrop.noise_of(rig),
+                false => Some(noise.clone()),
+            })
+            .collect();
+        let mut runs: Vec<Silent> = Vec::new();
+        for (((_, rig), angles), own) in batch.iter().zip(&angles).zip(&own) {
+            runs.extend(align::silent(rig, backdrop.observed, own.as_ref().unwrap_or(&noise), angles));
         }
         let means = means(&runs)?;
         let judged: Vec<Option<Promise>> = batch
             .par_iter()
             .zip(&angles)
+            .zip(&own)
             .zip(means.par_chunks(backdrop.observed.len()))
-            .map(|(((t, rig), angles), means)| {
+            .map(|((((t, rig), angles), own), means)| {
+                let noise = own.as_ref()?;
                 let means: Vec<&[Coefficients; 2]> = means.iter().map(|m| m.as_ref().ok()).collect::<Option<_>>()?;
-                let as_it_is = promise(backdrop, t, rig, &Runs { angles, means: &means, base: None }, strength);
+                let as_it_is = promise(backdrop, t, &Runs { angles, means: &means, base: None, noise }, strength);
                 // What happens at a time of its own stays there.
                 if t.start.is_timed() || !matches!(t.angles, Angles::Bare | Angles::Near(_)) {
                     return as_it_is;
                 }
-                let moved = moved(backdrop, t, rig, angles, &means, strength);
+                let moved = moved(backdrop, t, rig, &Runs { angles, means: &means, base: None, noise }, strength);
                 as_it_is.into_iter().chain(moved).max_by(|a, b| a.gain.total_cmp(&b.gain))
             })
             .collect();
@@ -125,15 +176,10 @@ pub fn evaluate(backdrop: &Backdrop, rig: &Rig, tries: &[Try], strength: Strengt
 }
 
 /// The same, moved in time to where it suits the recordings better; nothing where it need not be.
-fn moved(
-    backdrop: &Backdrop,
-    of: &Try,
-    rig: &Rig,
-    angles: &[[f64; 2]],
-    means: &[&[Coefficients; 2]],
-    strength: Strength,
-) -> Option<Promise> {
-    let lag = |((o, e), mean): ((&Observed, &Expected), &&[Coefficients; 2])| align::lag(rig, o, &e.variance, mean);
+fn moved(backdrop: &Backdrop, of: &Try, rig: &Rig, runs: &Runs, strength: Strength) -> Option<Promise> {
+    let Runs { angles, means, noise, .. } = *runs;
+    let lag =
+        |((o, e), mean): ((&Observed, &Expected), &&[Coefficients; 2])| align::lag(rig, o, &e.noise.variance, mean);
     let lags: Vec<i64> = backdrop.observed.iter().zip(&backdrop.expected).zip(means).map(lag).collect();
     if lags.iter().all(|lag| *lag == 0) {
         return None;
@@ -144,7 +190,7 @@ fn moved(
     let base: Vec<_> =
         each().zip(&backdrop.expected).map(|((o, lag), e)| align::moved_mean(o, *lag, &e.mean)).collect();
     let with: Vec<_> = with.iter().collect();
-    promise(backdrop, of, rig, &Runs { angles: &angles, means: &with, base: Some(&base) }, strength)
+    promise(backdrop, of, &Runs { angles: &angles, means: &with, base: Some(&base), noise }, strength)
 }
 
 /// A try's runs.
@@ -154,24 +200,27 @@ struct Runs<'a> {
     means: &'a [&'a [Coefficients; 2]],
     /// What is expected without it where both have been moved in time; otherwise that is the backdrop's.
     base: Option<&'a [[Coefficients; 2]]>,
+    /// Random part with the effect.
+    noise: &'a [Noise],
+}
+
+fn moves_variance(of: &Try) -> bool {
+    !of.start.effect.definition().is_some_and(|d| d.deterministic)
 }
 
 /// The gain of one run. Where it is scaled, what it changes is taken to grow with its strength.
-fn promise(backdrop: &Backdrop, of: &Try, rig: &Rig, runs: &Runs, strength: Strength) -> Option<Promise> {
-    let moves_variance = !of.start.effect.definition().is_some_and(|d| d.deterministic);
+fn promise(backdrop: &Backdrop, of: &Try, runs: &Runs, strength: Strength) -> Option<Promise> {
     let (mut gain, mut along, mut square, mut lost) = (0.0, 0.0, 0.0, 0.0);
     for (n, (o, without)) in backdrop.observed.iter().zip(&backdrop.expected).enumerate() {
-        let own = if moves_variance { Some(variance(rig, &o.condition).ok()?) } else { None };
         let base = runs.base.map_or(&without.mean, |base| &base[n]);
-        for channel in 0..2 {
-            let Some(x) = &o.spectra[channel] else { continue };
-            let s = &without.variance[channel];
-            let t = own.as_ref().map_or(s, |own| &own[channel]);
+        for (channel, x) in o.spectra.iter().enumerate() {
+            let Some(x) = x else { continue };
+            let (with, without_it, base) = (&runs.means[n][channel], &without.mean[channel], &base[channel]);
+            let (s, t) = (&without.noise.variance[channel], &runs.noise[n].variance[channel]);
             for k in judged(x, 1.0) {
-                let with = runs.means[n][channel][k];
-                let before = (x[k] - without.mean[channel][k]).norm_sqr() / s[k];
-                gain += s[k].ln() + before - t[k].ln() - (x[k] - with).norm_sqr() / t[k];
-                let (residual, change) = (x[k] - base[channel][k], with - base[channel][k]);
+                let before = (x[k] - without_it[k]).norm_sqr() / s[k];
+                gain += s[k].ln() + before - t[k].ln() - (x[k] - with[k]).norm_sqr() / t[k];
+                let (residual, change) = (x[k] - base[k], with[k] - base[k]);
                 lost += residual.norm_sqr() / s[k] - before;
                 along += (residual.conj() * change).re / s[k];
                 square += change.norm_sqr() / s[k];

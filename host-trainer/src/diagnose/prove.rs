@@ -46,7 +46,8 @@ pub fn prove(before: &Rig, after: &Rig, held_out: &[Observed], seed: u64) -> Res
             let Some(x) = &o.spectra[channel] else { continue };
             let (was, is) = (&old_expected[index], &new_expected[index]);
             let each = |e: &Expected, k: usize| {
-                e.variance[channel][k].ln() + (x[k] - e.mean[channel][k]).norm_sqr() / e.variance[channel][k]
+                e.noise.variance[channel][k].ln()
+                    + (x[k] - e.mean[channel][k]).norm_sqr() / e.noise.variance[channel][k]
             };
             let all: Vec<usize> = judged(x, 1.0).collect();
             for block in all.chunks(BLOCK) {
@@ -54,7 +55,7 @@ pub fn prove(before: &Rig, after: &Rig, held_out: &[Observed], seed: u64) -> Res
                 let after: f64 = block.iter().map(|k| each(is, *k)).sum();
                 gains.push(before - after);
                 // ln S + 1 is what the right rig gives; the corrected one stands in for it.
-                let right: f64 = block.iter().map(|k| is.variance[channel][*k].ln() + 1.0).sum();
+                let right: f64 = block.iter().map(|k| is.noise.variance[channel][*k].ln() + 1.0).sum();
                 old += before - right;
                 new += after - right;
                 bins += block.len();

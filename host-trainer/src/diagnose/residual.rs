@@ -49,7 +49,7 @@ pub fn whitened(observed: &[Observed], expected: &[Expected]) -> Vec<Whitened> {
             let Some(x) = &o.spectra[channel] else { continue };
             let mut spectrum = vec![Complex::default(); x.len()];
             for k in judged(x, 1.0) {
-                spectrum[k] = (x[k] - e.mean[channel][k]) / e.variance[channel][k].sqrt();
+                spectrum[k] = (x[k] - e.mean[channel][k]) / e.noise.variance[channel][k].sqrt();
             }
             let inverse = planner.plan_fft_inverse(o.condition.samples);
             let (mut bins, mut signal) = (spectrum.clone(), inverse.make_output_vec());

@@ -30,6 +30,10 @@ pub const RESONATOR_Y: usize = 4;
 /// The mass of an sdof rig.
 pub const MASS: usize = 0;
 
+/// How far the noise that a run leaves out takes its state from where it is: the covariance of the velocities, m²/s².
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scatter(pub [[f64; DOFS]; DOFS]);
+
 /// An instant of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moment {
@@ -101,6 +105,10 @@ pub enum Machine {
 pub struct Plan {
     /// Parameters.
     pub machine: Machine,
+    /// Of the noise that the run leaves out: a force law is then the mean over it.
+    pub scatter: Option<Scatter>,
+    /// Whether a force law is another where noise scatters the state.
+    pub heeds_scatter: bool,
     /// Change of the shaft speed per second from t = 0, as a fraction.
     pub speed_rate_per_s: f64,
     /// Cage speed as a fraction of that of pure rolling.
@@ -126,6 +134,8 @@ impl Plan {
     pub fn new(machine: Machine) -> Self {
         Self {
             machine,
+            scatter: None,
+            heeds_scatter: false,
             speed_rate_per_s: 0.0,
             cage_factor: 1.0,
             forces: Vec::new(),

@@ -15,7 +15,8 @@ use rayon::prelude::*;
 use realfft::num_complex::Complex;
 
 use super::observed::{CHANNELS, Coefficients, Observed, coefficients, padded};
-use crate::rig::simulate::{fewest_substeps, response_to_process_force, shortest_settling_s, simulate_all};
+use crate::rig::plan::Scatter;
+use crate::rig::simulate::{RandomPart, fewest_substeps, random_part, shortest_settling_s, simulate_all};
 use crate::rig::{OperatingCondition, Rig, RigError, Run, Start};
 
 /// What a rig says of one recording.
@@ -23,46 +24,79 @@ use crate::rig::{OperatingCondition, Rig, RigError, Run, Start};
 pub struct Expected {
     /// D of `ax` and `ay`.
     pub mean: [Coefficients; 2],
-    /// S of `ax` and `ay`.
-    pub variance: [Vec<f64>; 2],
+    /// Of the random part.
+    pub noise: Noise,
 }
 
-/// S of both channels at the frequencies of a recording of this length: sensor noise, and the process force through the
-/// structure.
+/// What a rig says of a recording's random part.
+#[derive(Clone, Debug)]
+pub struct Noise {
+    /// S of `ax` and `ay`.
+    pub variance: [Vec<f64>; 2],
+    /// How far it takes the state from where the silent rig is.
+    pub scatter: Scatter,
+}
+
+/// A run without noise, as it is on average in the noise that it leaves out.
+#[derive(Clone, Copy, Debug)]
+pub struct Silent<'a> {
+    /// The rig.
+    pub rig: &'a Rig,
+    /// Its operating condition.
+    pub condition: OperatingCondition,
+    /// Cage and shaft at t = 0, rad.
+    pub angles: [f64; 2],
+    /// The noise.
+    pub scatter: Scatter,
+}
+
+/// The random part of a recording of this length: sensor noise, and the process force through the structure.
 ///
 /// # Errors
 /// What the rig's check refuses.
-pub fn variance(rig: &Rig, condition: &OperatingCondition) -> Result<[Vec<f64>; 2], RigError> {
+pub fn noise(rig: &Rig, condition: &OperatingCondition) -> Result<Noise, RigError> {
+    noise_in(rig, condition, None)
+}
+
+/// The same by mean slopes, where the scatter of a rig that is nearly the same is known.
+///
+/// # Errors
+/// What the rig's check refuses.
+pub fn noise_in(rig: &Rig, condition: &OperatingCondition, known: Option<Scatter>) -> Result<Noise, RigError> {
     let (psd, noise) = rig.bearing().map_or((0.0, 0.0), |machine| {
         (machine.excitation.process_force_psd_n2_per_hz, machine.sensor.noise_std_m_per_s2.powi(2))
     });
-    let response = response_to_process_force(rig, condition)?;
+    let RandomPart { responses, scatter } = random_part(rig, condition, known)?;
     let force = 0.5 * psd * condition.sample_rate_hz;
-    let mut variance = response.map(|h| -> Vec<f64> {
-        let h = padded(&h, condition.samples, 1.0);
-        h.iter().map(|h| (noise + force * h.norm_sqr()).max(f64::MIN_POSITIVE)).collect()
+    let share = force / responses.len().max(1) as f64;
+    let mut variance = [0, 1].map(|channel| -> Vec<f64> {
+        let mut sum = vec![noise.max(f64::MIN_POSITIVE); condition.samples / 2 + 1];
+        for response in &responses {
+            let h = padded(&response[channel], condition.samples, 1.0);
+            sum.iter_mut().zip(h).for_each(|(sum, h)| *sum += share * h.norm_sqr());
+        }
+        sum
     });
     for path in &rig.paths {
         for (_, variance) in CHANNELS.iter().zip(&mut variance).filter(|(channel, _)| **channel == path.channel) {
             variance.iter_mut().zip(path.power(condition.samples)).for_each(|(s, h)| *s *= h);
         }
     }
-    Ok(variance)
+    Ok(Noise { variance, scatter })
 }
 
 /// D of many runs: silent simulations.
 ///
 /// # Errors
 /// What the simulation refuses; one that diverges is an error of its own in the list.
-pub fn means(
-    runs: &[(&Rig, OperatingCondition, [f64; 2])],
-) -> Result<Vec<Result<[Coefficients; 2], RigError>>, RigError> {
+pub fn means(runs: &[Silent]) -> Result<Vec<Result<[Coefficients; 2], RigError>>, RigError> {
     let runs: Vec<Run> = runs
         .iter()
-        .map(|&(rig, condition, [cage, shaft])| {
-            let substeps = Some(fewest_substeps(rig, condition.sample_rate_hz));
+        .map(|&Silent { rig, condition, angles: [cage, shaft], scatter }| {
+            let scatter = Some(scatter);
+            let substeps = Some(fewest_substeps(rig, scatter, condition.sample_rate_hz));
             let settle_s = shortest_settling_s(rig);
-            Run { rig, condition, start: Start { substeps, settle_s, ..Start::silent(cage, shaft) } }
+            Run { rig, condition, start: Start { substeps, settle_s, scatter, ..Start::silent(cage, shaft) } }
         })
         .collect();
     let transform = |recording: crate::recording::Recording| {
@@ -82,7 +116,7 @@ pub fn judged(spectrum: &[Complex<f64>], band: f64) -> std::ops::Range<usize> {
 pub fn misfit(observed: &Observed, expected: &Expected, band: f64) -> f64 {
     let channel = |c: usize| {
         let Some(x) = &observed.spectra[c] else { return 0.0 };
-        let (d, s) = (&expected.mean[c], &expected.variance[c]);
+        let (d, s) = (&expected.mean[c], &expected.noise.variance[c]);
         judged(x, band).map(|k| s[k].ln() + (x[k] - d[k]).norm_sqr() / s[k]).sum::<f64>()
     };
     channel(0) + channel(1)

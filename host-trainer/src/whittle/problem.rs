@@ -8,7 +8,7 @@ use realfft::num_complex::Complex;
 
 use super::align;
 use super::coordinate::{ANGLE_STEP, Coordinate};
-use super::likelihood::{Expected, judged, means, misfit, variance};
+use super::likelihood::{Expected, Noise, Silent, judged, means, misfit, noise};
 use super::observed::{Coefficients, Observed};
 use crate::rig::{Rig, RigError};
 
@@ -83,7 +83,7 @@ impl<'o> Problem<'o> {
     /// # Errors
     /// What the simulation refuses.
     pub fn aligned(&self, rig: &Rig) -> Result<Vec<[f64; 2]>, RigError> {
-        align::angles(rig, self.observed, &self.variances(rig)?)
+        align::angles(rig, self.observed, &self.noise(rig)?)
     }
 
     /// The angles with which a rig suits the recordings best, where those of the rig `without` something are `known`: as they
@@ -107,15 +107,15 @@ impl<'o> Problem<'o> {
         if rig.effects.iter().any(|e| e.number("time_s").is_some()) {
             choices.extend(align::angles_apart(without, rig, self.observed, known));
         }
-        align::best_of(rig, self.observed, &self.variances(rig)?, &choices)
+        align::best_of(rig, self.observed, &self.noise(rig)?, &choices)
     }
 
     /// Angles moved to where they suit a rig better, by [`align::lag`].
     fn moved(&self, rig: &Rig, angles: &[[f64; 2]]) -> Result<Vec<[f64; 2]>, RigError> {
-        let runs: Vec<_> = self.observed.iter().zip(angles).map(|(o, a)| (rig, o.condition, *a)).collect();
-        let (means, variances) = (means(&runs)?, self.variances(rig)?);
-        let lags = self.observed.iter().zip(&variances).zip(means);
-        let lags = lags.map(|((o, variance), mean)| Ok(align::lag(rig, o, variance, &mean?)));
+        let noise = self.noise(rig)?;
+        let means = means(&align::silent(rig, self.observed, &noise, angles))?;
+        let lags = self.observed.iter().zip(&noise).zip(means);
+        let lags = lags.map(|((o, noise), mean)| Ok(align::lag(rig, o, &noise.variance, &mean?)));
         let each = self.observed.iter().zip(angles).zip(lags);
         each.map(|((o, a), lag)| Ok(align::moved_angles(rig, o, lag?, *a))).collect()
     }
@@ -126,7 +126,7 @@ impl<'o> Problem<'o> {
     /// As [`align::latched`].
     pub fn latched(&self, point: &Point) -> Result<Point, RigError> {
         let rig = self.rig_at(&point.coordinates)?;
-        let angles = align::latched(&rig, self.observed, &self.variances(&rig)?, point.angles.clone())?;
+        let angles = align::latched(&rig, self.observed, &self.noise(&rig)?, point.angles.clone())?;
         Ok(Point { angles, ..point.clone() })
     }
 
@@ -141,8 +141,8 @@ impl<'o> Problem<'o> {
         Ok(rig)
     }
 
-    fn variances(&self, rig: &Rig) -> Result<Vec<[Vec<f64>; 2]>, RigError> {
-        self.observed.par_iter().map(|o| variance(rig, &o.condition)).collect()
+    fn noise(&self, rig: &Rig) -> Result<Vec<Noise>, RigError> {
+        self.observed.par_iter().map(|o| noise(rig, &o.condition)).collect()
     }
 
     /// What the rig says of each recording.
@@ -151,10 +151,9 @@ impl<'o> Problem<'o> {
     /// What the simulation refuses, a run that diverges among it.
     pub fn expected(&self, point: &Point) -> Result<Vec<Expected>, RigError> {
         let rig = self.rig_at(&point.coordinates)?;
-        let runs: Vec<_> = self.observed.iter().zip(&point.angles).map(|(o, a)| (&rig, o.condition, *a)).collect();
-        let variances = self.variances(&rig)?;
-        let means = means(&runs)?;
-        means.into_iter().zip(variances).map(|(mean, variance)| Ok(Expected { mean: mean?, variance })).collect()
+        let noise = self.noise(&rig)?;
+        let means = means(&align::silent(&rig, self.observed, &noise, &point.angles))?;
+        means.into_iter().zip(noise).map(|(mean, noise)| Ok(Expected { mean: mean?, noise })).collect()
     }
 
     /// −ln L of each recording.
@@ -181,12 +180,26 @@ impl<'o> Problem<'o> {
             .collect::<Result<_, _>>()?;
         // Of each recording: as it is, with each coordinate that moves D moved, with each angle moved.
         let mean_of: Vec<usize> = (0..moved.len()).filter(|a| self.coordinates[*a].moves_mean).collect();
+        // And of each coordinate that moves S, the noise.
+        let of_recording = |o: &Observed| -> Result<_, RigError> {
+            let of = |(a, rig): (usize, &Rig)| {
+                self.coordinates[a].moves_variance.then(|| noise(rig, &o.condition)).transpose()
+            };
+            let moved = moved.iter().enumerate().map(of).collect::<Result<Vec<_>, _>>()?;
+            Ok((noise(&base, &o.condition)?, moved))
+        };
+        let noises: Vec<(Noise, Vec<Option<Noise>>)> =
+            self.observed.par_iter().map(of_recording).collect::<Result<_, _>>()?;
         let mut runs = Vec::new();
-        for (o, &[cage, shaft]) in self.observed.iter().zip(&point.angles) {
-            runs.push((&base, o.condition, [cage, shaft]));
-            runs.extend(mean_of.iter().map(|a| (&moved[*a], o.condition, [cage, shaft])));
-            runs.push((&base, o.condition, [cage + ANGLE_STEP, shaft]));
-            runs.push((&base, o.condition, [cage, shaft + ANGLE_STEP]));
+        for ((o, &[cage, shaft]), (at, there)) in self.observed.iter().zip(&point.angles).zip(&noises) {
+            let as_it_is = Silent { rig: &base, condition: o.condition, angles: [cage, shaft], scatter: at.scatter };
+            runs.push(as_it_is);
+            runs.extend(mean_of.iter().map(|a| {
+                let scatter = there[*a].as_ref().unwrap_or(at).scatter;
+                Silent { rig: &moved[*a], scatter, ..as_it_is }
+            }));
+            runs.push(Silent { angles: [cage + ANGLE_STEP, shaft], ..as_it_is });
+            runs.push(Silent { angles: [cage, shaft + ANGLE_STEP], ..as_it_is });
         }
         let means = means(&runs)?.into_iter().collect::<Result<Vec<_>, _>>()?;
         let count = self.coordinates.len();
@@ -196,8 +209,9 @@ impl<'o> Problem<'o> {
             .par_iter()
             .enumerate()
             .zip(means.par_chunks(mean_of.len() + 3))
-            .map(|((index, o), means)| {
-                let at = variance(&base, &o.condition)?;
+            .zip(&noises)
+            .map(|(((index, o), means), (at, there))| {
+                let at = &at.variance;
                 let mut local = Local::new(count + 2);
                 for channel in 0..2 {
                     let Some(x) = &o.spectra[channel] else { continue };
@@ -210,17 +224,17 @@ impl<'o> Problem<'o> {
                         let moved = &means[mean_of.len() + 1 + angle][channel];
                         slopes[count + angle].mean = quotient(&means[0][channel], moved, ANGLE_STEP);
                     }
-                    for (a, rig) in moved.iter().enumerate().filter(|(a, _)| self.coordinates[*a].moves_variance) {
-                        let there = variance(rig, &o.condition)?;
-                        let pairs = at[channel].iter().zip(&there[channel]);
+                    for (a, there) in there.iter().enumerate() {
+                        let Some(there) = there else { continue };
+                        let pairs = at[channel].iter().zip(&there.variance[channel]);
                         slopes[a].log_variance =
                             pairs.map(|(s, t)| (t / s).ln() / self.coordinates[a].step()).collect();
                     }
                     local.add(judged(x, self.band), x, &means[0][channel], &at[channel], &slopes);
                 }
-                Ok((index, local))
+                (index, local)
             })
-            .collect::<Result<_, RigError>>()?;
+            .collect();
         let mut out = Expansion {
             misfits: vec![0.0; self.observed.len()],
             gradient: vec![0.0; unknowns],

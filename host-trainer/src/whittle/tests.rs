@@ -1,7 +1,9 @@
 use std::f64::consts::TAU;
 
+use realfft::num_complex::Complex;
+
 use super::coordinate::Coordinate;
-use super::likelihood::judged;
+use super::likelihood::{Silent, judged, means, noise};
 use super::observed::Observed;
 use super::problem::{Point, Problem};
 use super::search::search_from_rig;
@@ -73,7 +75,7 @@ fn invariant_the_residual_of_the_true_rig_is_as_large_as_it_says() {
             let x = o.spectra[channel].as_ref().unwrap();
             let bins: Vec<usize> = judged(x, 1.0).collect();
             for band in bins.chunks(bins.len() / 12) {
-                let power = |k: &usize| (x[*k] - e.mean[channel][*k]).norm_sqr() / e.variance[channel][*k];
+                let power = |k: &usize| (x[*k] - e.mean[channel][*k]).norm_sqr() / e.noise.variance[channel][*k];
                 let mean = band.iter().map(power).sum::<f64>() / band.len() as f64;
                 let deviation = 1.0 / (band.len() as f64).sqrt();
                 assert!((mean - 1.0).abs() < 4.5 * deviation, "{mean} from bin {}", band[0]);
@@ -118,5 +120,37 @@ fn a_guess_that_is_off_by_a_third_comes_right() {
     for key in keys {
         let ratio = calibrated.get(key).unwrap() / truth.get(key).unwrap();
         assert!((ratio - 1.0).abs() < 0.03, "{key}: {ratio}");
+    }
+}
+
+/// Dry friction in noise against many noisy runs: neither mean nor power of the random part is what the silent rig or its
+/// mean slope would have. The power left beside the mean is what so few runs leave by chance, 1/count, and little more.
+#[test]
+fn invariant_friction_in_noise_is_as_many_runs_show() {
+    const RUNS: u64 = 32;
+    let angles = [0.3, 0.7];
+    let at = condition(30.0, 500.0, 12_800);
+    for force in [0.15, 0.5] {
+        let friction = EffectEntry::new("coulomb-friction", &[("force_n", force)]).with_text("component", "outer");
+        let rig = nominal().with_effect(friction);
+        let start = |seed| Start { cage_angle0_rad: angles[0], shaft_angle0_rad: angles[1], ..Start::seeded(seed) };
+        let runs: Vec<Run> = (0..RUNS).map(|i| Run { rig: &rig, condition: at, start: start(100 + i) }).collect();
+        let many: Vec<Observed> = simulate_many(&runs).unwrap().iter().map(|r| Observed::of(r).unwrap()).collect();
+        let noise = noise(&rig, &at).unwrap();
+        let silent = Silent { rig: &rig, condition: at, angles, scatter: noise.scatter };
+        let expected = means(&[silent]).unwrap().remove(0).unwrap();
+        for bins in [1..100, 100..200, 200..400, 400..800] {
+            let count = bins.len() as f64;
+            let (mut off, mut power) = (0.0, 0.0);
+            for k in bins {
+                let each = || many.iter().map(|o| o.spectra[1].as_ref().unwrap()[k]);
+                let mean = each().sum::<Complex<f64>>() / RUNS as f64;
+                let variance = each().map(|x| (x - mean).norm_sqr()).sum::<f64>() / (RUNS - 1) as f64;
+                off += (mean - expected[1][k]).norm_sqr() / noise.variance[1][k] / count;
+                power += variance / noise.variance[1][k] / count;
+            }
+            assert!(off < 0.015 + 1.0 / RUNS as f64, "{force} N: {off} beside the mean");
+            assert!((0.93..1.07).contains(&power), "{force} N: {power} of the power");
+        }
     }
 }

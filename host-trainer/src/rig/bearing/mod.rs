@@ -13,7 +13,7 @@ use pulp::{Arch, Simd, WithSimd};
 pub(super) use prepare::Prepared;
 pub use prepare::{GRAVITY, Turning};
 
-pub(super) use response::{Visited, along, at_rest, to_process_force};
+pub(super) use response::{Impulse, Linear, Tangent, Visited, along, at_rest, damping_along};
 
 use kernel::Kernel;
 pub(super) use kernel::Signals;

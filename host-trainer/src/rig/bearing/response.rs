@@ -33,59 +33,176 @@ pub(in crate::rig) struct Tangent {
 /// A state of a run: when, positions and velocities.
 pub(in crate::rig) type Visited = (Moment, [f64; DOFS], [f64; DOFS]);
 
-/// Share of a coordinate's scatter over which its slope is taken.
+/// Share of a coordinate's scatter over which its slope is taken, and of a silent run's, whose force laws are smooth.
 const SPAN: f64 = 0.3;
+const FINE_SPAN: f64 = 1e-3;
 
 /// Positions of the cage that the contact is averaged over.
 const PHASES: usize = 48;
 /// Newton's method on a convex, smooth force: quadratic from its first steps on.
 const NEWTON_STEPS: usize = 60;
-/// The response ends where it has come down to this share of its greatest, looked at every so many samples.
-const DECAYED: f64 = 1e-9;
+/// Whether a response has died away is looked at every so many samples.
 const LOOKED_AT_EVERY: usize = 256;
 
-/// Response of the accelerations that `ax` and `ay` measure, m/s², and of the force that the bearing passes to the
-/// housing in x and y, N, to 1 N of process force during the first sample; at most `samples` of them, fewer where the
-/// response has died away.
-pub(in crate::rig) fn to_process_force(
-    rig: &BearingRig,
-    tangent: &Tangent,
-    sample_rate_hz: f64,
-    samples: usize,
-) -> [Vec<f64>; 4] {
-    let contact = tangent.contact;
-    let mass = masses(rig);
-    let system = coupled(rig, tangent);
-    let step = Step::<10, 5>::new(&system, &mass.map(|m| 1.0 / m), 1.0 / sample_rate_hz);
-    let sensors = [rig.sensor.horizontal, rig.sensor.vertical].map(|location| location.dof());
-    let held = |i: usize| step.b1[i][OUTER_Y] + 2.0 * step.b2[i][OUTER_Y] + step.b3[i][OUTER_Y];
-    let mut z: [f64; 10] = [0.0; 10];
-    let mut out = [(); 4].map(|()| Vec::with_capacity(samples));
-    let (mut greatest, mut recent) = (0.0f64, 0.0f64);
-    for sample in 0..samples {
-        for (signal, dof) in out.iter_mut().zip(sensors) {
-            let free: f64 = (0..10).map(|j| system[DOFS + dof][j] * z[j]).sum();
-            let direct = if sample == 0 && dof == OUTER_Y { 1.0 / mass[OUTER_Y] } else { 0.0 };
-            signal.push(free + direct);
-            recent = recent.max((free + direct).abs());
-        }
-        let relative = [z[INNER_X] - z[OUTER_X], z[INNER_Y] - z[OUTER_Y]];
-        for axis in 0..2 {
-            out[2 + axis].push(contact[axis][0] * relative[0] + contact[axis][1] * relative[1]);
-        }
-        z = std::array::from_fn(|i| {
-            let free: f64 = (0..10).map(|j| step.full[i][j] * z[j]).sum();
-            free + if sample == 0 { held(i) } else { 0.0 }
-        });
-        if sample % LOOKED_AT_EVERY == LOOKED_AT_EVERY - 1 {
-            greatest = greatest.max(recent);
-            if recent < DECAYED * greatest {
-                break;
+/// What 1 N of process force during one sample becomes.
+pub(in crate::rig) struct Impulse {
+    /// Accelerations that `ax` and `ay` measure, m/s², and force that the bearing passes to the housing in x and y, N.
+    pub signals: [Vec<f64>; 4],
+    /// Sums over all samples of products of velocities, m²/s²; where damping changes from sample to sample, each counts by it:
+    /// a force law is another in noise where its slope is.
+    pub velocities: [[f64; DOFS]; DOFS],
+}
+
+/// Damping by the forces of effects at one sample of a run.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::rig) struct Damping {
+    /// −∂F/∂q̇, N s/m.
+    slopes: [[f64; DOFS]; DOFS],
+    /// What is left of the velocities after a sample of it.
+    left: [[f64; DOFS]; DOFS],
+    /// Root of its share of the mean over all samples, for each velocity.
+    weights: [f64; DOFS],
+}
+
+/// A rig linearised, sample by sample.
+pub(in crate::rig) struct Linear {
+    system: [[f64; 10]; 10],
+    step: Step<10, 5>,
+    mass: [f64; DOFS],
+    sensors: [usize; 2],
+    contact: [[f64; 2]; 2],
+}
+
+impl Linear {
+    pub(in crate::rig) fn new(rig: &BearingRig, tangent: &Tangent, sample_rate_hz: f64) -> Self {
+        let (mass, system) = (masses(rig), coupled(rig, tangent));
+        let step = Step::new(&system, &mass.map(|m| 1.0 / m), 1.0 / sample_rate_hz);
+        let sensors = [rig.sensor.horizontal, rig.sensor.vertical].map(|location| location.dof());
+        Self { system, step, mass, sensors, contact: tangent.contact }
+    }
+
+    /// What 1 N of process force during the first sample becomes; at most `samples` of it, fewer where it has come down to the
+    /// share `decayed`. More damping acts from sample to sample, if there is any, over and over.
+    pub(in crate::rig) fn impulse<'d>(
+        &self,
+        samples: usize,
+        decayed: f64,
+        damping: impl IntoIterator<Item = &'d Damping, IntoIter: Clone>,
+    ) -> Impulse {
+        let Self { system, step, mass, sensors, contact } = self;
+        let held = |i: usize| step.b1[i][OUTER_Y] + 2.0 * step.b2[i][OUTER_Y] + step.b3[i][OUTER_Y];
+        let mut damping = damping.into_iter().cycle();
+        let mut z: [f64; 10] = [0.0; 10];
+        let mut signals = [(); 4].map(|()| Vec::with_capacity(samples));
+        let mut velocities = [[0.0; DOFS]; DOFS];
+        let (mut greatest, mut recent) = (0.0f64, 0.0f64);
+        for sample in 0..samples {
+            let damping = damping.next();
+            let speeds: [f64; DOFS] = std::array::from_fn(|k| z[DOFS + k]);
+            for (signal, &dof) in signals.iter_mut().zip(sensors) {
+                let free = dot(&system[DOFS + dof], &z);
+                let dragged = damping.map_or(0.0, |d| dot(&d.slopes[dof], &speeds) / mass[dof]);
+                let direct = if sample == 0 && dof == OUTER_Y { 1.0 / mass[OUTER_Y] } else { 0.0 };
+                signal.push(free - dragged + direct);
+                recent = recent.max((free - dragged + direct).abs());
             }
-            recent = 0.0;
+            let weighted: [f64; DOFS] = std::array::from_fn(|k| speeds[k] * damping.map_or(1.0, |d| d.weights[k]));
+            for (row, one) in velocities.iter_mut().zip(weighted) {
+                row.iter_mut().zip(weighted).for_each(|(sum, other)| *sum += one * other);
+            }
+            let relative = [z[INNER_X] - z[OUTER_X], z[INNER_Y] - z[OUTER_Y]];
+            for axis in 0..2 {
+                signals[2 + axis].push(dot(&contact[axis], &relative));
+            }
+            z = std::array::from_fn(|i| dot(&step.full[i], &z) + if sample == 0 { held(i) } else { 0.0 });
+            if let Some(Damping { left, .. }) = damping {
+                let speeds: [f64; DOFS] = std::array::from_fn(|k| z[DOFS + k]);
+                left.iter().zip(&mut z[DOFS..]).for_each(|(row, v)| *v = dot(row, &speeds));
+            }
+            if sample % LOOKED_AT_EVERY == LOOKED_AT_EVERY - 1 {
+                greatest = greatest.max(recent);
+                if recent < decayed * greatest {
+                    break;
+                }
+                recent = 0.0;
+            }
+        }
+        Impulse { signals, velocities }
+    }
+}
+
+fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The damping of forces at every state that a silent run has visited, sample by sample, where it changes so fast that its mean
+/// is no measure of it: noise escapes where the run slides, and is stopped where it turns.
+pub(in crate::rig) fn damping_along(
+    rig: &BearingRig,
+    forces: &[Force],
+    visited: &[Visited],
+    sample_rate_hz: f64,
+) -> Vec<Damping> {
+    let mass = masses(rig);
+    let spans = scatter(visited, |s| &s.2);
+    let of = |(at, q, v): &Visited| {
+        let mut slopes = [[0.0; DOFS]; DOFS];
+        for k in 0..DOFS {
+            let step = FINE_SPAN * spans[k];
+            if step > 0.0 {
+                let moved = |by: f64| {
+                    let mut v = *v;
+                    v[k] += by;
+                    total(forces, at, q, &v)
+                };
+                let (up, down) = (moved(step), moved(-step));
+                (0..DOFS).for_each(|i| slopes[i][k] = (down[i] - up[i]) / (2.0 * step));
+            }
+        }
+        // An implicit step, which stays stable where a sample is long.
+        let implicit = std::array::from_fn(|i| {
+            std::array::from_fn(|k| f64::from(u8::from(i == k)) + slopes[i][k] / (mass[i] * sample_rate_hz))
+        });
+        Damping { slopes, left: inverse(implicit), weights: [1.0; DOFS] }
+    };
+    let mut damping: Vec<Damping> = visited.iter().map(of).collect();
+    for k in 0..DOFS {
+        let mean = damping.iter().map(|d| d.slopes[k][k]).sum::<f64>() / damping.len().max(1) as f64;
+        if mean > 0.0 {
+            damping.iter_mut().for_each(|d| d.weights[k] = (d.slopes[k][k] / mean).max(0.0).sqrt());
         }
     }
-    out
+    damping
+}
+
+/// Gauss and Jordan's elimination; of a matrix that is diagonal but for what relative motions couple, and so regular.
+fn inverse(mut a: [[f64; DOFS]; DOFS]) -> [[f64; DOFS]; DOFS] {
+    for k in 0..DOFS {
+        let pivot = 1.0 / a[k][k];
+        a[k][k] = 1.0;
+        a[k].iter_mut().for_each(|x| *x *= pivot);
+        let row = a[k];
+        for (_, other) in a.iter_mut().enumerate().filter(|(i, _)| *i != k) {
+            let factor = std::mem::take(&mut other[k]);
+            other.iter_mut().zip(row).for_each(|(x, r)| *x -= factor * r);
+        }
+    }
+    a
+}
+
+fn total(forces: &[Force], at: &Moment, q: &[f64; DOFS], v: &[f64; DOFS]) -> [f64; DOFS] {
+    let mut sum = [0.0; DOFS];
+    forces.iter().for_each(|force| force(at, q, v, &mut sum));
+    sum
+}
+
+/// Standard deviation of each coordinate over visited states.
+fn scatter(visited: &[Visited], of: fn(&Visited) -> &[f64; DOFS]) -> [f64; DOFS] {
+    let count = visited.len().max(1) as f64;
+    std::array::from_fn(|k| {
+        let mean = visited.iter().map(|s| of(s)[k]).sum::<f64>() / count;
+        (visited.iter().map(|s| (of(s)[k] - mean).powi(2)).sum::<f64>() / count).sqrt()
+    })
 }
 
 /// ż = A z of all five degrees of freedom (positions, then velocities).
@@ -116,6 +233,11 @@ fn coupled(rig: &BearingRig, tangent: &Tangent) -> [[f64; 10]; 10] {
 }
 
 impl Tangent {
+    /// Without the damping by forces of effects.
+    pub(in crate::rig) fn undamped(self) -> Self {
+        Self { damping: [[0.0; DOFS]; DOFS], ..self }
+    }
+
     fn of_contact(contact: [[f64; 2]; 2]) -> Self {
         let mut stiffness = [[0.0; DOFS]; DOFS];
         let (inner, outer) = ([INNER_X, INNER_Y], [OUTER_X, OUTER_Y]);
@@ -143,18 +265,7 @@ pub(in crate::rig) fn along(rig: &BearingRig, forces: &[Force], visited: &[Visit
         }
     }
     let mut tangent = Tangent::of_contact(contact);
-    let scatter = |of: fn(&Visited) -> &[f64; DOFS]| -> [f64; DOFS] {
-        std::array::from_fn(|k| {
-            let mean = visited.iter().map(|s| of(s)[k]).sum::<f64>() / count;
-            (visited.iter().map(|s| (of(s)[k] - mean).powi(2)).sum::<f64>() / count).sqrt()
-        })
-    };
-    let (of_q, of_v) = (scatter(|s| &s.1), scatter(|s| &s.2));
-    let total = |at: &Moment, q: &[f64; DOFS], v: &[f64; DOFS]| {
-        let mut sum = [0.0; DOFS];
-        forces.iter().for_each(|force| force(at, q, v, &mut sum));
-        sum
-    };
+    let (of_q, of_v) = (scatter(visited, |s| &s.1), scatter(visited, |s| &s.2));
     for (at, q, v) in visited {
         for k in 0..DOFS {
             for (slopes, span, moves_q) in
@@ -171,7 +282,7 @@ pub(in crate::rig) fn along(rig: &BearingRig, forces: &[Force], visited: &[Visit
                     } else {
                         v[k] += by
                     }
-                    total(at, &q, &v)
+                    total(forces, at, &q, &v)
                 };
                 let (up, down) = (moved(step), moved(-step));
                 for i in 0..DOFS {

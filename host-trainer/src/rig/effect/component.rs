@@ -1,6 +1,6 @@
 //! Parts of a rig that a `component` parameter names.
 
-use crate::rig::plan::{DOFS, INNER_X, INNER_Y, MASS, Machine, OUTER_X, OUTER_Y, Plan, RESONATOR_Y};
+use crate::rig::plan::{DOFS, INNER_X, INNER_Y, MASS, Machine, OUTER_X, OUTER_Y, Plan, RESONATOR_Y, Scatter};
 
 /// A part of a rig. `inner` and `outer` are the sections of that name and move in x and y; with `-x` or `-y` only
 /// that direction is meant. The resonator's spring and damper sit between it and the outer race.
@@ -66,6 +66,16 @@ impl Motion {
     /// q of the part less q of its base.
     pub fn of(self, q: &[f64; DOFS]) -> f64 {
         q[self.dof] - self.base.map_or(0.0, |base| q[base])
+    }
+
+    /// Standard deviation of its velocity.
+    fn scatter(self, Scatter(covariance): &Scatter) -> f64 {
+        let of = |i: usize, j: usize| covariance[i][j];
+        let variance = match self.base {
+            None => of(self.dof, self.dof),
+            Some(base) => of(self.dof, self.dof) - 2.0 * of(self.dof, base) + of(base, base),
+        };
+        variance.max(0.0).sqrt()
     }
 
     /// A force on the part, and its reaction.
@@ -187,5 +197,27 @@ impl Part {
                 motion.push(law(motion.of(q), motion.of(v)), force);
             }
         });
+    }
+
+    /// Adds a force law f(v) to each of its motions, whose slope changes so fast with v that it is another where noise scatters
+    /// the velocity: `mean`, at a standard deviation, is the mean of f over a normal distribution about v, and `steepest` its
+    /// greatest slope, N s/m.
+    pub fn speed_law<M: Fn(f64) -> f64 + Send + Sync + 'static>(
+        self,
+        plan: &mut Plan,
+        law: impl Fn(f64) -> f64 + Send + Sync + 'static,
+        mean: impl Fn(f64) -> M,
+        steepest: impl Fn(f64) -> f64,
+    ) {
+        plan.heeds_scatter = true;
+        let mass = self.mass;
+        let Some(scatter) = &plan.scatter else {
+            plan.declare_rate(steepest(0.0) / mass);
+            return self.law(plan, move |_, v| law(v));
+        };
+        let scatter: Vec<(Motion, f64)> = self.motions.iter().map(|m| (*m, m.scatter(scatter))).collect();
+        scatter.iter().for_each(|(_, scatter)| plan.declare_rate(steepest(*scatter) / mass));
+        let laws: Vec<(Motion, M)> = scatter.into_iter().map(|(m, scatter)| (m, mean(scatter))).collect();
+        plan.force(move |_, _, v, force| laws.iter().for_each(|(motion, law)| motion.push(law(motion.of(v)), force)));
     }
 }

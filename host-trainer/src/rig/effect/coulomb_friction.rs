@@ -5,8 +5,14 @@
 //! 1083–1138). Karnopp's dead band (J. Dyn. Syst. Meas. Control 107 (1985) 100–103) would hold the mass at true rest,
 //! but switches the equations, which costs a smooth integrator its order; tanh creeps at v₀ · artanh(load/F) instead,
 //! far below what is measured if v₀ is far below the speeds of the motion. The step is chosen by F/(m v₀).
+//!
+//! Noise that shakes the mass rounds the step by much more ("dither"): the mean of sign(v + η) over η of a standard
+//! deviation σ is erf(v/(√2 σ)) (J. B. Roberts, P. D. Spanos, "Random Vibration and Statistical Linearization", 1990,
+//! section 5.3).
 
-use super::{Applies, Definition, Parameter, Scale, Usual, component::Choices};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_PI};
+
+use super::{Applies, Definition, Parameter, Scale, Usual, component::Choices, erf::erf};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
@@ -25,12 +31,27 @@ pub(super) const EFFECT: Definition = Definition {
         format!("… + c q̇ + {force:.4} N · tanh(q̇ / {scale:.1e} m/s) = …, q = {}", v.component().symbols())
     },
     apply: |v, plan| {
-        let (size, per_speed) = (v.number("force_n"), 1.0 / v.number("regularisation_m_per_s"));
+        let (size, rounded) = (v.number("force_n"), v.number("regularisation_m_per_s"));
         if size == 0.0 {
             return;
         }
-        let part = plan.component(v.component());
-        plan.declare_rate(size * per_speed / part.mass);
-        part.law(plan, move |_, v| -size * (v * per_speed).tanh());
+        // The error function that has the slope of tanh(v/v₀) at 0 is the mean of sign v over a deviation of √(2/π) v₀.
+        let own = FRAC_2_PI * rounded.powi(2);
+        let deviation = |scatter: f64| (own + scatter.powi(2)).sqrt();
+        plan.component(v.component()).speed_law(
+            plan,
+            move |v| -size * tanh(v / rounded),
+            |scatter| {
+                let per_speed = FRAC_1_SQRT_2 / deviation(scatter);
+                move |v| -size * erf(v * per_speed)
+            },
+            |scatter| size * FRAC_2_PI.sqrt() / deviation(scatter),
+        );
     },
 };
+
+/// tanh x to 1e-16 of 1, three times as fast as to 1e-16 of itself, which the force near standstill does not need.
+fn tanh(x: f64) -> f64 {
+    let size = 1.0 - 2.0 / ((2.0 * x.abs()).exp() + 1.0);
+    size.copysign(x)
+}

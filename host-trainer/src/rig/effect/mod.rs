@@ -8,6 +8,7 @@
 #[cfg(test)]
 mod bearing_tests;
 pub mod component;
+mod erf;
 #[cfg(test)]
 mod machine_tests;
 mod pit;

@@ -1,7 +1,9 @@
 //! A force against the motion that grows with the square of the speed, −d v |v|, as of a fluid pushed aside
 //! (A. H. Nayfeh, D. T. Mook, "Nonlinear Oscillations", 1979, section 3.3).
 
-use super::{Applies, Definition, Parameter, Scale, Usual, component::Choices};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_PI};
+
+use super::{Applies, Definition, Parameter, Scale, Usual, component::Choices, erf::erf};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
@@ -18,7 +20,23 @@ pub(super) const EFFECT: Definition = Definition {
     apply: |v, plan| {
         let drag = v.number("drag_n_s2_per_m2");
         if drag != 0.0 {
-            plan.component(v.component()).law(plan, move |_, v| -drag * v * v.abs());
+            plan.component(v.component()).speed_law(
+                plan,
+                move |v| -drag * v * v.abs(),
+                |scatter| move |v| -drag * mean_square(v, scatter),
+                // It grows with the motion and is nowhere near the fastest rate of the rig.
+                |_| 0.0,
+            );
         }
     },
 };
+
+/// Mean of v |v| over a normal distribution about v.
+fn mean_square(v: f64, scatter: f64) -> f64 {
+    if scatter == 0.0 {
+        return v * v.abs();
+    }
+    let z = v / scatter;
+    let density = (-0.5 * z * z).exp() * FRAC_2_PI.sqrt();
+    scatter.powi(2) * ((z * z + 1.0) * erf(z * FRAC_1_SQRT_2) + z * density)
+}

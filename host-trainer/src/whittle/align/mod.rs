@@ -17,7 +17,7 @@ use realfft::num_complex::Complex;
 use crate::recording::Recording;
 use crate::rig::simulate::{fewest_substeps, plan_of, shortest_settling_s, simulate_all};
 use crate::rig::{OperatingCondition, Rig, RigError, Run, Start, simulate_many};
-use crate::whittle::likelihood::{Expected, means, misfit, variance};
+use crate::whittle::likelihood::{Expected, Noise, Silent, means, misfit, noise};
 use crate::whittle::observed::{CHANNELS, Coefficients, Observed};
 
 pub use shift::{correlation, lag, moved_angles, moved_mean};
@@ -28,26 +28,26 @@ use spin::{respin, spins, spun};
 const TURNS: f64 = 24.0;
 
 /// Angles of cage and shaft at t = 0, rad, for each recording: those with which the silent rig is most like it, weighted
-/// by the variance of its random part, `variances[recording][channel]`.
+/// by the variance of its random part, `noise[recording][channel]`.
 ///
 /// # Errors
 /// What the simulation refuses.
-pub fn angles(rig: &Rig, observed: &[Observed], variances: &[[Vec<f64>; 2]]) -> Result<Vec<[f64; 2]>, RigError> {
+pub fn angles(rig: &Rig, observed: &[Observed], noise: &[Noise]) -> Result<Vec<[f64; 2]>, RigError> {
     let (even, rate_per_s) = at_even_speed(rig);
     let cage_per_shaft = cage_per_shaft(rig);
-    let long = simulate_many(&long_runs(&even, observed))?;
-    let each = observed.iter().zip(variances).zip(&long);
+    let long = simulate_many(&long_runs(&even, observed, noise))?;
+    let each = observed.iter().zip(noise).zip(&long);
     let mut found: Vec<_> =
         each.map(|((o, v), run)| of_long_run(&o.at_even_speed(rate_per_s), v, run, cage_per_shaft)).collect();
     if rig.effects.iter().any(spins) {
         let mut plain = rig.clone();
         plain.effects.retain(|e| !spins(e));
-        let known = angles(&plain, observed, variances)?;
+        let known = angles(&plain, observed, noise)?;
         respin(rig, &mut found, &known);
-        let apart = spun(rig, &plain, observed, variances, &known)?;
-        found = best_of(rig, observed, variances, &[found, apart])?;
+        let apart = spun(rig, &plain, observed, noise, &known)?;
+        found = best_of(rig, observed, noise, &[found, apart])?;
     }
-    latched(rig, observed, variances, found)
+    latched(rig, observed, noise, found)
 }
 
 /// Angles of a rig with a wavy inner race, the shaft where it suits best by whole waves: what moves by one looks alike but
@@ -58,13 +58,13 @@ pub fn angles(rig: &Rig, observed: &[Observed], variances: &[[Vec<f64>; 2]]) -> 
 pub fn latched(
     rig: &Rig,
     observed: &[Observed],
-    variances: &[[Vec<f64>; 2]],
+    noise: &[Noise],
     angles: Vec<[f64; 2]>,
 ) -> Result<Vec<[f64; 2]>, RigError> {
     let wavy = rig.effects.iter().find(|e| e.name == "inner-race-waviness");
     let Some(lobes) = wavy.and_then(|e| e.number("lobes")) else { return Ok(angles) };
     let turned = |k: usize| angles.iter().map(|[cage, shaft]| [*cage, shaft + TAU * k as f64 / lobes]).collect();
-    best_of(rig, observed, variances, &(0..lobes as usize).map(turned).collect::<Vec<_>>())
+    best_of(rig, observed, noise, &(0..lobes as usize).map(turned).collect::<Vec<_>>())
 }
 
 /// Of several choices of angles, the one that suits each recording best, of those that can be simulated.
@@ -74,16 +74,15 @@ pub fn latched(
 pub fn best_of(
     rig: &Rig,
     observed: &[Observed],
-    variances: &[[Vec<f64>; 2]],
+    noise: &[Noise],
     choices: &[Vec<[f64; 2]>],
 ) -> Result<Vec<[f64; 2]>, RigError> {
-    let runs: Vec<_> =
-        choices.iter().flat_map(|angles| observed.iter().zip(angles).map(|(o, a)| (rig, o.condition, *a))).collect();
+    let runs: Vec<_> = choices.iter().flat_map(|angles| silent(rig, observed, noise, angles)).collect();
     let mut best: Vec<Option<Judged>> = observed.iter().map(|_| None).collect();
-    for (n, (mean, (.., angles))) in means(&runs)?.into_iter().zip(&runs).enumerate() {
+    for (n, (mean, Silent { angles, .. })) in means(&runs)?.into_iter().zip(&runs).enumerate() {
         let n = n % observed.len();
         let judged = mean.map(|mean| {
-            let expected = Expected { mean, variance: variances[n].clone() };
+            let expected = Expected { mean, noise: noise[n].clone() };
             (misfit(&observed[n], &expected, 1.0), *angles)
         });
         best[n] = Some(match best[n].take() {
@@ -116,9 +115,9 @@ pub fn angles_apart(
     observed: &[Observed],
     angles: &[[f64; 2]],
 ) -> Result<Vec<[f64; 2]>, RigError> {
+    let noise: Vec<_> = observed.iter().map(|o| noise(without, &o.condition)).collect::<Result<_, _>>()?;
     let of = |rig| -> Result<Vec<[Coefficients; 2]>, RigError> {
-        let runs: Vec<_> = observed.iter().zip(angles).map(|(o, a)| (rig, o.condition, *a)).collect();
-        means(&runs)?.into_iter().collect()
+        means(&silent(rig, observed, &noise, angles))?.into_iter().collect()
     };
     let (old, new) = (of(without)?, of(with)?);
     let mut rest = observed.to_vec();
@@ -128,8 +127,7 @@ pub fn angles_apart(
             spectrum.iter_mut().zip(old.iter().zip(new)).for_each(|(x, (old, new))| *x -= new - old);
         }
     }
-    let variances: Vec<_> = observed.iter().map(|o| variance(without, &o.condition)).collect::<Result<_, _>>()?;
-    self::angles(without, &rest, &variances)
+    self::angles(without, &rest, &noise)
 }
 
 /// The same for many rigs side by side; nothing for a rig whose simulation diverges. `known` are the angles of the rig
@@ -140,14 +138,14 @@ pub fn angles_apart(
 pub fn angles_of_many(
     rigs: &[&Rig],
     observed: &[Observed],
-    variances: &[[Vec<f64>; 2]],
+    noise: &[Noise],
     known: &[[f64; 2]],
 ) -> Result<Vec<Option<Vec<[f64; 2]>>>, RigError> {
     let even: Vec<(Rig, f64)> = rigs.iter().map(|rig| at_even_speed(rig)).collect();
-    let runs: Vec<Run> = even.iter().flat_map(|(rig, _)| long_runs(rig, observed)).collect();
+    let runs: Vec<Run> = even.iter().flat_map(|(rig, _)| long_runs(rig, observed, noise)).collect();
     let long = simulate_all(&runs)?;
     let of = |((rig, rate_per_s), runs): (&(Rig, f64), &[Result<Recording, RigError>])| {
-        let found = observed.iter().zip(variances).zip(runs);
+        let found = observed.iter().zip(noise).zip(runs);
         let mut found: Option<Vec<_>> = found
             .map(|((o, v), run)| {
                 Some(of_long_run(&o.at_even_speed(*rate_per_s), v, run.as_ref().ok()?, cage_per_shaft(rig)))
@@ -168,23 +166,35 @@ fn at_even_speed(rig: &Rig) -> (Rig, f64) {
     (even, plan_of(rig).speed_rate_per_s)
 }
 
-fn long_runs<'r>(rig: &'r Rig, observed: &[Observed]) -> Vec<Run<'r>> {
-    let run = |o: &Observed| {
+fn long_runs<'r>(rig: &'r Rig, observed: &[Observed], noise: &[Noise]) -> Vec<Run<'r>> {
+    let run = |(o, noise): (&Observed, &Noise)| {
         let more = TURNS / o.condition.shaft_hz.max(1.0) * o.condition.sample_rate_hz;
         let samples = o.condition.samples + more.min(4.0 * o.condition.samples as f64).ceil() as usize;
-        let substeps = Some(fewest_substeps(rig, o.condition.sample_rate_hz));
+        let scatter = Some(noise.scatter);
+        let substeps = Some(fewest_substeps(rig, scatter, o.condition.sample_rate_hz));
         let settle_s = shortest_settling_s(rig);
-        let start = Start { substeps, settle_s, ..Start::silent(0.0, 0.0) };
+        let start = Start { substeps, settle_s, scatter, ..Start::silent(0.0, 0.0) };
         Run { rig, condition: OperatingCondition { samples, ..o.condition }, start }
     };
-    observed.iter().map(run).collect()
+    observed.iter().zip(noise).map(run).collect()
+}
+
+/// Runs of a rig from these angles, for each recording.
+pub fn silent<'r>(rig: &'r Rig, observed: &[Observed], noise: &[Noise], angles: &[[f64; 2]]) -> Vec<Silent<'r>> {
+    let run = |((o, noise), angles): ((&Observed, &Noise), &[f64; 2])| Silent {
+        rig,
+        condition: o.condition,
+        angles: *angles,
+        scatter: noise.scatter,
+    };
+    observed.iter().zip(noise).zip(angles).map(run).collect()
 }
 
 fn cage_per_shaft(rig: &Rig) -> f64 {
     rig.bearing().map_or(0.0, |machine| machine.bearing.geometry().orders().ftf) * plan_of(rig).cage_factor
 }
 
-fn of_long_run(o: &Observed, variance: &[Vec<f64>; 2], run: &Recording, cage_per_shaft: f64) -> [f64; 2] {
+fn of_long_run(o: &Observed, Noise { variance, .. }: &Noise, run: &Recording, cage_per_shaft: f64) -> [f64; 2] {
     let lag = best_lag(o, variance, &CHANNELS.map(|c| run.channel(c).map_or(&[][..], |c| &c.samples)));
     let shaft = TAU * o.condition.shaft_hz * lag as f64 / o.condition.sample_rate_hz;
     // The shaft's whole turns count: by them a ball's spin differs.

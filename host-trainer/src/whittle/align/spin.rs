@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::shift::correlation;
 use crate::rig::{EffectEntry, Rig, RigError};
-use crate::whittle::likelihood::{judged, means};
+use crate::whittle::likelihood::{Noise, Silent, judged, means};
 use crate::whittle::observed::{Coefficients, Observed};
 
 /// Half turns of a ball that are tried.
@@ -44,7 +44,7 @@ pub fn spun(
     rig: &Rig,
     plain: &Rig,
     observed: &[Observed],
-    variances: &[[Vec<f64>; 2]],
+    noise: &[Noise],
     known: &[[f64; 2]],
 ) -> Result<Vec<[f64; 2]>, RigError> {
     let Some(machine) = rig.bearing() else { return Ok(known.to_vec()) };
@@ -61,12 +61,13 @@ pub fn spun(
     };
     let rigs: Vec<Rig> = (0..SPINS).map(respun).collect();
     let mut out = Vec::new();
-    for ((o, variance), [cage, shaft]) in observed.iter().zip(variances).zip(known) {
+    for ((o, Noise { variance, scatter }), [cage, shaft]) in observed.iter().zip(noise).zip(known) {
         let choices: Vec<(usize, usize)> =
             (0..balls).flat_map(|ball| (0..SPINS).map(move |spin| (ball, spin))).collect();
         let at = |ball: usize| [cage + TAU * ball as f64 / balls as f64, *shaft];
-        let mut runs = vec![(plain, o.condition, [*cage, *shaft])];
-        runs.extend(choices.iter().map(|(ball, spin)| (&rigs[*spin], o.condition, at(*ball))));
+        let run = |rig, angles| Silent { rig, condition: o.condition, angles, scatter: *scatter };
+        let mut runs = vec![run(plain, [*cage, *shaft])];
+        runs.extend(choices.iter().map(|(ball, spin)| run(&rigs[*spin], at(*ball))));
         let mut means = means(&runs)?.into_iter();
         let Some(without) = means.next().transpose()? else { return Ok(known.to_vec()) };
         let with: Vec<_> = means.collect::<Result<_, _>>()?;
