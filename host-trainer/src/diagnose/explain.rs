@@ -30,6 +30,9 @@ const BEYOND: f64 = 3.0;
 /// and the share of a cause's gain that others must promise to be tried in its place.
 const EXCHANGES: usize = 2;
 const WORTH_AN_EXCHANGE: f64 = 0.5;
+/// Share of the excess that the first cause must take away for a second to be sought: of two that take all of it away
+/// together the greater takes half, or, where they overlap, somewhat less.
+const WORTH_A_SECOND: f64 = 0.2;
 const RIVALS_PROMISE: f64 = 0.3;
 
 /// The rig as it is, fitted, and what it leaves.
@@ -131,6 +134,9 @@ impl<'o> Ground<'o> {
         hypotheses: &[Hypothesis],
         progress: &dyn Fn(&str),
     ) -> Result<Option<Pair<'o>>, DiagnoseError> {
+        if self.excess.explained(left) < WORTH_A_SECOND {
+            return Ok(None);
+        }
         let cause = &first.cause;
         let least = least_of_a_second(cause, left);
         progress("looking for a second cause");

@@ -301,7 +301,7 @@ fn linear(b: &mut Builder, rig: &BearingRig) {
 }
 
 /// Rate of dry friction near standstill that is simulated, 1/s: no faster than a few steps a sample follow.
-const FASTEST_FRICTION_PER_S: f64 = 2e5;
+const FASTEST_FRICTION_PER_S: f64 = 1e5;
 /// And the slowest sliding, m/s, which is far below what a housing vibrates at.
 const SHARPEST_M_PER_S: f64 = 2e-6;
 

@@ -232,7 +232,7 @@ fn in_scatter(
 ) -> Result<Vec<Impulse>, RigError> {
     let rate = condition.sample_rate_hz;
     let mut found = vec![impulse(&bearing::at_rest(machine, condition.load_n))];
-    for round in 0..ROUNDS {
+    for (round, moments) in MOMENTS.into_iter().enumerate() {
         let visited = visited(rig, condition, Some(scatter(machine, condition, &found)))?;
         let few = few(&visited);
         let tangent_in = |scatter: Scatter| {
@@ -248,10 +248,10 @@ fn in_scatter(
         let damping = bearing::damping_along(machine, &forces, &visited, rate);
         let linear = Linear::new(machine, &tangent.undamped(), rate);
         let from = |n: usize| {
-            let (before, after) = damping.split_at(n * damping.len() / MOMENTS);
+            let (before, after) = damping.split_at(n * damping.len() / moments);
             linear.impulse(condition.samples, DECAYED_AT_MOMENTS, after.iter().chain(before))
         };
-        found = (0..MOMENTS).map(from).collect();
+        found = (0..moments).map(from).collect();
     }
     Ok(found)
 }
@@ -280,11 +280,10 @@ fn scatter(machine: &BearingRig, condition: &OperatingCondition, impulses: &[Imp
 /// A response ends where it has come down to this share of its greatest, one of many earlier.
 const DECAYED: f64 = 1e-9;
 const DECAYED_AT_MOMENTS: f64 = 1e-4;
-/// Rounds from scatter to slopes and back, those along one run by its mean slopes, where heavy friction halves the logarithm of
-/// what is wrong with the scatter each time, and moments of a run.
-const ROUNDS: usize = 2;
+/// Rounds from scatter to slopes and back along one run by its mean slopes, where heavy friction halves the logarithm of what
+/// is wrong with the scatter each time; then moments of a run, twice.
 const MEAN_ROUNDS: usize = 4;
-const MOMENTS: usize = 24;
+const MOMENTS: [usize; 2] = [8, 16];
 
 /// Steps for each sample that are enough where errors of 1e-5 m/s² do not matter, as beside any real noise: the linear
 /// modes are exact at any step, the contact follows at one step a sample, and only an effect can be too fast for that.

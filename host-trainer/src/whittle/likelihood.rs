@@ -12,6 +12,7 @@
 //! g_a = Σ −2 Re(E* ∂_a D)/S + (1 − |E|²/S) ∂_a ln S, and I_ab = Σ 2 Re(∂_a D* ∂_b D)/S + ∂_a ln S ∂_b ln S.
 
 use rayon::prelude::*;
+use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 use super::observed::{CHANNELS, Coefficients, Observed, coefficients, padded};
@@ -68,14 +69,10 @@ pub fn noise_in(rig: &Rig, condition: &OperatingCondition, known: Option<Scatter
     });
     let RandomPart { responses, scatter } = random_part(rig, condition, known)?;
     let force = 0.5 * psd * condition.sample_rate_hz;
-    let share = force / responses.len().max(1) as f64;
     let mut variance = [0, 1].map(|channel| -> Vec<f64> {
-        let mut sum = vec![noise.max(f64::MIN_POSITIVE); condition.samples / 2 + 1];
-        for response in &responses {
-            let h = padded(&response[channel], condition.samples, 1.0);
-            sum.iter_mut().zip(h).for_each(|(sum, h)| *sum += share * h.norm_sqr());
-        }
-        sum
+        let of_channel: Vec<&[f64]> = responses.iter().map(|r| r[channel].as_slice()).collect();
+        let power = mean_power(&of_channel, condition.samples);
+        power.iter().map(|power| (noise + force * power).max(f64::MIN_POSITIVE)).collect()
     });
     for path in &rig.paths {
         for (_, variance) in CHANNELS.iter().zip(&mut variance).filter(|(channel, _)| **channel == path.channel) {
@@ -83,6 +80,44 @@ pub fn noise_in(rig: &Rig, condition: &OperatingCondition, known: Option<Scatter
         }
     }
     Ok(Noise { variance, scatter })
+}
+
+/// Mean of the squared magnitudes of the Fourier coefficients of short signals, as if each were followed by zeros up to a
+/// length: through their mean autocorrelation, as long transforms of each are most of the work.
+fn mean_power(signals: &[&[f64]], length: usize) -> Vec<f64> {
+    let [signal] = signals else {
+        let longest = signals.iter().map(|s| s.len()).max().unwrap_or_default();
+        let short = (2 * longest).next_power_of_two();
+        if short > length {
+            return mean(signals.iter().map(|s| squares(s, length)));
+        }
+        let mut power: Vec<Complex<f64>> =
+            mean(signals.iter().map(|s| squares(s, short))).into_iter().map(Complex::from).collect();
+        let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(short);
+        let mut lags = inverse.make_output_vec();
+        inverse.process(&mut power, &mut lags).unwrap_or_default();
+        let mut apart = vec![0.0; length];
+        apart[..short / 2].copy_from_slice(&lags[..short / 2]);
+        (1..short / 2).for_each(|lag| apart[length - lag] = lags[short - lag]);
+        return padded(&apart, length, 1.0 / short as f64).iter().map(|power| power.re).collect();
+    };
+    squares(signal, length)
+}
+
+fn squares(signal: &[f64], length: usize) -> Vec<f64> {
+    padded(signal, length, 1.0).iter().map(|h| h.norm_sqr()).collect()
+}
+
+fn mean(many: impl ExactSizeIterator<Item = Vec<f64>>) -> Vec<f64> {
+    let share = 1.0 / many.len().max(1) as f64;
+    many.reduce(|mut sum, one| {
+        sum.iter_mut().zip(one).for_each(|(sum, one)| *sum += one);
+        sum
+    })
+    .unwrap_or_default()
+    .into_iter()
+    .map(|sum| share * sum)
+    .collect()
 }
 
 /// D of many runs: silent simulations.
