@@ -229,7 +229,8 @@ fn races(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
     b.add("misalignment", "", &["force_n", "phase_rad"], QUARTERS.map(of).to_vec());
     let clearance = rig.bearing.radial_clearance_m;
     let of = |more: f64| entry("excess-clearance", &[("radial_clearance_m", clearance + more * sizes.contact)]);
-    let starts = ladder(0.03, 4.0, 20).into_iter().map(of).collect();
+    // Waveforms differ from one twentieth of it to the next.
+    let starts = ladder(0.03, 4.0, 100).into_iter().map(of).collect();
     b.add_from(clearance, "excess-clearance", "", &["radial_clearance_m"], starts);
     let exponent = rig.bearing.contact_exponent;
     let of = |by: f64| entry("contact-exponent", &[("exponent", exponent + by)]);
