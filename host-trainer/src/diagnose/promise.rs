@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::hypothesis::Start;
-use crate::rig::simulate::heeds_scatter;
+use crate::rig::random_part::heeds_scatter;
 use crate::rig::{Rig, RigError};
 use crate::whittle::align;
 use crate::whittle::likelihood::{Expected, Noise, Silent, judged, means, noise, noise_in};

@@ -89,6 +89,14 @@ fn samples_that_are_missing_are_counted() {
     assert!((number(&outcome, "time_s") - 0.17).abs() < 3.0 / 25_600.0, "{}", number(&outcome, "time_s"));
 }
 
+/// Where the search starts says what slips: a hundredth less and the waveforms are no longer alike.
+#[test]
+fn a_cage_that_slips_is_told_by_how_much() {
+    let outcome = of(&nominal().with_effect(EffectEntry::new("cage-slip", &[("fraction", 0.021)])), 8);
+    assert_eq!(outcome.diagnosis.causes[0].name, "cage-slip", "{:?}", outcome.diagnosis);
+    assert!((number(&outcome, "fraction") / 0.021 - 1.0).abs() < 0.02, "{}", number(&outcome, "fraction"));
+}
+
 /// Signals that swell and fade at a rate of their own: nothing in the vocabulary does that.
 #[test]
 fn what_nothing_explains_is_said_to_be_unexplained() {

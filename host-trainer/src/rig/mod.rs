@@ -51,6 +51,7 @@ pub mod kinematics;
 pub(crate) mod noise;
 pub mod path;
 pub mod plan;
+pub mod random_part;
 pub mod sdof;
 pub mod simulate;
 #[cfg(test)]

@@ -1,17 +1,16 @@
 //! From a rig and an operating condition to a recording.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex};
 
 use rayon::prelude::*;
 
 use super::{
-    bearing::{self, Impulse, Linear, Prepared, Signals, Tangent, Turning, Visited},
+    bearing::{self, Prepared, Signals, Turning},
     config::{BearingRig, Model, Rig, Support},
     effect::Values,
     error::RigError,
     noise,
-    plan::{Acquisition, DOFS, Plan, Scatter, Signal, Stage},
+    plan::{Acquisition, Plan, Scatter, Signal, Stage},
 };
 use crate::recording::{Channel, Recording, Source};
 
@@ -168,123 +167,6 @@ pub fn simulate_all(runs: &[Run]) -> Result<Vec<Result<Recording, RigError>>, Ri
     Ok(results.into_iter().map(|(_, result)| result).collect())
 }
 
-/// What the process force does to a rig.
-pub struct RandomPart {
-    /// Responses of `ax` and `ay` to 1 N during one sample, m/s², at moments that stand for all: their powers' mean counts.
-    pub responses: Vec<[Vec<f64>; 2]>,
-    /// What all of the force adds to the state.
-    pub scatter: Scatter,
-}
-
-/// What the process force becomes in the random part of `ax` and `ay`, as [`bearing::response`](super::bearing) linearises
-/// the rig, through the linear part of the output chain. The response ends where it has died away, after
-/// `condition.samples` at most. Where the scatter is `known` of a rig that is nearly the same, force laws that are others in
-/// noise count by the mean of their slopes in that: a tenth of the work, and enough for what is like in both rigs.
-///
-/// # Errors
-///
-/// As [`simulate`].
-pub fn random_part(rig: &Rig, condition: &OperatingCondition, known: Option<Scatter>) -> Result<RandomPart, RigError> {
-    rig.check()?;
-    let plan = plan_of(rig);
-    let machine = &bearing_of(&plan.machine)?;
-    let impulse = |tangent: &Tangent| {
-        Linear::new(machine, tangent, condition.sample_rate_hz).impulse(condition.samples, DECAYED, &[])
-    };
-    let mut impulses = if plan.forces.is_empty() {
-        vec![impulse(&bearing::at_rest(machine, condition.load_n))]
-    } else if let (true, Some(scatter)) = (plan.heeds_scatter, known) {
-        let plan = plan_in(rig, Some(scatter));
-        vec![impulse(&bearing::along(machine, &plan.forces, &few(&visited(rig, condition, known)?)))]
-    } else if plan.heeds_scatter {
-        in_scatter(rig, machine, condition, impulse)?
-    } else {
-        vec![impulse(&bearing::along(machine, &plan.forces, &visited(rig, condition, None)?))]
-    };
-    let scatter = scatter(machine, condition, &impulses);
-    let chain: Vec<_> = in_order(plan).into_iter().filter(|(stage, _)| *stage <= Stage::Transducer).collect();
-    let sensed = |(channel, mut signal, path_force): (&str, Vec<f64>, Vec<f64>)| {
-        let at = Acquisition { channel, sample_rate_hz: condition.sample_rate_hz, preroll: 0, path_force: &path_force };
-        // What the chain adds to nothing at all is no response.
-        let rest = vec![0.0; signal.len()];
-        let mut offset = rest.clone();
-        for (_, alter) in &chain {
-            alter(&at, &mut signal);
-            alter(&Acquisition { path_force: &rest, ..at }, &mut offset);
-        }
-        signal.iter_mut().zip(offset).for_each(|(value, offset)| *value -= offset);
-        signal
-    };
-    let responses = impulses.iter_mut().map(|impulse| {
-        let [ax, ay, fx, fy] = std::mem::take(&mut impulse.signals);
-        [("ax", ax, fx), ("ay", ay, fy)].map(sensed)
-    });
-    Ok(RandomPart { responses: responses.collect(), scatter })
-}
-
-/// Impulses at moments of a rig whose force laws are other laws in noise. Their slopes follow from the scatter, and that from
-/// the slopes.
-fn in_scatter(
-    rig: &Rig,
-    machine: &BearingRig,
-    condition: &OperatingCondition,
-    impulse: impl Fn(&Tangent) -> Impulse,
-) -> Result<Vec<Impulse>, RigError> {
-    let rate = condition.sample_rate_hz;
-    let mut found = vec![impulse(&bearing::at_rest(machine, condition.load_n))];
-    for (round, moments) in MOMENTS.into_iter().enumerate() {
-        let visited = visited(rig, condition, Some(scatter(machine, condition, &found)))?;
-        let few = few(&visited);
-        let tangent_in = |scatter: Scatter| {
-            let plan = plan_in(rig, Some(scatter));
-            (bearing::along(machine, &plan.forces, &few), plan.forces)
-        };
-        if round == 0 {
-            for _ in 0..MEAN_ROUNDS {
-                found = vec![impulse(&tangent_in(scatter(machine, condition, &found)).0)];
-            }
-        }
-        let (tangent, forces) = tangent_in(scatter(machine, condition, &found));
-        let damping = bearing::damping_along(machine, &forces, &visited, rate);
-        let linear = Linear::new(machine, &tangent.undamped(), rate);
-        let from = |n: usize| {
-            let (before, after) = damping.split_at(n * damping.len() / moments);
-            linear.impulse(condition.samples, DECAYED_AT_MOMENTS, after.iter().chain(before))
-        };
-        found = (0..moments).map(from).collect();
-    }
-    Ok(found)
-}
-
-/// Some hundred of visited states.
-fn few(visited: &[Visited]) -> Vec<Visited> {
-    visited.iter().step_by((visited.len() / LINEARISED_AT).max(1)).copied().collect()
-}
-
-/// Whether a force law of the rig is another where noise scatters the state.
-pub fn heeds_scatter(rig: &Rig) -> bool {
-    plan_of(rig).heeds_scatter
-}
-
-/// What all of the process force scatters the velocities by, at the mean over moments.
-fn scatter(machine: &BearingRig, condition: &OperatingCondition, impulses: &[Impulse]) -> Scatter {
-    let power = 0.5 * machine.excitation.process_force_psd_n2_per_hz * condition.sample_rate_hz;
-    let mut mean = [[0.0; DOFS]; DOFS];
-    for impulse in impulses {
-        let pairs = mean.iter_mut().flatten().zip(impulse.velocities.iter().flatten());
-        pairs.for_each(|(sum, one)| *sum += power * one / impulses.len() as f64);
-    }
-    Scatter(mean)
-}
-
-/// A response ends where it has come down to this share of its greatest, one of many earlier.
-const DECAYED: f64 = 1e-9;
-const DECAYED_AT_MOMENTS: f64 = 1e-4;
-/// Rounds from scatter to slopes and back along one run by its mean slopes, where heavy friction halves the logarithm of what
-/// is wrong with the scatter each time; then moments of a run, twice.
-const MEAN_ROUNDS: usize = 4;
-const MOMENTS: [usize; 2] = [8, 16];
-
 /// Steps for each sample that are enough where errors of 1e-5 m/s² do not matter, as beside any real noise: the linear
 /// modes are exact at any step, the contact follows at one step a sample, and only an effect can be too fast for that.
 pub fn fewest_substeps(rig: &Rig, scatter: Option<Scatter>, sample_rate_hz: f64) -> usize {
@@ -311,48 +193,9 @@ const MOST_SUBSTEPS: f64 = 8.0;
 /// Rate of an effect times step that an explicit method of order four follows, inside its stability limit of 2.7.
 const FASTEST_PER_STEP: f64 = 1.2;
 
-/// States of a short run, where the rig is linearised: some hundred of one with its noise; where what that scatters is given,
-/// every sample's of one without.
-fn visited(rig: &Rig, condition: &OperatingCondition, scatter: Option<Scatter>) -> Result<Vec<Visited>, RigError> {
-    let samples = condition.samples.min((LINEARISED_OVER_S * condition.sample_rate_hz) as usize).max(1);
-    let substeps = Some(fewest_substeps(rig, scatter, condition.sample_rate_hz));
-    let seeded = Start::seeded(LINEARISED_WITH);
-    let settle_s = LINEARISED_AFTER_S.min(shortest_settling_s(rig));
-    let start = Start { substeps, scatter, noise: scatter.is_none(), settle_s, ..seeded };
-    let run = Run { rig, condition: OperatingCondition { samples, ..*condition }, start };
-    let mut plan = plan_in(rig, scatter);
-    let kept: Arc<Mutex<Vec<Visited>>> = Arc::default();
-    let keep = Arc::clone(&kept);
-    let count = if scatter.is_some() { samples } else { LINEARISED_AT };
-    let interval_s = samples as f64 / condition.sample_rate_hz / count as f64;
-    let next = Mutex::new(0.0);
-    plan.force(move |at, q, v, _| {
-        if let (Ok(mut next), Ok(mut keep)) = (next.lock(), keep.lock())
-            && at.time_s >= *next
-        {
-            *next += interval_s;
-            keep.push((*at, *q, *v));
-        }
-    });
-    let machine = bearing_of(&plan.machine)?;
-    let prepared = Prepared::new(&machine, &mut plan, &run.condition, &run.start);
-    bearing::integrate(&[prepared]);
-    let visited = kept.lock().map(|mut kept| std::mem::take(&mut *kept)).unwrap_or_default();
-    match visited.iter().find(|(_, q, v)| q.iter().chain(v).any(|x| !x.is_finite())) {
-        Some((at, ..)) => Err(RigError::Diverged { time_s: at.time_s }),
-        None => Ok(visited),
-    }
-}
-
 /// A transmission path starts this long before the recording: until an impulse is down to this share.
 const SETTLED: f64 = 1e-3;
 const LONGEST_SETTLING_S: f64 = 0.2;
-
-/// The rig is linearised over this long, after this long, at so many states, with the noise of this seed.
-const LINEARISED_OVER_S: f64 = 0.15;
-const LINEARISED_AFTER_S: f64 = 0.2;
-const LINEARISED_AT: usize = 300;
-const LINEARISED_WITH: u64 = 1;
 
 /// What a run's signals pass through.
 struct Chain {
@@ -434,7 +277,7 @@ pub(crate) fn plan_of(rig: &Rig) -> Plan {
 }
 
 /// The same where noise that is left out scatters the state.
-fn plan_in(rig: &Rig, scatter: Option<Scatter>) -> Plan {
+pub(super) fn plan_in(rig: &Rig, scatter: Option<Scatter>) -> Plan {
     let mut plan = Plan { scatter, ..Plan::new(rig.model.clone()) };
     for entry in &rig.effects {
         if let Some(values) = Values::new(entry, rig.model.kind()) {

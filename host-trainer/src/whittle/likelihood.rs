@@ -3,7 +3,8 @@
 //! A recording is the rig's answer to its turning, which angles and parameters fix to the last sample, and a random part:
 //! process force through the structure, and sensor noise. In the frequency domain (P. Whittle, "Estimation and
 //! information in stationary time series", Arkiv för Matematik 2 (1953) 423–434) both are judged at once: with X the
-//! recording's Fourier coefficients, D those of the silent rig and S the variance of the random part,
+//! recording's Fourier coefficients, D those of the silent rig, as it is on average in the noise that it leaves out, and S the
+//! variance of the random part,
 //!
 //! −ln L = Σ_k ln S_k + |X_k − D_k|²/S_k
 //!
@@ -17,7 +18,8 @@ use realfft::num_complex::Complex;
 
 use super::observed::{CHANNELS, Coefficients, Observed, coefficients, padded};
 use crate::rig::plan::Scatter;
-use crate::rig::simulate::{RandomPart, fewest_substeps, random_part, shortest_settling_s, simulate_all};
+use crate::rig::random_part::{RandomPart, random_part};
+use crate::rig::simulate::{fewest_substeps, shortest_settling_s, simulate_all};
 use crate::rig::{OperatingCondition, Rig, RigError, Run, Start};
 
 /// What a rig says of one recording.
@@ -83,25 +85,23 @@ pub fn noise_in(rig: &Rig, condition: &OperatingCondition, known: Option<Scatter
 }
 
 /// Mean of the squared magnitudes of the Fourier coefficients of short signals, as if each were followed by zeros up to a
-/// length: through their mean autocorrelation, as long transforms of each are most of the work.
-fn mean_power(signals: &[&[f64]], length: usize) -> Vec<f64> {
-    let [signal] = signals else {
-        let longest = signals.iter().map(|s| s.len()).max().unwrap_or_default();
-        let short = (2 * longest).next_power_of_two();
-        if short > length {
-            return mean(signals.iter().map(|s| squares(s, length)));
-        }
-        let mut power: Vec<Complex<f64>> =
-            mean(signals.iter().map(|s| squares(s, short))).into_iter().map(Complex::from).collect();
-        let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(short);
-        let mut lags = inverse.make_output_vec();
-        inverse.process(&mut power, &mut lags).unwrap_or_default();
-        let mut apart = vec![0.0; length];
-        apart[..short / 2].copy_from_slice(&lags[..short / 2]);
-        (1..short / 2).for_each(|lag| apart[length - lag] = lags[short - lag]);
-        return padded(&apart, length, 1.0 / short as f64).iter().map(|power| power.re).collect();
-    };
-    squares(signal, length)
+/// length. Of many, through their mean autocorrelation: long transforms of each would be most of the work.
+pub(super) fn mean_power(signals: &[&[f64]], length: usize) -> Vec<f64> {
+    let longest = signals.iter().map(|s| s.len()).max().unwrap_or_default();
+    let short = (2 * longest).next_power_of_two();
+    if signals.len() == 1 || short > length {
+        return mean(signals.iter().map(|s| squares(s, length)));
+    }
+    let mut power: Vec<Complex<f64>> =
+        mean(signals.iter().map(|s| squares(s, short))).into_iter().map(Complex::from).collect();
+    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(short);
+    let mut lags = inverse.make_output_vec();
+    // Both buffers are made to the transform's measure.
+    inverse.process(&mut power, &mut lags).unwrap_or_default();
+    let mut apart = vec![0.0; length];
+    apart[..short / 2].copy_from_slice(&lags[..short / 2]);
+    (1..short / 2).for_each(|lag| apart[length - lag] = lags[short - lag]);
+    padded(&apart, length, 1.0 / short as f64).iter().map(|power| power.re).collect()
 }
 
 fn squares(signal: &[f64], length: usize) -> Vec<f64> {

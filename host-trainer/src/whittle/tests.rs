@@ -3,7 +3,7 @@ use std::f64::consts::TAU;
 use realfft::num_complex::Complex;
 
 use super::coordinate::Coordinate;
-use super::likelihood::{Silent, judged, means, noise};
+use super::likelihood::{Silent, judged, mean_power, means, noise};
 use super::observed::Observed;
 use super::problem::{Point, Problem};
 use super::search::search_from_rig;
@@ -153,4 +153,20 @@ fn invariant_friction_in_noise_is_as_many_runs_show() {
             assert!((0.93..1.07).contains(&power), "{force} N: {power} of the power");
         }
     }
+}
+
+/// Signals of other lengths, to a length that is no power of two.
+#[test]
+fn invariant_the_mean_power_is_that_of_long_transforms() {
+    let signals = [[0.3, -1.0, 0.5, 0.25].as_slice(), &[1.0, 0.7, -0.2]];
+    let found = mean_power(&signals, 50);
+    for (k, found) in found.iter().enumerate() {
+        let of = |s: &&[f64]| -> f64 {
+            let term = |(i, v): (usize, &f64)| Complex::from_polar(*v, -TAU * (k * i) as f64 / 50.0);
+            s.iter().enumerate().map(term).sum::<Complex<f64>>().norm_sqr()
+        };
+        let right = signals.iter().map(of).sum::<f64>() / 2.0;
+        assert!((found - right).abs() < 1e-12, "{k}: {found}, {right}");
+    }
+    assert_eq!(found.len(), 26);
 }

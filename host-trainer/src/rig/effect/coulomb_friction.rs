@@ -7,8 +7,8 @@
 //! far below what is measured if v₀ is far below the speeds of the motion. The step is chosen by F/(m v₀).
 //!
 //! Noise that shakes the mass rounds the step by much more ("dither"): the mean of sign(v + η) over η of a standard
-//! deviation σ is erf(v/(√2 σ)) (J. B. Roberts, P. D. Spanos, "Random Vibration and Statistical Linearization", 1990,
-//! section 5.3).
+//! deviation σ is erf(v/(√2 σ)) (statistical linearisation: J. B. Roberts, P. D. Spanos, "Random
+//! Vibration and Statistical Linearization", 1990).
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_PI};
 
@@ -50,7 +50,7 @@ pub(super) const EFFECT: Definition = Definition {
     },
 };
 
-/// tanh x to 1e-16 of 1, three times as fast as to 1e-16 of itself, which the force near standstill does not need.
+/// tanh x to 1e-16 of 1; to 1e-16 of itself, which the force near standstill does not need, takes longer.
 fn tanh(x: f64) -> f64 {
     let size = 1.0 - 2.0 / ((2.0 * x.abs()).exp() + 1.0);
     size.copysign(x)

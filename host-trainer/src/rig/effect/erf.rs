@@ -1,7 +1,7 @@
 //! The error function, of which force laws in noise are made.
 
-/// erf x to 1.5e-7 (M. Abramowitz, I. A. Stegun, "Handbook of Mathematical Functions", 1964, equation 7.1.26): some five times
-/// as fast as to the last digit, in the innermost loop of a simulation.
+/// erf x to 1.5e-7 (M. Abramowitz, I. A. Stegun, "Handbook of Mathematical Functions", 1964, equation 7.1.26): one exponential,
+/// as it is in the innermost loop of a simulation, and a force law is not known to more digits.
 pub fn erf(x: f64) -> f64 {
     let t = 1.0 / (1.0 + 0.327_591_1 * x.abs());
     let terms = [1.061_405_429, -1.453_152_027, 1.421_413_741, -0.284_496_736, 0.254_829_592];
