@@ -187,9 +187,10 @@ impl<'o> Contest<'o> {
             if these.is_empty() {
                 continue;
             }
-            let misfit = self.null(part)?.1.expansion.misfit();
+            let bare = self.null(part)?;
+            let misfit = bare.1.expansion.misfit();
             let soft = Self { rig: hypothesis::softened(&self.rig), ..self.clone() };
-            let (problem, found) = soft.null(part)?;
+            let (problem, found) = if soft.rig == self.rig { bare } else { soft.null(part)? };
             let expected = problem.expected(&found.point)?;
             let rig = problem.rig_at(&found.point.coordinates)?;
             let backdrop = Backdrop::of(&rig, observed, found.point.angles.clone(), expected)?;

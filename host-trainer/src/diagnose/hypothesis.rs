@@ -5,7 +5,8 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-use crate::rig::config::BearingRig;
+use crate::rig::config::{BearingRig, Model};
+use crate::rig::effect::component::Component;
 use crate::rig::{EffectEntry, Rig};
 
 /// A place to start from.
@@ -82,7 +83,7 @@ pub struct Pointers {
     /// Times at which the residual changes or has its greatest burst, s.
     pub times_s: Vec<f64>,
     /// Where samples may be missing.
-    pub drop: Option<Drop>,
+    pub gap: Option<Gap>,
     /// Fractions by which the cage may be slow.
     pub slips: Vec<f64>,
     /// Rates at which the speed may drift, 1/s.
@@ -91,7 +92,7 @@ pub struct Pointers {
 
 /// Samples that may be missing in all recordings.
 #[derive(Clone, Debug)]
-pub struct Drop {
+pub struct Gap {
     /// When, s.
     pub time_s: f64,
     /// How many.
@@ -303,11 +304,10 @@ fn linear(b: &mut Builder, rig: &BearingRig) {
 
 /// Rate of dry friction near standstill that is simulated, 1/s: no faster than a few steps a sample follow.
 const FASTEST_FRICTION_PER_S: f64 = 1e5;
-/// And the slowest sliding, m/s, which is far below what a housing vibrates at.
-const SHARPEST_M_PER_S: f64 = 2e-6;
-
-/// And at a first look, where one step a sample must do.
+/// The same at a first look, where one step a sample must do.
 const FAST_FRICTION_PER_S: f64 = 3e4;
+/// Speed at which dry friction is rounded at least, m/s: far below what a housing vibrates at.
+const SHARPEST_M_PER_S: f64 = 2e-6;
 
 /// Dry friction whose step at rest is as sharp as can be simulated with the force that it has; any other effect as it is.
 pub fn sharpened(rig: &BearingRig, effect: EffectEntry) -> EffectEntry {
@@ -327,11 +327,8 @@ fn rounded(rig: &BearingRig, effect: EffectEntry, fastest_per_s: f64) -> EffectE
     if effect.name != "coulomb-friction" {
         return effect;
     }
-    let mass_kg = match effect.text("component") {
-        Some("outer") => rig.outer.mass_kg,
-        Some("inner") => rig.inner.mass_kg,
-        _ => rig.resonator.mass_kg,
-    };
+    let component = effect.text("component").and_then(Component::parse).unwrap_or(Component::Outer);
+    let mass_kg = component.of(&Model::Bearing(rig.clone())).mass;
     let slowest = effect.number("force_n").unwrap_or_default() / (mass_kg * fastest_per_s);
     effect.with_number("regularisation_m_per_s", slowest.max(SHARPEST_M_PER_S))
 }
@@ -374,13 +371,13 @@ fn in_time(b: &mut Builder, sizes: &Sizes, pointers: &Pointers) {
     let of = |(time, share): (f64, f64)| entry("load-step", &[("time_s", time), ("change_n", share * sizes.load)]);
     let times = pointers.times_s.iter().flat_map(|t| [-0.3, -0.1, 0.1, 0.3].map(|share| (*t, share)));
     b.add("load-step", "", &["time_s", "change_n"], times.map(of).collect());
-    let drop = |Drop { time_s, count, leads }: &Drop| Start {
+    let gap = |Gap { time_s, count, leads }: &Gap| Start {
         effect: entry("dropped-samples", &[("time_s", *time_s), ("count", *count)]),
         free: &[],
         nothing: 0.0,
         leads: Some(leads.clone()),
     };
-    b.add_starts("dropped-samples", String::new(), pointers.drop.iter().map(drop).collect());
+    b.add_starts("dropped-samples", String::new(), pointers.gap.iter().map(gap).collect());
     let of = |(time, impulse): (f64, f64)| {
         entry("shock", &[("time_s", time), ("impulse_n_s", impulse), ("duration_s", 2e-4)])
     };

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
-use super::hypothesis::{Drop, Pointers};
+use super::hypothesis::{Gap, Pointers};
 use super::residual::{Whitened, whitened};
 use crate::rig::{OperatingCondition, Rig};
 use crate::whittle::likelihood::{Expected, judged};
@@ -31,7 +31,7 @@ pub fn of(rig: &Rig, observed: &[Observed], expected: &[Expected]) -> Pointers {
     Pointers {
         resonances_hz: resonances(&residuals),
         times_s: times(&residuals),
-        drop: drop(observed, expected),
+        gap: gap(observed, expected),
         slips: best(&slips(), |slip| score(&passing, |shaft_hz, t| orders.bpfo * shaft_hz * (1.0 - slip) * t)),
         drifts_per_s: best(&drifts(), |rate| {
             score(&passing, |shaft_hz, t| orders.bpfo * shaft_hz * (t + 0.5 * rate * t * t))
@@ -107,20 +107,20 @@ fn score(recordings: &[Slow], turns: impl Fn(f64, f64) -> f64) -> f64 {
 /// When samples may be missing in all recordings, s, and how many: what is expected fits up to that time, and fits again
 /// after it once it is moved by as much. A row of balls looks like the next, so that a ball pass more or less is as good; the
 /// fewest are taken.
-fn drop(observed: &[Observed], expected: &[Expected]) -> Option<Drop> {
+fn gap(observed: &[Observed], expected: &[Expected]) -> Option<Gap> {
     let shortest = observed.iter().map(|o| o.condition.samples).min()?;
     let blocks = shortest / STEP;
     let sums: Vec<Vec<Vec<f64>>> = observed.iter().zip(expected).map(|(o, e)| running_misfits(o, e, blocks)).collect();
     let lags = 2 * MISSING + 1;
     // Least misfit without anything missing.
     let whole: f64 = sums.iter().map(|of| of.iter().map(|s| s[blocks]).fold(f64::INFINITY, f64::min)).sum();
-    let with = |missing: usize, block: usize| -> f64 {
-        let parts = |of: &Vec<Vec<f64>>| {
-            let both = |lag: usize| of[lag][block] + of[lag + missing][blocks] - of[lag + missing][block];
-            (0..lags - missing).map(both).fold(f64::INFINITY, f64::min)
-        };
-        sums.iter().map(parts).sum()
+    // The lag of a recording before the gap, and the misfit with it.
+    let parted = |of: &Vec<Vec<f64>>, missing: usize, block: usize| -> (f64, usize) {
+        let both = |lag: usize| (of[lag][block] + of[lag + missing][blocks] - of[lag + missing][block], lag);
+        let found = (0..lags - missing).map(both).min_by(|a, b| a.0.total_cmp(&b.0));
+        found.unwrap_or((f64::INFINITY, MISSING))
     };
+    let with = |missing, block| -> f64 { sums.iter().map(|of| parted(of, missing, block).0).sum() };
     let best = (1..=MISSING).into_par_iter().map(|missing| {
         let at = (4..blocks.saturating_sub(4)).map(|block| (with(missing, block), block));
         let (misfit, block) = at.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 0));
@@ -128,13 +128,9 @@ fn drop(observed: &[Observed], expected: &[Expected]) -> Option<Drop> {
     });
     let found = best.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(misfit, ..)| whole - misfit > MISSED);
     let (_, missing, block) = found?;
-    let lag = |of: &Vec<Vec<f64>>| {
-        let both = |lag: &usize| of[*lag][block] + of[lag + missing][blocks] - of[lag + missing][block];
-        (0..lags - missing).min_by(|a, b| both(a).total_cmp(&both(b))).unwrap_or(MISSING)
-    };
-    let lags: Vec<usize> = sums.iter().map(lag).collect();
+    let lags: Vec<usize> = sums.iter().map(|of| parted(of, missing, block).1).collect();
     let sample = first_missing(observed, expected, &lags, missing, block);
-    Some(Drop {
+    Some(Gap {
         time_s: sample as f64 / observed[0].condition.sample_rate_hz,
         count: missing as f64,
         leads: lags.iter().map(|lag| *lag as i64 - MISSING as i64).collect(),

@@ -54,8 +54,8 @@ impl<'o> Backdrop<'o> {
         Ok(Self { observed, angles, expected, by_mean_slopes })
     }
 
-    /// Random parts of a rig that differs by one effect; by their ratio in mean slopes, where those of this rig are not
-    /// enough.
+    /// Random parts of a rig that differs by one effect. Where mean slopes are not enough for this rig, they are enough for
+    /// the ratio of the two.
     fn noise_of(&self, rig: &Rig) -> Option<Vec<Noise>> {
         let Some(before) = &self.by_mean_slopes else {
             return self.observed.iter().map(|o| noise(rig, &o.condition).ok()).collect();
@@ -160,12 +160,13 @@ pub fn evaluate(backdrop: &Backdrop, rig: &Rig, tries: &[Try], strength: Strengt
             .map(|((((t, rig), angles), own), means)| {
                 let noise = own.as_ref()?;
                 let means: Vec<&[Coefficients; 2]> = means.iter().map(|m| m.as_ref().ok()).collect::<Option<_>>()?;
-                let as_it_is = promise(backdrop, t, &Runs { angles, means: &means, base: None, noise }, strength);
+                let runs = Runs { angles, means: &means, base: None, noise };
+                let as_it_is = promise(backdrop, t, &runs, strength);
                 // What happens at a time of its own stays there.
                 if t.start.is_timed() || !matches!(t.angles, Angles::Bare | Angles::Near(_)) {
                     return as_it_is;
                 }
-                let moved = moved(backdrop, t, rig, &Runs { angles, means: &means, base: None, noise }, strength);
+                let moved = moved(backdrop, t, rig, &runs, strength);
                 as_it_is.into_iter().chain(moved).max_by(|a, b| a.gain.total_cmp(&b.gain))
             })
             .collect();

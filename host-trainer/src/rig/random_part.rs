@@ -24,6 +24,14 @@ const LINEARISED_AFTER_S: f64 = 0.2;
 const LINEARISED_AT: usize = 300;
 const LINEARISED_WITH: u64 = 1;
 
+/// A response ends where it has come down to this share of its greatest, one of many earlier.
+const DECAYED: f64 = 1e-9;
+const DECAYED_AT_MOMENTS: f64 = 1e-4;
+/// Rounds from scatter to slopes and back along one run by its mean slopes, where heavy friction halves the logarithm of what
+/// is wrong with the scatter each time; then moments of a run, twice.
+const MEAN_ROUNDS: usize = 4;
+const MOMENTS: [usize; 2] = [8, 16];
+
 /// What the process force does to a rig.
 pub struct RandomPart {
     /// Responses of `ax` and `ay` to 1 N during one sample, m/s², at moments that stand for all: their powers' mean counts.
@@ -39,7 +47,7 @@ pub struct RandomPart {
 ///
 /// # Errors
 ///
-/// As [`simulate`].
+/// As [`simulate`](super::simulate()).
 pub fn random_part(rig: &Rig, condition: &OperatingCondition, known: Option<Scatter>) -> Result<RandomPart, RigError> {
     rig.check()?;
     let plan = plan_of(rig);
@@ -122,7 +130,7 @@ pub fn heeds_scatter(rig: &Rig) -> bool {
     plan_of(rig).heeds_scatter
 }
 
-/// What all of the process force scatters the velocities by, at the mean over moments.
+/// What all of the process force scatters the velocities by, the mean over moments.
 fn scatter(machine: &BearingRig, condition: &OperatingCondition, impulses: &[Impulse]) -> Scatter {
     let power = 0.5 * machine.excitation.process_force_psd_n2_per_hz * condition.sample_rate_hz;
     let mut mean = [[0.0; DOFS]; DOFS];
@@ -132,14 +140,6 @@ fn scatter(machine: &BearingRig, condition: &OperatingCondition, impulses: &[Imp
     }
     Scatter(mean)
 }
-
-/// A response ends where it has come down to this share of its greatest, one of many earlier.
-const DECAYED: f64 = 1e-9;
-const DECAYED_AT_MOMENTS: f64 = 1e-4;
-/// Rounds from scatter to slopes and back along one run by its mean slopes, where heavy friction halves the logarithm of what
-/// is wrong with the scatter each time; then moments of a run, twice.
-const MEAN_ROUNDS: usize = 4;
-const MOMENTS: [usize; 2] = [8, 16];
 
 /// States of a short run, where the rig is linearised: some hundred of one with its noise; where what that scatters is given,
 /// every sample's of one without.

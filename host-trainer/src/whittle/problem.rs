@@ -180,7 +180,7 @@ impl<'o> Problem<'o> {
             .collect::<Result<_, _>>()?;
         // Of each recording: as it is, with each coordinate that moves D moved, with each angle moved.
         let mean_of: Vec<usize> = (0..moved.len()).filter(|a| self.coordinates[*a].moves_mean).collect();
-        // And of each coordinate that moves S, the noise.
+        // The noise of each recording: as it is, and with each coordinate that moves S moved.
         let of_recording = |o: &Observed| -> Result<_, RigError> {
             let of = |(a, rig): (usize, &Rig)| {
                 self.coordinates[a].moves_variance.then(|| noise(rig, &o.condition)).transpose()

@@ -3,8 +3,9 @@
 //! Statistical linearisation (J. B. Roberts, P. D. Spanos, "Random Vibration and Statistical Linearization", 1990,
 //! chapter 5): each force counts by the mean of its slopes, so that the random part of the motion is that of a
 //! time-invariant system, and its spectrum known. Of the contact alone that is the mean over one pitch of the cage at the
-//! mean displacement ([`at_rest`]); with forces of effects it is the mean over states that a run with its noise has visited
-//! ([`along`]), for dry friction has its slope where the noise takes it.
+//! mean displacement ([`at_rest`]); with forces of effects it is the mean over states that a run has visited ([`along`]).
+//! Where damping comes and goes along the run, its mean is no measure, and the system is one that varies with time
+//! ([`damping_along`]).
 
 use std::f64::consts::TAU;
 
@@ -33,7 +34,7 @@ pub(in crate::rig) struct Tangent {
 /// A state of a run: when, positions and velocities.
 pub(in crate::rig) type Visited = (Moment, [f64; DOFS], [f64; DOFS]);
 
-/// Share of a coordinate's scatter over which its slope is taken, and of a silent run's, whose force laws are smooth.
+/// Share of a coordinate's standard deviation over which its slope is taken, and in a silent run, whose force laws are smooth.
 const SPAN: f64 = 0.3;
 const FINE_SPAN: f64 = 1e-3;
 
@@ -144,20 +145,12 @@ pub(in crate::rig) fn damping_along(
     sample_rate_hz: f64,
 ) -> Vec<Damping> {
     let mass = masses(rig);
-    let spans = scatter(visited, |s| &s.2);
-    let of = |(at, q, v): &Visited| {
+    let spans = deviations(visited, |s| &s.2);
+    let of = |state: &Visited| {
         let mut slopes = [[0.0; DOFS]; DOFS];
         for k in 0..DOFS {
-            let step = FINE_SPAN * spans[k];
-            if step > 0.0 {
-                let moved = |by: f64| {
-                    let mut v = *v;
-                    v[k] += by;
-                    total(forces, at, q, &v)
-                };
-                let (up, down) = (moved(step), moved(-step));
-                (0..DOFS).for_each(|i| slopes[i][k] = (down[i] - up[i]) / (2.0 * step));
-            }
+            let of_k = slope(forces, state, FINE_SPAN * spans[k], |_, v| &mut v[k]);
+            slopes.iter_mut().zip(of_k).for_each(|(row, slope)| row[k] = slope);
         }
         // An implicit step, which stays stable where a sample is long.
         let implicit = std::array::from_fn(|i| {
@@ -190,14 +183,28 @@ fn inverse(mut a: [[f64; DOFS]; DOFS]) -> [[f64; DOFS]; DOFS] {
     a
 }
 
-fn total(forces: &[Force], at: &Moment, q: &[f64; DOFS], v: &[f64; DOFS]) -> [f64; DOFS] {
-    let mut sum = [0.0; DOFS];
-    forces.iter().for_each(|force| force(at, q, v, &mut sum));
-    sum
+/// −∂F/∂x of all forces together, by a difference of twice `step` in the coordinate or velocity x; 0 where that is 0.
+fn slope(
+    forces: &[Force],
+    (at, q, v): &Visited,
+    step: f64,
+    x: impl for<'a> Fn(&'a mut [f64; DOFS], &'a mut [f64; DOFS]) -> &'a mut f64,
+) -> [f64; DOFS] {
+    if step <= 0.0 {
+        return [0.0; DOFS];
+    }
+    let moved = |by: f64| {
+        let (mut q, mut v, mut sum) = (*q, *v, [0.0; DOFS]);
+        *x(&mut q, &mut v) += by;
+        forces.iter().for_each(|force| force(at, &q, &v, &mut sum));
+        sum
+    };
+    let (up, down) = (moved(step), moved(-step));
+    std::array::from_fn(|i| (down[i] - up[i]) / (2.0 * step))
 }
 
 /// Standard deviation of each coordinate over visited states.
-fn scatter(visited: &[Visited], of: fn(&Visited) -> &[f64; DOFS]) -> [f64; DOFS] {
+fn deviations(visited: &[Visited], of: fn(&Visited) -> &[f64; DOFS]) -> [f64; DOFS] {
     let count = visited.len().max(1) as f64;
     std::array::from_fn(|k| {
         let mean = visited.iter().map(|s| of(s)[k]).sum::<f64>() / count;
@@ -265,29 +272,14 @@ pub(in crate::rig) fn along(rig: &BearingRig, forces: &[Force], visited: &[Visit
         }
     }
     let mut tangent = Tangent::of_contact(contact);
-    let (of_q, of_v) = (scatter(visited, |s| &s.1), scatter(visited, |s| &s.2));
-    for (at, q, v) in visited {
+    let (of_q, of_v) = (deviations(visited, |s| &s.1), deviations(visited, |s| &s.2));
+    for state in visited {
         for k in 0..DOFS {
-            for (slopes, span, moves_q) in
-                [(&mut tangent.stiffness, of_q[k], true), (&mut tangent.damping, of_v[k], false)]
-            {
-                let step = SPAN * span;
-                if step <= 0.0 {
-                    continue;
-                }
-                let moved = |by: f64| {
-                    let (mut q, mut v) = (*q, *v);
-                    if moves_q {
-                        q[k] += by
-                    } else {
-                        v[k] += by
-                    }
-                    total(forces, at, &q, &v)
-                };
-                let (up, down) = (moved(step), moved(-step));
-                for i in 0..DOFS {
-                    slopes[i][k] -= (up[i] - down[i]) / (2.0 * step * count);
-                }
+            let by_q = slope(forces, state, SPAN * of_q[k], |q, _| &mut q[k]);
+            let by_v = slope(forces, state, SPAN * of_v[k], |_, v| &mut v[k]);
+            for i in 0..DOFS {
+                tangent.stiffness[i][k] += by_q[i] / count;
+                tangent.damping[i][k] += by_v[i] / count;
             }
         }
     }

@@ -201,7 +201,7 @@ impl Part {
 
     /// Adds a force law f(v) to each of its motions, whose slope changes so fast with v that it is another where noise scatters
     /// the velocity: `mean`, at a standard deviation, is the mean of f over a normal distribution about v, and `steepest` its
-    /// greatest slope, N s/m.
+    /// greatest slope, N s/m, or 0 where that is no faster than the rig.
     pub fn speed_law<M: Fn(f64) -> f64 + Send + Sync + 'static>(
         self,
         plan: &mut Plan,

@@ -24,7 +24,6 @@ pub(super) const EFFECT: Definition = Definition {
                 plan,
                 move |v| -drag * v * v.abs(),
                 |scatter| move |v| -drag * mean_square(v, scatter),
-                // It grows with the motion and is nowhere near the fastest rate of the rig.
                 |_| 0.0,
             );
         }
