@@ -311,26 +311,37 @@ const SHARPEST_M_PER_S: f64 = 2e-6;
 
 /// Dry friction whose step at rest is as sharp as can be simulated with the force that it has; any other effect as it is.
 pub fn sharpened(rig: &BearingRig, effect: EffectEntry) -> EffectEntry {
-    rounded(rig, effect, FASTEST_FRICTION_PER_S)
+    match rounded_at(rig, &effect, FASTEST_FRICTION_PER_S) {
+        Some(speed) => effect.with_number(ROUNDED, speed),
+        None => effect,
+    }
 }
 
 /// A rig whose dry friction is no sharper than a first look needs.
 pub fn softened(rig: &Rig) -> Rig {
     let mut soft = rig.clone();
-    if let Some(machine) = rig.bearing() {
-        soft.effects = soft.effects.into_iter().map(|e| rounded(machine, e, FAST_FRICTION_PER_S)).collect();
+    let Some(machine) = rig.bearing() else { return soft };
+    for effect in &mut soft.effects {
+        let needed = rounded_at(machine, effect, FAST_FRICTION_PER_S);
+        if let Some(speed) = needed.filter(|speed| effect.number(ROUNDED).is_none_or(|own| *speed > own)) {
+            *effect = effect.clone().with_number(ROUNDED, speed);
+        }
     }
     soft
 }
 
-fn rounded(rig: &BearingRig, effect: EffectEntry, fastest_per_s: f64) -> EffectEntry {
+/// The parameter of dry friction that rounds its step.
+const ROUNDED: &str = "regularisation_m_per_s";
+
+/// The speed at which dry friction changes at that rate at rest; nothing of another effect.
+fn rounded_at(rig: &BearingRig, effect: &EffectEntry, rate_per_s: f64) -> Option<f64> {
     if effect.name != "coulomb-friction" {
-        return effect;
+        return None;
     }
     let component = effect.text("component").and_then(Component::parse).unwrap_or(Component::Outer);
     let mass_kg = component.of(&Model::Bearing(rig.clone())).mass;
-    let slowest = effect.number("force_n").unwrap_or_default() / (mass_kg * fastest_per_s);
-    effect.with_number("regularisation_m_per_s", slowest.max(SHARPEST_M_PER_S))
+    let speed = effect.number("force_n").unwrap_or_default() / (mass_kg * rate_per_s);
+    Some(speed.max(SHARPEST_M_PER_S))
 }
 
 fn dissipation(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
@@ -417,5 +428,25 @@ fn sensors(b: &mut Builder, pointers: &Pointers) {
             &["value"],
             [0.5, 0.8, 1.25, 2.0].map(|v| of("sensor-gain", v)).to_vec(),
         );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rig::test_support::nominal;
+
+    fn friction(force_n: f64, speed: f64) -> EffectEntry {
+        EffectEntry::new("coulomb-friction", &[("force_n", force_n), (ROUNDED, speed)]).with_text("component", "outer")
+    }
+
+    #[test]
+    fn friction_of_the_rigs_own_is_made_softer_and_never_sharper() {
+        let soft = |own: f64| {
+            let rig = softened(&nominal().with_effect(friction(3.0, own)));
+            rig.effects[0].number(ROUNDED).unwrap()
+        };
+        assert!(soft(2e-6) > 2e-6);
+        assert_eq!(soft(1e-3), 1e-3);
     }
 }
