@@ -9,6 +9,7 @@ use super::residual::EDGE;
 use crate::rig::{Rig, RigError};
 use crate::whittle::align;
 use crate::whittle::likelihood::means;
+use crate::whittle::tachometer::Reading;
 
 /// A pit's width, place and depth, scanned finely: a ball takes a time over the pit that is a few periods of the fastest mode, so
 /// that widths half a period apart look alike and a search would stop at the wrong one; likewise the pulses, which hold
@@ -131,6 +132,31 @@ fn matched(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Result<Vec<f64>
     let inner = EDGE..shortest.saturating_sub(EDGE);
     let greatest = |sign: f64| inner.clone().max_by(|a, b| (sign * sum[*a]).total_cmp(&(sign * sum[*b])));
     Ok([1.0, -1.0].into_iter().filter_map(greatest).map(|i| i as f64 / rate).collect())
+}
+
+/// What is fixed to the shaft, which was found with the shaft anywhere, with the shaft where tachometers have it: at the angle
+/// that suits best of those that the recordings ask for.
+///
+/// # Errors
+/// What the simulation refuses before it runs.
+pub fn marked(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Result<Promise, RigError> {
+    let with = rig.clone().with_effect(promise.start.effect.clone());
+    let readings: Vec<_> = backdrop.observed.iter().map(|o| align::reading(&with, o)).collect();
+    let each = || readings.iter().zip(&promise.angles);
+    // The balls meet it at the same times where the cage turns with it.
+    let met = |by: f64, reading: &Option<Reading>, [cage, shaft]: [f64; 2]| match reading {
+        Some(reading) => [cage + by - reading.off(shaft), reading.next_to(shaft)],
+        None => [cage, shaft - by],
+    };
+    let to = |by: f64| Try {
+        hypothesis: promise.hypothesis,
+        start: promise.start.turned_on_the_shaft(by),
+        angles: Angles::Given(each().map(|(reading, angles)| met(by, reading, *angles)).collect()),
+    };
+    let asked = each().filter_map(|(reading, [_, shaft])| Some(reading.as_ref()?.off(*shaft)));
+    let tries: Vec<Try> = asked.map(to).collect();
+    let found = evaluate(backdrop, rig, &tries, Strength::Scaled)?.into_iter().next();
+    Ok(found.unwrap_or_else(|| promise.clone()))
 }
 
 /// The same pulses with a race's pit elsewhere: a ball meets it at the same times where the cage turns with a pit of the

@@ -33,6 +33,16 @@ impl Start {
         self.effect.parameters.contains_key("time_s")
     }
 
+    /// The same further round on the shaft.
+    #[must_use]
+    pub fn turned_on_the_shaft(&self, by_rad: f64) -> Self {
+        match self.effect.name.as_str() {
+            "inner-race-defect" => self.with("angle_rad", self.number("angle_rad") + by_rad),
+            "inner-race-waviness" => self.with("phase_rad", self.number("phase_rad") - self.number("lobes") * by_rad),
+            _ => self.clone(),
+        }
+    }
+
     /// Whether it is a pit.
     pub fn is_pit(&self) -> bool {
         self.effect.name.ends_with("-defect")

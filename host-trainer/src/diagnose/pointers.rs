@@ -18,6 +18,8 @@ const BAND_HZ: f64 = 120.0;
 const HARMONICS: usize = 4;
 /// Samples that times are looked for at.
 const STEP: usize = 64;
+/// Drift below which rounding may be all that a tachometer shows, 1/s.
+const SLOWEST_DRIFT_PER_S: f64 = 1e-6;
 /// Missing samples that are looked for, at most, and the gain in ln L from which they are.
 const MISSING: usize = 400;
 const MISSED: f64 = 30.0;
@@ -33,10 +35,17 @@ pub fn of(rig: &Rig, observed: &[Observed], expected: &[Expected]) -> Pointers {
         times_s: times(&residuals),
         gap: gap(observed, expected),
         slips: best(&slips(), |slip| score(&passing, |shaft_hz, t| orders.bpfo * shaft_hz * (1.0 - slip) * t)),
-        drifts_per_s: best(&drifts(), |rate| {
-            score(&passing, |shaft_hz, t| orders.bpfo * shaft_hz * (t + 0.5 * rate * t * t))
+        drifts_per_s: by_tachometers(observed).unwrap_or_else(|| {
+            best(&drifts(), |rate| score(&passing, |shaft_hz, t| orders.bpfo * shaft_hz * (t + 0.5 * rate * t * t)))
         }),
     }
+}
+
+/// The rate at which the speed drifts, where every recording has a tachometer.
+fn by_tachometers(observed: &[Observed]) -> Option<Vec<f64>> {
+    let rates: Vec<f64> = observed.iter().map(|o| Some(o.tachometer?.gains_per_s)).collect::<Option<_>>()?;
+    let mean = rates.iter().sum::<f64>() / rates.len() as f64;
+    Some(vec![mean].into_iter().filter(|rate| rate.abs() > SLOWEST_DRIFT_PER_S).collect())
 }
 
 fn slips() -> Vec<f64> {

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::hypothesis::Start;
 use crate::rig::random_part::heeds_scatter;
 use crate::rig::{Rig, RigError};
-use crate::whittle::align;
+use crate::whittle::align::{self, is_on_shaft};
 use crate::whittle::likelihood::{Expected, Noise, Silent, judged, means, noise, noise_in};
 use crate::whittle::observed::{Coefficients, Observed};
 
@@ -162,8 +162,10 @@ pub fn evaluate(backdrop: &Backdrop, rig: &Rig, tries: &[Try], strength: Strengt
                 let means: Vec<&[Coefficients; 2]> = means.iter().map(|m| m.as_ref().ok()).collect::<Option<_>>()?;
                 let runs = Runs { angles, means: &means, base: None, noise };
                 let as_it_is = promise(backdrop, t, &runs, strength);
-                // What happens at a time of its own stays there.
-                if t.start.is_timed() || !matches!(t.angles, Angles::Bare | Angles::Near(_)) {
+                // What happens at a time of its own stays there, and what is on a shaft whose angle is known.
+                let held = t.start.is_timed()
+                    || is_on_shaft(&t.start.effect) && backdrop.observed.iter().any(|o| o.tachometer.is_some());
+                if held || !matches!(t.angles, Angles::Bare | Angles::Near(_)) {
                     return as_it_is;
                 }
                 let moved = moved(backdrop, t, rig, &runs, strength);

@@ -197,7 +197,12 @@ pub fn replicate(
     seed: u64,
 ) -> Result<Vec<Observed>, DiagnoseError> {
     let made = simulate_many(&runs(rig, observed, angles, seed))?;
-    made.iter().zip(observed).map(|(m, o)| Ok(Observed { name: o.name.clone(), ..Observed::of(m)? })).collect()
+    let each = made.iter().zip(observed);
+    each.map(|(m, o)| {
+        let made = Observed::of(m)?;
+        Ok(Observed { name: o.name.clone(), tachometer: made.tachometer.filter(|_| o.tachometer.is_some()), ..made })
+    })
+    .collect()
 }
 
 #[cfg(test)]

@@ -1,12 +1,17 @@
 //! A first look at every hypothesis: many short runs side by side, and what each promises.
 
-use super::closer::{scanned, timed};
+use std::f64::consts::TAU;
+
+use super::closer::{marked, scanned, timed};
 use super::hypothesis::{Hypothesis, Start};
 use super::promise::{Angles, Backdrop, Promise, Strength, Try, evaluate};
 use crate::rig::{Rig, RigError};
+use crate::whittle::align::is_on_shaft;
 
 /// Share of the greatest promise below which another is not looked at more closely.
 const HOPELESS: f64 = 0.04;
+/// Places of a wave of the inner race that are tried, evenly over its length.
+const AROUND: u32 = 4;
 /// Starts of a hypothesis, and shares of their scaled strength, that are tried for what they hold.
 const HELD: usize = 3;
 const SHARES: [f64; 3] = [1.0, 0.4, 0.15];
@@ -16,16 +21,10 @@ const SHARES: [f64; 3] = [1.0, 0.4, 0.15];
 /// # Errors
 /// What the simulation refuses before it runs.
 pub fn screen(backdrop: &Backdrop, rig: &Rig, hypotheses: &[(usize, &Hypothesis)]) -> Result<Vec<Promise>, RigError> {
-    let of = |n: usize, h: &Hypothesis, start: &Start| Try {
-        hypothesis: n,
-        start: start.clone(),
-        angles: match &start.leads {
-            Some(leads) => Angles::Moved(leads.clone()),
-            None if h.has_angles_of_its_own() => Angles::Aligned,
-            None => Angles::Bare,
-        },
+    let of = |(n, h): &(usize, &Hypothesis)| -> Vec<Try> {
+        h.starts.iter().flat_map(|start| tries_from(backdrop, *n, h, start)).collect()
     };
-    let tries: Vec<Try> = hypotheses.iter().flat_map(|(n, h)| h.starts.iter().map(move |s| of(*n, h, s))).collect();
+    let tries: Vec<Try> = hypotheses.iter().flat_map(of).collect();
     let promises = evaluate(backdrop, rig, &tries, Strength::Scaled)?;
     let mut best: Vec<Promise> = Vec::new();
     for promise in &promises {
@@ -43,9 +42,29 @@ pub fn screen(backdrop: &Backdrop, rig: &Rig, hypotheses: &[(usize, &Hypothesis)
         } else if promise.start.is_timed() {
             *promise = timed(backdrop, rig, promise, HOPELESS * most)?;
         }
+        if is_on_shaft(&promise.start.effect) {
+            *promise = marked(backdrop, rig, promise)?;
+        }
     }
     hold(backdrop, rig, &promises, &mut best)?;
     Ok(best)
+}
+
+/// What is tried of a start: the angles that suit it, and of a wavy inner race, where tachometers tell the shaft's angle, those of
+/// the rig without it with the lobes all around the shaft.
+fn tries_from(backdrop: &Backdrop, hypothesis: usize, of: &Hypothesis, start: &Start) -> Vec<Try> {
+    let angles = match &start.leads {
+        Some(leads) => Angles::Moved(leads.clone()),
+        None if of.has_angles_of_its_own() => Angles::Aligned,
+        None => Angles::Bare,
+    };
+    let mut tries = vec![Try { hypothesis, start: start.clone(), angles }];
+    let lobes = start.number("lobes");
+    if is_on_shaft(&start.effect) && lobes > 0.0 && backdrop.observed.iter().all(|o| o.tachometer.is_some()) {
+        let turned = |k: u32| start.turned_on_the_shaft(f64::from(k) * TAU / f64::from(AROUND) / lobes);
+        tries.extend((0..AROUND).map(|k| Try { hypothesis, start: turned(k), angles: Angles::Bare }));
+    }
+    tries
 }
 
 /// What promises hold: a strength that was found as if all were linear is tried as it is, and weaker.

@@ -4,8 +4,14 @@ use crate::recording::{LoadOptions, Recording, Unit, load, reference_data};
 use crate::rig::test_support::{condition, nominal};
 use crate::rig::{EffectEntry, Rig, Run, Start, simulate_many};
 
-/// Three recordings of half a second at other speeds and loads, one of them held out.
+/// Three recordings of half a second at other speeds and loads, one of them held out; without tachometer.
 fn recordings(rig: &Rig, seed: u64) -> Vec<Recording> {
+    let mut recordings = recordings_with_tachometer(rig, seed);
+    recordings.iter_mut().for_each(|r| r.channels.retain(|c| c.name != "tacho"));
+    recordings
+}
+
+fn recordings_with_tachometer(rig: &Rig, seed: u64) -> Vec<Recording> {
     let run = |i: usize| Run {
         rig,
         condition: condition(31.0 + 2.5 * i as f64, 380.0 + 130.0 * i as f64, 12_800),
@@ -79,6 +85,20 @@ fn what_is_seen_in_the_samples_needs_no_search() {
     assert_eq!(names, ["sensor-bias", "mains-interference"], "{:?}", outcome.diagnosis);
 }
 
+/// Where nothing else tells the shaft's angle: a balanced shaft.
+#[test]
+fn a_tachometer_tells_where_on_the_shaft_a_wave_is() {
+    let mut rig = nominal();
+    rig.set("excitation.unbalance_kg_m", 0.0).unwrap();
+    let wavy = [("amplitude_m", 1.2e-7), ("lobes", 5.0), ("phase_rad", -0.35)];
+    let made = recordings_with_tachometer(&rig.clone().with_effect(EffectEntry::new("inner-race-waviness", &wavy)), 9);
+    let outcome = diagnosed(&rig, None, &made, 9);
+    assert_eq!(outcome.diagnosis.causes[0].name, "inner-race-waviness", "{:?}", outcome.diagnosis);
+    assert_eq!(number(&outcome, "lobes"), 5.0);
+    let found = outcome.rig.effects[0].number("phase_rad").unwrap();
+    assert!((found + 0.35).sin().abs() < 0.1 && (found + 0.35).cos() > 0.0, "{found}");
+}
+
 /// The angles that suit the rig without the gap are those after it, or before it, whichever is longer.
 #[test]
 fn samples_that_are_missing_are_counted() {
@@ -103,7 +123,7 @@ fn what_nothing_explains_is_said_to_be_unexplained() {
     let mut made = recordings(&nominal(), 6);
     for recording in &mut made {
         let rate = recording.sample_rate_hz;
-        for channel in recording.channels.iter_mut().filter(|c| c.name != "tacho") {
+        for channel in &mut recording.channels {
             // Amplitude modulated at 13.7 Hz, whatever the shaft does.
             for (i, v) in channel.samples.iter_mut().enumerate() {
                 *v *= 1.0 + 0.8 * (std::f64::consts::TAU * 13.7 * i as f64 / rate).sin();

@@ -3,6 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`observed`] | a recording in the frequency domain |
+//! | [`tachometer`] | what its tachometer says of the shaft's angle |
 //! | [`likelihood`] | what a rig says of it: D, fixed by the angles at its start, and S, the variance of its random part |
 //! | [`align`] | those angles |
 //! | [`coordinate`] | what is sought, as a search sees it |
@@ -15,5 +16,6 @@ pub mod likelihood;
 pub mod observed;
 pub mod problem;
 pub mod search;
+pub mod tachometer;
 #[cfg(test)]
 mod tests;

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
+use super::tachometer::Reading;
 use crate::recording::{Channel, Recording};
 use crate::rig::OperatingCondition;
 use crate::signal::interpolate::{Interpolator, held};
@@ -27,6 +28,8 @@ pub struct Observed {
     pub samples: [Option<Vec<f64>>; 2],
     /// `ax` and `ay`, where they were recorded.
     pub spectra: [Option<Coefficients>; 2],
+    /// The shaft's angle at the first sample, where a tachometer tells it.
+    pub tachometer: Option<Reading>,
 }
 
 /// Why a recording cannot be explained by a bearing rig.
@@ -86,7 +89,8 @@ impl Observed {
             OperatingCondition { shaft_hz, load_n, sample_rate_hz: recording.sample_rate_hz, samples: recording.len() };
         let spectra = channels.map(|channel| channel.map(|c| coefficients(&c.samples)));
         let samples = channels.map(|channel| channel.map(|c| c.samples.clone()));
-        Ok(Self { name: recording.name(), condition, samples, spectra })
+        let tachometer = Reading::of(recording, shaft_hz);
+        Ok(Self { name: recording.name(), condition, samples, spectra, tachometer })
     }
 }
 
@@ -107,7 +111,13 @@ impl Observed {
             channel.as_ref().map(|s| (0..s.len()).map(|i| interpolator.at(place(i), held(s))).collect::<Vec<_>>())
         });
         let spectra = samples.each_ref().map(|channel| channel.as_ref().map(|s| coefficients(s)));
-        Cow::Owned(Self { name: self.name.clone(), condition: self.condition, samples, spectra })
+        Cow::Owned(Self {
+            name: self.name.clone(),
+            condition: self.condition,
+            tachometer: self.tachometer,
+            samples,
+            spectra,
+        })
     }
 }
 

@@ -10,6 +10,7 @@ use super::align;
 use super::coordinate::{ANGLE_STEP, Coordinate};
 use super::likelihood::{Expected, Noise, Silent, judged, means, misfit, noise};
 use super::observed::{Coefficients, Observed};
+use super::tachometer::Reading;
 use crate::rig::{Rig, RigError};
 
 /// What is to be explained, by what.
@@ -162,7 +163,15 @@ impl<'o> Problem<'o> {
     /// As [`Problem::expected`].
     pub fn misfits(&self, point: &Point) -> Result<Vec<f64>, RigError> {
         let expected = self.expected(point)?;
-        Ok(self.observed.iter().zip(&expected).map(|(o, e)| misfit(o, e, self.band)).collect())
+        let each = self.observed.iter().zip(&expected).zip(&point.angles);
+        Ok(each
+            .map(|((o, e), [_, shaft])| misfit(o, e, self.band) + self.of_tachometer(o, |t| t.misfit(*shaft)))
+            .collect())
+    }
+
+    /// What a recording's tachometer adds.
+    fn of_tachometer(&self, o: &Observed, adds: impl Fn(Reading) -> f64) -> f64 {
+        align::reading(&self.rig, o).map_or(0.0, adds)
     }
 
     /// Likelihood, gradient and information, by difference quotients of D and ln S.
@@ -242,7 +251,11 @@ impl<'o> Problem<'o> {
         };
         for (index, local) in pieces {
             let global = |a: usize| if a < count { a } else { count + 2 * index + a - count };
-            out.misfits[index] = local.misfit;
+            let (o, shaft) = (&self.observed[index], point.angles[index][1]);
+            out.misfits[index] = local.misfit + self.of_tachometer(o, |t| t.misfit(shaft));
+            let place = global(count + 1);
+            out.gradient[place] += self.of_tachometer(o, |t| t.gradient(shaft));
+            out.information[(place, place)] += self.of_tachometer(o, Reading::information);
             for a in 0..count + 2 {
                 out.gradient[global(a)] += local.gradient[a];
                 for b in 0..count + 2 {

@@ -16,13 +16,19 @@ use realfft::num_complex::Complex;
 
 use crate::recording::Recording;
 use crate::rig::simulate::{fewest_substeps, plan_of, shortest_settling_s, simulate_all};
-use crate::rig::{OperatingCondition, Rig, RigError, Run, Start, simulate_many};
+use crate::rig::{EffectEntry, OperatingCondition, Rig, RigError, Run, Start, simulate_many};
 use crate::whittle::likelihood::{Expected, Noise, Silent, means, misfit, noise};
 use crate::whittle::observed::{CHANNELS, Coefficients, Observed};
+use crate::whittle::tachometer::Reading;
 
 pub use shift::{correlation, lag, moved_angles, moved_mean};
 use spin::{respin, spins, spun};
 
+/// How far from where a tachometer has the shaft a search may find it, rad: in each of some twenty turns the balls pass by
+/// a tenth of a pitch meanwhile, so that together they are everywhere.
+const NEAR_THE_MARK_RAD: f64 = 0.15;
+/// Places of the cage that are tried, evenly over a pitch of its balls.
+const PLACES: usize = 48;
 /// Time that a run is searched over, in turns of the shaft: some hundred positions of the balls, each at another angle
 /// of the shaft.
 const TURNS: f64 = 24.0;
@@ -37,8 +43,14 @@ pub fn angles(rig: &Rig, observed: &[Observed], noise: &[Noise]) -> Result<Vec<[
     let cage_per_shaft = cage_per_shaft(rig);
     let long = simulate_many(&long_runs(&even, observed, noise))?;
     let each = observed.iter().zip(noise).zip(&long);
-    let mut found: Vec<_> =
-        each.map(|((o, v), run)| of_long_run(&o.at_even_speed(rate_per_s), v, run, cage_per_shaft)).collect();
+    let of = |((o, v), run): ((&Observed, &Noise), &Recording)| {
+        of_long_run(&o.at_even_speed(rate_per_s), v, run, cage_per_shaft, reading(rig, o))
+    };
+    let long: Vec<_> = each.map(of).collect();
+    let mut found = marked(rig, observed, &long);
+    if rig.effects.iter().any(is_on_shaft) && observed.iter().any(|o| reading(rig, o).is_some()) {
+        found = best_of(rig, observed, noise, &around_a_pitch(rig, &found))?;
+    }
     if rig.effects.iter().any(spins) {
         let mut plain = rig.clone();
         plain.effects.retain(|e| !spins(e));
@@ -48,6 +60,32 @@ pub fn angles(rig: &Rig, observed: &[Observed], noise: &[Noise]) -> Result<Vec<[
         found = best_of(rig, observed, noise, &[found, apart])?;
     }
     latched(rig, observed, noise, found)
+}
+
+/// Angles with the shaft where tachometers have it.
+fn marked(rig: &Rig, observed: &[Observed], angles: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let at = |o, shaft| reading(rig, o).map_or(shaft, |reading| reading.next_to(shaft));
+    observed.iter().zip(angles).map(|(o, [cage, shaft])| [*cage, at(o, *shaft)]).collect()
+}
+
+/// Angles with the cage all over a pitch: what is on a shaft that stands still as they move tells balls and races apart.
+fn around_a_pitch(rig: &Rig, angles: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
+    let pitch = TAU / rig.bearing().map_or(1.0, |machine| machine.bearing.balls as f64);
+    let turned = |k: usize| {
+        let by = pitch * k as f64 / PLACES as f64;
+        angles.iter().map(|[cage, shaft]| [cage + by, *shaft]).collect()
+    };
+    (0..PLACES).map(turned).collect()
+}
+
+/// What the tachometer of a recording says of the shaft's angle of a rig; nothing where a ball's spin goes with that angle.
+pub fn reading(rig: &Rig, o: &Observed) -> Option<Reading> {
+    o.tachometer.filter(|_| !rig.effects.iter().any(spins))
+}
+
+/// Whether an effect is fixed to the shaft at an angle of its own.
+pub fn is_on_shaft(effect: &EffectEntry) -> bool {
+    ["inner-race-defect", "inner-race-waviness"].contains(&effect.name.as_str())
 }
 
 /// Angles of a rig with a wavy inner race, the shaft where it suits best by whole waves: what moves by one looks alike but
@@ -83,7 +121,8 @@ pub fn best_of(
         let n = n % observed.len();
         let judged = mean.map(|mean| {
             let expected = Expected { mean, noise: noise[n].clone() };
-            (misfit(&observed[n], &expected, 1.0), *angles)
+            let tachometer = reading(rig, &observed[n]).map_or(0.0, |reading| reading.misfit(angles[1]));
+            (misfit(&observed[n], &expected, 1.0) + tachometer, *angles)
         });
         best[n] = Some(match best[n].take() {
             Some(other) => better(other, judged),
@@ -131,7 +170,8 @@ pub fn angles_apart(
 }
 
 /// The same for many rigs side by side; nothing for a rig whose simulation diverges. `known` are the angles of the rig
-/// that they all are variations of.
+/// that they all are variations of. What the last effect of a rig has on the shaft is at an angle that is not known yet, so
+/// that the shaft is sought whatever a tachometer says.
 ///
 /// # Errors
 /// What the simulation refuses before it runs.
@@ -145,16 +185,15 @@ pub fn angles_of_many(
     let runs: Vec<Run> = even.iter().flat_map(|(rig, _)| long_runs(rig, observed, noise)).collect();
     let long = simulate_all(&runs)?;
     let of = |((rig, rate_per_s), runs): (&(Rig, f64), &[Result<Recording, RigError>])| {
-        let found = observed.iter().zip(noise).zip(runs);
-        let mut found: Option<Vec<_>> = found
-            .map(|((o, v), run)| {
-                Some(of_long_run(&o.at_even_speed(*rate_per_s), v, run.as_ref().ok()?, cage_per_shaft(rig)))
-            })
-            .collect();
-        if let Some(found) = &mut found {
-            respin(rig, found, known);
-        }
-        found
+        let anywhere = rig.effects.last().is_some_and(is_on_shaft);
+        let of = |((o, v), run): ((&Observed, &Noise), &Result<Recording, RigError>)| {
+            let reading = reading(rig, o).filter(|_| !anywhere);
+            Some(of_long_run(&o.at_even_speed(*rate_per_s), v, run.as_ref().ok()?, cage_per_shaft(rig), reading))
+        };
+        let long: Vec<_> = observed.iter().zip(noise).zip(runs).map(of).collect::<Option<_>>()?;
+        let mut found = if anywhere { long } else { marked(rig, observed, &long) };
+        respin(rig, &mut found, known);
+        Some(found)
     };
     Ok(even.par_iter().zip(long.par_chunks(observed.len().max(1))).map(of).collect())
 }
@@ -194,15 +233,28 @@ fn cage_per_shaft(rig: &Rig) -> f64 {
     rig.bearing().map_or(0.0, |machine| machine.bearing.geometry().orders().ftf) * plan_of(rig).cage_factor
 }
 
-fn of_long_run(o: &Observed, Noise { variance, .. }: &Noise, run: &Recording, cage_per_shaft: f64) -> [f64; 2] {
-    let lag = best_lag(o, variance, &CHANNELS.map(|c| run.channel(c).map_or(&[][..], |c| &c.samples)));
-    let shaft = TAU * o.condition.shaft_hz * lag as f64 / o.condition.sample_rate_hz;
+fn of_long_run(
+    o: &Observed,
+    Noise { variance, .. }: &Noise,
+    run: &Recording,
+    cage_per_shaft: f64,
+    reading: Option<Reading>,
+) -> [f64; 2] {
+    let channels = CHANNELS.map(|c| run.channel(c).map_or(&[][..], |c| &c.samples));
+    let shaft = |lag: usize| TAU * o.condition.shaft_hz * lag as f64 / o.condition.sample_rate_hz;
+    let near = |lag: usize| reading.is_none_or(|reading| reading.off(shaft(lag)).abs() < NEAR_THE_MARK_RAD);
+    let shaft = shaft(best_lag(o, variance, &channels, near));
     // The shaft's whole turns count: by them a ball's spin differs.
     [(cage_per_shaft * shaft).rem_euclid(TAU), shaft]
 }
 
-/// The lag at which the misfit Σ|X − D|²/S is least.
-fn best_lag(observed: &Observed, variance: &[Vec<f64>; 2], long: &[&[f64]; 2]) -> usize {
+/// The lag, of those that are wanted, at which the misfit Σ|X − D|²/S is least.
+fn best_lag(
+    observed: &Observed,
+    variance: &[Vec<f64>; 2],
+    long: &[&[f64]; 2],
+    wanted: impl Fn(usize) -> bool,
+) -> usize {
     let samples = observed.condition.samples;
     let total = long[0].len();
     let lags = total - samples + 1;
@@ -228,7 +280,8 @@ fn best_lag(observed: &Observed, variance: &[Vec<f64>; 2], long: &[&[f64]; 2]) -
         inverse.process(&mut product, &mut correlation).unwrap_or_default();
         score.iter_mut().zip(&correlation).for_each(|(s, c)| *s += c);
     }
-    score.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(lag, _)| lag)
+    let wanted = score.iter().enumerate().filter(|(lag, _)| wanted(*lag));
+    wanted.max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(lag, _)| lag)
 }
 
 /// The ends of a real signal's spectrum are real; rounding says otherwise, and the transform refuses.

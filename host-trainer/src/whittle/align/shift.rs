@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
-use super::cage_per_shaft;
+use super::{cage_per_shaft, reading};
 use crate::rig::Rig;
 use crate::whittle::likelihood::judged;
 use crate::whittle::observed::{Coefficients, Observed};
@@ -50,10 +50,11 @@ pub fn lag(rig: &Rig, o: &Observed, variance: &[Vec<f64>; 2], mean: &[Coefficien
     if at(lag) - at(0) < MOVES { 0 } else { lag }
 }
 
-/// Angles moved by a lag.
+/// Angles moved by a lag; of those the shaft's stays where a tachometer has it.
 pub fn moved_angles(rig: &Rig, o: &Observed, lag: i64, [cage, shaft]: [f64; 2]) -> [f64; 2] {
     let turned = TAU * o.condition.shaft_hz * lag as f64 / o.condition.sample_rate_hz;
-    [cage + cage_per_shaft(rig) * turned, shaft + turned]
+    let shaft = if reading(rig, o).is_some() { shaft } else { shaft + turned };
+    [cage + cage_per_shaft(rig) * turned, shaft]
 }
 
 /// What is expected of a recording, moved by a lag.
