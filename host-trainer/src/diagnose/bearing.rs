@@ -16,7 +16,7 @@ use super::outcome::{Cause, Diagnosis, Location, Outcome, SCHEMA, Verdict};
 use super::prove::{Proof, prove, shown};
 use super::residual::tests;
 use super::sets::Sets;
-use super::statement;
+use super::statement::{self, Failure};
 use super::{DiagnoseError, Task};
 use super::{locate, recorded};
 use crate::calibrate::bearing::{Options, calibrate};
@@ -27,6 +27,8 @@ use crate::whittle::observed::Observed;
 
 /// Share of the excess that causes must take away to be an explanation.
 const EXPLAINED: f64 = 0.93;
+/// Power of the error on what took no part, in shares of the rig's without them, that causes may not reach in any channel.
+const GREATEST_ERROR_RATIO: f64 = 2.0;
 /// p-value on the recording that took no part.
 const LEAST_P: f64 = 0.01;
 
@@ -77,11 +79,10 @@ fn measure(task: &Task, progress: &dyn Fn(&str)) -> Result<Measure, DiagnoseErro
 
 /// Whether an explanation stands.
 struct Judgement {
-    /// Share of the excess that it takes away.
-    explained: f64,
     /// What it does to recordings that took no part; `None` where nothing was kept, or cannot be run there.
     proof: Option<Proof>,
-    stands: bool,
+    /// What speaks against it.
+    failure: Option<Failure>,
     /// Of the machine, whatever the acquisition does.
     verdict: Verdict,
 }
@@ -89,7 +90,6 @@ struct Judgement {
 impl Judgement {
     fn of(ground: &Ground, explanation: &Explanation, progress: &dyn Fn(&str)) -> Result<Self, DiagnoseError> {
         let (excess, left) = (ground.excess, explanation.left);
-        let explained = excess.explained(&left);
         let proof = match explanation.last() {
             Some(last) => {
                 progress("proving it on what took no part");
@@ -98,16 +98,26 @@ impl Judgement {
             }
             None => None,
         };
-        let proven = proof.as_ref().is_some_and(|p| p.p_value < LEAST_P && p.after < p.before);
-        let stands = proven && (!left.is_more_than_chance() || explained > EXPLAINED);
-        let verdict = if stands {
+        let explained = excess.explained(&left);
+        let failure = if left.is_more_than_chance() && explained <= EXPLAINED {
+            Some(Failure::Leaves(1.0 - explained.max(0.0)))
+        } else {
+            match &proof {
+                Some(p) if p.p_value >= LEAST_P || p.after >= p.before => Some(Failure::NotConfirmed),
+                // A cause may make recordings more likely by but making the noise greater that is expected of them.
+                Some(p) if p.error_ratio > GREATEST_ERROR_RATIO => Some(Failure::Errs(p.error_ratio.sqrt())),
+                Some(_) => None,
+                None => Some(Failure::NotConfirmed),
+            }
+        };
+        let verdict = if failure.is_none() {
             Verdict::Mismatch
         } else if excess.is_more_than_chance() {
             Verdict::Unexplained
         } else {
             Verdict::NoMismatch
         };
-        Ok(Self { explained, proof, stands, verdict })
+        Ok(Self { proof, failure, verdict })
     }
 }
 
@@ -120,7 +130,8 @@ fn outcome(
     judgement: Judgement,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, DiagnoseError> {
-    let Judgement { explained, proof, stands, verdict } = judgement;
+    let Judgement { proof, failure, verdict } = judgement;
+    let stands = failure.is_none();
     let (rig, split) = (&ground.contest.rig, &ground.sets.split);
     let (problem, found) = match explanation.last() {
         Some(last) if stands => (&last.problem, &last.found),
@@ -146,16 +157,11 @@ fn outcome(
     } else {
         statement::fit(proof, stands, split.describe())
     };
-    let rejected = statement::rejected(explanation, stands, explained);
-    let caveats = if verdict == Verdict::Unexplained { vec![too_little(explained)] } else { Vec::new() };
+    let rejected = statement::rejected(explanation, failure);
+    let caveats = match failure {
+        Some(failure) if verdict == Verdict::Unexplained => vec![failure.caveat(EXPLAINED)],
+        _ => Vec::new(),
+    };
     let diagnosis = Diagnosis { schema: SCHEMA.into(), verdict, causes, rejected, location, fit };
     Ok(Outcome { diagnosis, rig: corrected, held_out, tests: tests(&ground.residuals), fitted, caveats })
-}
-
-fn too_little(explained: f64) -> String {
-    format!(
-        "The best explanation in the vocabulary takes away {:.0} % of what the rig leaves unexplained; {:.0} % are asked for.",
-        100.0 * explained.max(0.0),
-        100.0 * EXPLAINED
-    )
 }

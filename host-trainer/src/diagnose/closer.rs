@@ -83,15 +83,15 @@ pub fn timed(backdrop: &Backdrop, rig: &Rig, promise: &Promise, least: f64) -> R
         } else {
             break;
         };
-        // The strength is no longer the one that suited another time: from a tenth of it on, it is scaled, either way.
-        let weaker = |t: Try| match best.start.strength() {
+        // The strength is no longer the one that suited another time: it is scaled from there, and from a tenth, either way.
+        let other = |t: Try| match best.start.strength() {
             Some(key) => {
                 let by = |share: f64| Try { start: t.start.with(key, share * t.start.number(key)), ..t.clone() };
-                vec![t.clone(), by(0.1), by(-0.1)]
+                vec![by(-1.0), by(0.1), by(-0.1), t]
             }
             None => vec![t],
         };
-        let tries: Vec<Try> = times.into_iter().map(of).flat_map(weaker).collect();
+        let tries: Vec<Try> = times.into_iter().map(of).flat_map(other).collect();
         if let Some(found) =
             evaluate(backdrop, rig, &tries, Strength::Scaled)?.into_iter().next().filter(|f| f.gain > best.gain)
         {

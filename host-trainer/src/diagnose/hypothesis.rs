@@ -389,9 +389,11 @@ fn dissipation(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
 }
 
 fn in_time(b: &mut Builder, sizes: &Sizes, pointers: &Pointers) {
-    let of = |(time, share): (f64, f64)| entry("load-step", &[("time_s", time), ("change_n", share * sizes.load)]);
+    let of = |(time, share): (f64, f64)| {
+        entry("load-step", &[("time_s", time), ("change_n", share * sizes.load), ("rise_s", 4e-5)])
+    };
     let times = pointers.times_s.iter().flat_map(|t| [-0.3, -0.1, 0.1, 0.3].map(|share| (*t, share)));
-    b.add("load-step", "", &["time_s", "change_n"], times.map(of).collect());
+    b.add("load-step", "", &["time_s", "change_n", "rise_s"], times.map(of).collect());
     let gap = |Gap { time_s, count, leads }: &Gap| Start {
         effect: entry("dropped-samples", &[("time_s", *time_s), ("count", *count)]),
         free: &[],

@@ -26,6 +26,8 @@ pub struct Proof {
     pub after_each: f64,
     /// Standard deviation of it under the right rig, for each bin.
     pub floor_each: f64,
+    /// Power of what is measured less what is expected, before and after, of the worse channel, as a ratio.
+    pub error_ratio: f64,
     /// Probability of as great a gain by chance.
     pub p_value: f64,
     /// The recordings.
@@ -41,8 +43,9 @@ pub fn prove(before: &Rig, after: &Rig, held_out: &[Observed], seed: u64) -> Res
     let (after, new_expected) = Side::beside(after, &before, held_out)?;
     let mut gains = Vec::new();
     let (mut old, mut new, mut bins) = (0.0, 0.0, 0usize);
+    let mut errors = [[0.0; 2]; 2];
     for (index, o) in held_out.iter().enumerate() {
-        for channel in 0..2 {
+        for (channel, errors) in errors.iter_mut().enumerate() {
             let Some(x) = &o.spectra[channel] else { continue };
             let (was, is) = (&old_expected[index], &new_expected[index]);
             let each = |e: &Expected, k: usize| {
@@ -50,6 +53,9 @@ pub fn prove(before: &Rig, after: &Rig, held_out: &[Observed], seed: u64) -> Res
                     + (x[k] - e.mean[channel][k]).norm_sqr() / e.noise.variance[channel][k]
             };
             let all: Vec<usize> = judged(x, 1.0).collect();
+            let error = |e: &Expected| all.iter().map(|k| (x[*k] - e.mean[channel][*k]).norm_sqr()).sum::<f64>();
+            errors[0] += error(was);
+            errors[1] += error(is);
             for block in all.chunks(BLOCK) {
                 let before: f64 = block.iter().map(|k| each(was, *k)).sum();
                 let after: f64 = block.iter().map(|k| each(is, *k)).sum();
@@ -70,6 +76,7 @@ pub fn prove(before: &Rig, after: &Rig, held_out: &[Observed], seed: u64) -> Res
         before_each: old / n,
         after_each: new / n,
         floor_each: 1.0 / n.sqrt(),
+        error_ratio: errors.iter().map(|[was, is]| is / was.max(f64::MIN_POSITIVE)).fold(0.0, f64::max),
         p_value: p_value(&gains, held_out.len(), seed),
         traces,
     })

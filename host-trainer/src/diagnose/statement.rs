@@ -1,6 +1,7 @@
 //! What the search for causes has found, as a diagnosis says it.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use super::acquisition::Fault;
 use super::compete::{Contender, Dropped};
@@ -28,12 +29,18 @@ pub fn of_fault(fault: &Fault) -> Cause {
     }
 }
 
-/// Estimates of effects' parameters, and of the rig's unknown ones, the first `unknown` of what was sought.
+/// Estimates of effects' parameters, and of the rig's unknown ones, the first `unknown` of what was sought. What happens at a
+/// time is told no better than to the sample: within one, that depends on how it happens.
 pub fn parameters(problem: &Problem, found: &Found, before: &Rig, unknown: usize) -> (Vec<Estimate>, Vec<Fitted>) {
     let covariance = covariance(&found.expansion.information, problem.coordinates.len());
     let start: Vec<f64> = problem.coordinates.iter().map(|c| before.get(&c.key).unwrap_or_default()).collect();
     let mut all = estimates(&problem.coordinates, &start, &found.point.coordinates, &covariance);
-    let effects = all.split_off(unknown.min(all.len()));
+    let mut effects = all.split_off(unknown.min(all.len()));
+    let half_a_sample_s = problem.observed.first().map_or(0.0, |o| 0.5 / o.condition.sample_rate_hz);
+    for estimate in effects.iter_mut().filter(|e| e.key.ends_with(".time_s")) {
+        let [from, to] = estimate.interval95;
+        estimate.interval95 = [from.min(estimate.value - half_a_sample_s), to.max(estimate.value + half_a_sample_s)];
+    }
     let along = all.into_iter().map(|e| (e.key, e.value, e.interval95)).collect();
     (effects, along)
 }
@@ -83,13 +90,52 @@ fn evidence(contender: &Contender, explanation: &Explanation, proof: Option<&Pro
     format!("ln L gains {:.0} on the fitted recordings{on}{beside}.", contender.gain)
 }
 
-/// Every other name of the contest, and why it lost. `stands` is whether the causes that were kept are proved, `explained`
-/// the share of the excess that they take away.
-pub fn rejected(explanation: &Explanation, stands: bool, explained: f64) -> Vec<Rejected> {
+/// What speaks against the best explanation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Failure {
+    /// It leaves this share unexplained.
+    Leaves(f64),
+    /// It does not make what took no part more likely.
+    NotConfirmed,
+    /// Its error on what took no part is so many times that of the rig without it.
+    Errs(f64),
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Leaves(share) => write!(f, "all causes together leave {:.0} % unexplained", 100.0 * share),
+            Self::NotConfirmed => f.write_str("what took no part does not confirm it"),
+            Self::Errs(times) => {
+                write!(
+                    f,
+                    "with all causes together the error on what took no part is {times:.1} times that without them"
+                )
+            }
+        }
+    }
+}
+
+impl Failure {
+    /// The same in a sentence; `asked` is the share that an explanation must take away.
+    pub fn caveat(self, asked: f64) -> String {
+        match self {
+            Self::Leaves(share) => format!(
+                "The best explanation in the vocabulary takes away {:.0} % of what the rig leaves unexplained; {:.0} % are asked for.",
+                100.0 * (1.0 - share),
+                100.0 * asked
+            ),
+            _ => format!("Of the best explanation in the vocabulary: {self}."),
+        }
+    }
+}
+
+/// Every other name of the contest, and why it lost; `failure` is what speaks against the causes that were kept.
+pub fn rejected(explanation: &Explanation, failure: Option<Failure>) -> Vec<Rejected> {
     let top = explanation.kept.first().map_or(0.0, |first| first.cause.gain);
     let mut out: Vec<Rejected> = Vec::new();
     let mut say = |name: &str, place: &str, why: String| {
-        let told = stands && explanation.keeps(name) || out.iter().any(|r| r.name == name);
+        let told = failure.is_none() && explanation.keeps(name) || out.iter().any(|r| r.name == name);
         if !told {
             let place = if place.is_empty() { String::new() } else { format!("({place}) ") };
             out.push(Rejected { name: name.into(), why: format!("{place}{why}") });
@@ -97,13 +143,12 @@ pub fn rejected(explanation: &Explanation, stands: bool, explained: f64) -> Vec<
     };
     for contender in &explanation.contenders {
         let gain = contender.gain;
-        let why = if stands {
-            format!("gains {gain:.0} in ln L where the cause gains {top:.0}")
-        } else if contender.merit < LEAST_MERIT {
-            format!("gains {gain:.1} in ln L, no more than its parameters are worth")
-        } else {
-            let left = 100.0 * (1.0 - explained);
-            format!("gains {gain:.0} in ln L, yet all causes together leave {left:.0} % unexplained")
+        let why = match failure {
+            None => format!("gains {gain:.0} in ln L where the cause gains {top:.0}"),
+            Some(_) if contender.merit < LEAST_MERIT => {
+                format!("gains {gain:.1} in ln L, no more than its parameters are worth")
+            }
+            Some(failure) => format!("gains {gain:.0} in ln L, yet {failure}"),
         };
         say(contender.name, &contender.place, why);
     }

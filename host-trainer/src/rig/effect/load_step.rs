@@ -1,6 +1,9 @@
-//! The load changes at a time within the recording, from one sample to the next.
+//! The load changes at a time within the recording.
+//!
+//! The vocabulary states when, which is the middle of the change, and by how much. How long it takes, evenly, has a usual value
+//! of about one sample and can be fitted: what a machine rings with after it depends on that.
 
-use super::{Applies, Definition, Parameter, Scale};
+use super::{Applies, Definition, Parameter, Scale, Usual};
 use crate::rig::{
     config::Domain,
     plan::{INNER_Y, MASS, Machine},
@@ -13,16 +16,18 @@ pub(super) const EFFECT: Definition = Definition {
     parameters: &[
         Parameter::number("time_s", "s", Domain::Any, (0.0, 10.0), Scale::Linear),
         Parameter::number("change_n", "N", Domain::Any, (-1e4, 1e4), Scale::Linear),
+        Parameter::number("rise_s", "s", Domain::Positive, (1e-6, 1e-1), Scale::Log).usually(Usual::Number(4e-5)),
     ],
     equation: |v| {
         let (time, change) = (v.number("time_s"), v.number("change_n"));
         format!("F_load becomes F_load + {change:.4} N from t = {time:.4} s")
     },
     apply: |v, plan| {
-        let (time, change) = (v.number("time_s"), v.number("change_n"));
+        let (time, change, rise) = (v.number("time_s"), v.number("change_n"), v.number("rise_s"));
         let dof = if matches!(plan.machine, Machine::Sdof(_)) { MASS } else { INNER_Y };
         if change != 0.0 {
-            plan.force(move |at, _, _, force| force[dof] += if at.time_s >= time { change } else { 0.0 });
+            let share = move |time_s: f64| ((time_s - time) / rise + 0.5).clamp(0.0, 1.0);
+            plan.force(move |at, _, _, force| force[dof] += change * share(at.time_s));
         }
     },
 };
