@@ -30,6 +30,8 @@ const BEYOND: f64 = 3.0;
 /// and the share of a cause's gain that others must promise to be tried in its place.
 const EXCHANGES: usize = 2;
 const WORTH_AN_EXCHANGE: f64 = 0.5;
+/// Share of the excess from which the first cause is right: wrong names left 15 % at least in the proofs of two seeds.
+const RIGHT: f64 = 0.99;
 /// Share of the excess from which a pair takes away all but what the rig's linearisation leaves: pairs with a wrong name in them
 /// left 0.2 % at least in the proof of a seed, right ones a quarter of that.
 const EXACT: f64 = 0.999;
@@ -106,7 +108,7 @@ impl<'o> Ground<'o> {
         };
         let (kept, left) = match self.second(&first, &left, &hypotheses, progress)? {
             Some(pair) => {
-                let pair = self.exchanged(pair, &hypotheses, progress)?;
+                let pair = self.exchanged(pair, &left, &hypotheses, progress)?;
                 self.reduced(pair, &first, &left).unwrap_or_else(|| (vec![first], left))
             }
             None => (vec![first], left),
@@ -154,13 +156,17 @@ impl<'o> Ground<'o> {
     }
 
     /// The pair with each of its causes sought anew beside the other, as long as that gains and something is left: the first
-    /// was found where the second was missing, and may have stood in for both.
+    /// was found where the second was missing, and may have stood in for both, unless it left next to nothing.
     fn exchanged(
         &self,
         mut pair: Pair<'o>,
+        left_by_first: &Excess,
         hypotheses: &[Hypothesis],
         progress: &dyn Fn(&str),
     ) -> Result<Pair<'o>, DiagnoseError> {
+        if self.excess.explained(left_by_first) > RIGHT {
+            return Ok(pair);
+        }
         for _ in 0..EXCHANGES {
             let explained = self.excess.explained(&pair.left);
             if !(WORTH_AN_EXCHANGE..EXACT).contains(&explained) || !pair.left.is_more_than_chance() {
