@@ -18,6 +18,8 @@ const SEARCHED_OF_A_NAME: usize = 4;
 const FINALISTS_OF_A_NAME: usize = 2;
 /// Of those that are searched, the first so many that promise most are searched slowly too.
 const SLOWLY: usize = 5;
+/// A search of a part of the recordings.
+const QUICK: Limits = Limits { steps: 6, gain: 1.0, change: 0.5 };
 /// Steps of a finalist's search.
 const STEPS: usize = 20;
 /// Where one hypothesis leaves nothing to explain, only those that promise at least this share of its gain are rivals; where
@@ -135,7 +137,9 @@ impl<'o> Contest<'o> {
     pub fn null(&self, part: Part) -> Result<(Problem<'o>, Found), RigError> {
         let problem = Problem::new(self.observed(part), self.rig.clone(), self.unknown.clone());
         let found = match self.known(part) {
-            Some(angles) => search(&problem, problem.start_at(angles), &Limits::default())?,
+            // Parts begin where all have ended.
+            Some(angles) if part == Part::All => search(&problem, problem.start_at(angles), &Limits::default())?,
+            Some(angles) => search(&problem, problem.start_at(angles), &QUICK)?,
             None => search_from_rig(&problem)?,
         };
         Ok((problem, found))
@@ -357,15 +361,14 @@ fn leaves_nothing(problem: &Problem, found: &Found) -> Result<bool, RigError> {
 /// of them.
 fn heat(problem: &Problem<'_>, angles: &[[f64; 2]], slowly: bool) -> Option<Found> {
     let mut point = problem.start_at(angles.to_vec());
-    let quick = Limits { steps: 6, gain: 1.0, ..Limits::default() };
-    let direct = search(problem, point.clone(), &quick).ok()?;
+    let direct = search(problem, point.clone(), &QUICK).ok()?;
     if !slowly || leaves_nothing(problem, &direct).ok()? {
         return Some(direct);
     }
     for band in BANDS {
         let narrow = Problem { band, ..problem.clone() };
-        point = search(&narrow, point, &quick).ok()?.point;
+        point = search(&narrow, point, &QUICK).ok()?.point;
     }
-    let slowly = search(problem, point, &quick).ok()?;
+    let slowly = search(problem, point, &QUICK).ok()?;
     Some(if slowly.expansion.misfit() < direct.expansion.misfit() { slowly } else { direct })
 }

@@ -7,6 +7,7 @@ use super::pointers;
 use super::prove::replicate;
 use super::residual::{Excess, Whitened, excess, whitened};
 use super::sets::Sets;
+use crate::rig::random_part::heeds_scatter;
 use crate::rig::{Rig, RigError, effect};
 use crate::whittle::coordinate::Coordinate;
 use crate::whittle::problem::{Point, Problem};
@@ -139,10 +140,12 @@ impl<'o> Ground<'o> {
         hypotheses: &[Hypothesis],
         progress: &dyn Fn(&str),
     ) -> Result<Option<Pair<'o>>, DiagnoseError> {
-        if self.excess.explained(left) < WORTH_A_SECOND {
+        let (cause, explained) = (&first.cause, self.excess.explained(left));
+        // The random part of friction is known to some hundredths: what is less beside it is not to be told.
+        let is_its_own = (explained > RIGHT || !left.is_more_than_chance()) && heeds_scatter(&cause.rig()?);
+        if explained < WORTH_A_SECOND || is_its_own {
             return Ok(None);
         }
-        let cause = &first.cause;
         let least = least_of_a_second(cause, left);
         progress("looking for a second cause");
         let mut rivals = self.beside(&cause.problem, &cause.found.point, hypotheses, cause, least, progress)?;

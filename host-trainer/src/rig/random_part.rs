@@ -53,7 +53,7 @@ pub fn random_part(rig: &Rig, condition: &OperatingCondition, known: Option<Scat
     let plan = plan_of(rig);
     let machine = &bearing_of(&plan.machine)?;
     let impulse = |tangent: &Tangent| {
-        Linear::new(machine, tangent, condition.sample_rate_hz).impulse(condition.samples, DECAYED, &[])
+        Linear::new(machine, tangent, condition.sample_rate_hz, 1).impulse(condition.samples, DECAYED, &[])
     };
     let mut impulses = if plan.forces.is_empty() {
         vec![impulse(&bearing::at_rest(machine, condition.load_n))]
@@ -109,8 +109,8 @@ fn in_scatter(
             }
         }
         let (tangent, forces) = tangent_in(scatter(machine, condition, &found));
-        let damping = bearing::damping_along(machine, &forces, &visited, rate);
-        let linear = Linear::new(machine, &tangent.undamped(), rate);
+        let (damping, steps) = bearing::damping_along(machine, &forces, &visited, rate);
+        let linear = Linear::new(machine, &tangent.undamped(), rate, steps);
         let from = |n: usize| {
             let (before, after) = damping.split_at(n * damping.len() / moments);
             linear.impulse(condition.samples, DECAYED_AT_MOMENTS, after.iter().chain(before))

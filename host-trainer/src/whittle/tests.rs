@@ -175,6 +175,27 @@ fn invariant_friction_in_noise_is_as_many_runs_show() {
     }
 }
 
+/// Friction that all but holds the housing, at a rate far beyond the sample's: its random part is that of a mass that creeps.
+#[test]
+fn invariant_a_housing_that_friction_holds_is_as_many_runs_show() {
+    const RUNS: u64 = 16;
+    let at = condition(30.0, 500.0, 12_800);
+    let speed = [("force_n", 20.0), ("regularisation_m_per_s", 2e-5)];
+    let rig = nominal().with_effect(EffectEntry::new("coulomb-friction", &speed).with_text("component", "outer"));
+    let runs: Vec<Run> = (0..RUNS).map(|i| Run { rig: &rig, condition: at, start: Start::seeded(i) }).collect();
+    let many: Vec<Observed> = simulate_many(&runs).unwrap().iter().map(|r| Observed::of(r).unwrap()).collect();
+    let noise = noise(&rig, &at).unwrap();
+    for bins in [600..1200, 1200..2400, 2400..4800] {
+        // Runs begin at other angles: what repeats in them stands out of the rest, whose median it does not move.
+        let power = |o: &Observed, k: usize| o.spectra[1].as_ref().unwrap()[k].norm_sqr() / noise.variance[1][k];
+        let mut powers: Vec<f64> = bins.clone().flat_map(|k| many.iter().map(move |o| power(o, k))).collect();
+        powers.sort_by(f64::total_cmp);
+        // Of an exponential distribution of mean 1.
+        let ratio = powers[powers.len() / 2] / std::f64::consts::LN_2;
+        assert!((0.9..1.1).contains(&ratio), "{bins:?}: {ratio} of the power");
+    }
+}
+
 /// Signals of other lengths, to a length that is no power of two.
 #[test]
 fn invariant_the_mean_power_is_that_of_long_transforms() {

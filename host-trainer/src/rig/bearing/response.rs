@@ -42,6 +42,9 @@ const FINE_SPAN: f64 = 1e-3;
 const PHASES: usize = 48;
 /// Newton's method on a convex, smooth force: quadratic from its first steps on.
 const NEWTON_STEPS: usize = 60;
+/// Rate of damping times step that is followed where damping comes and goes, and steps a sample at most.
+const FASTEST_A_STEP: f64 = 0.5;
+const MOST_STEPS: f64 = 8.0;
 /// Whether a response has died away is looked at every so many samples.
 const LOOKED_AT_EVERY: usize = 256;
 
@@ -59,27 +62,37 @@ pub(in crate::rig) struct Impulse {
 pub(in crate::rig) struct Damping {
     /// −∂F/∂q̇, N s/m.
     slopes: [[f64; DOFS]; DOFS],
-    /// What is left of the velocities after a sample of it.
+    /// What is left of the velocities after half a step of it.
     left: [[f64; DOFS]; DOFS],
     /// Root of its share of the mean over all samples, for each velocity.
     weights: [f64; DOFS],
+}
+
+impl Damping {
+    fn half_a_step(&self, z: &mut [f64; 10]) {
+        let speeds: [f64; DOFS] = std::array::from_fn(|k| z[DOFS + k]);
+        self.left.iter().zip(&mut z[DOFS..]).for_each(|(row, v)| *v = dot(row, &speeds));
+    }
 }
 
 /// A rig linearised, sample by sample.
 pub(in crate::rig) struct Linear {
     system: [[f64; 10]; 10],
     step: Step<10, 5>,
+    /// Steps a sample.
+    steps: usize,
     mass: [f64; DOFS],
     sensors: [usize; 2],
     contact: [[f64; 2]; 2],
 }
 
 impl Linear {
-    pub(in crate::rig) fn new(rig: &BearingRig, tangent: &Tangent, sample_rate_hz: f64) -> Self {
+    /// In so many steps a sample.
+    pub(in crate::rig) fn new(rig: &BearingRig, tangent: &Tangent, sample_rate_hz: f64, steps: usize) -> Self {
         let (mass, system) = (masses(rig), coupled(rig, tangent));
-        let step = Step::new(&system, &mass.map(|m| 1.0 / m), 1.0 / sample_rate_hz);
+        let step = Step::new(&system, &mass.map(|m| 1.0 / m), 1.0 / (steps as f64 * sample_rate_hz));
         let sensors = [rig.sensor.horizontal, rig.sensor.vertical].map(|location| location.dof());
-        Self { system, step, mass, sensors, contact: tangent.contact }
+        Self { system, step, steps, mass, sensors, contact: tangent.contact }
     }
 
     /// What 1 N of process force during the first sample becomes; at most `samples` of it, fewer where it has come down to the
@@ -90,7 +103,7 @@ impl Linear {
         decayed: f64,
         damping: impl IntoIterator<Item = &'d Damping, IntoIter: Clone>,
     ) -> Impulse {
-        let Self { system, step, mass, sensors, contact } = self;
+        let Self { system, step, steps, mass, sensors, contact } = self;
         let held = |i: usize| step.b1[i][OUTER_Y] + 2.0 * step.b2[i][OUTER_Y] + step.b3[i][OUTER_Y];
         let mut damping = damping.into_iter().cycle();
         let mut z: [f64; 10] = [0.0; 10];
@@ -115,10 +128,11 @@ impl Linear {
             for axis in 0..2 {
                 signals[2 + axis].push(dot(&contact[axis], &relative));
             }
-            z = std::array::from_fn(|i| dot(&step.full[i], &z) + if sample == 0 { held(i) } else { 0.0 });
-            if let Some(Damping { left, .. }) = damping {
-                let speeds: [f64; DOFS] = std::array::from_fn(|k| z[DOFS + k]);
-                left.iter().zip(&mut z[DOFS..]).for_each(|(row, v)| *v = dot(row, &speeds));
+            for _ in 0..*steps {
+                // Half a step of it before and half after (G. Strang, SIAM J. Numer. Anal. 5 (1968) 506–517).
+                damping.inspect(|d| d.half_a_step(&mut z));
+                z = std::array::from_fn(|i| dot(&step.full[i], &z) + if sample == 0 { held(i) } else { 0.0 });
+                damping.inspect(|d| d.half_a_step(&mut z));
             }
             if sample % LOOKED_AT_EVERY == LOOKED_AT_EVERY - 1 {
                 greatest = greatest.max(recent);
@@ -137,35 +151,44 @@ fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
 }
 
 /// The damping of forces at every state that a silent run has visited, sample by sample, where it changes so fast that its mean
-/// is no measure of it: noise escapes where the run slides, and is stopped where it turns.
+/// is no measure of it: noise escapes where the run slides, and is stopped where it turns. And the steps a sample in which it is
+/// to be followed.
 pub(in crate::rig) fn damping_along(
     rig: &BearingRig,
     forces: &[Force],
     visited: &[Visited],
     sample_rate_hz: f64,
-) -> Vec<Damping> {
+) -> (Vec<Damping>, usize) {
     let mass = masses(rig);
     let spans = deviations(visited, |s| &s.2);
-    let of = |state: &Visited| {
+    let slopes_at = |state: &Visited| {
         let mut slopes = [[0.0; DOFS]; DOFS];
         for k in 0..DOFS {
             let of_k = slope(forces, state, FINE_SPAN * spans[k], |_, v| &mut v[k]);
             slopes.iter_mut().zip(of_k).for_each(|(row, slope)| row[k] = slope);
         }
-        // An implicit step, which stays stable where a sample is long.
+        slopes
+    };
+    let slopes: Vec<[[f64; DOFS]; DOFS]> = visited.iter().map(slopes_at).collect();
+    let rates = slopes.iter().flat_map(|s| (0..DOFS).map(|k| s[k][k] / mass[k]));
+    let steps = (rates.fold(0.0, f64::max) / (sample_rate_hz * FASTEST_A_STEP)).ceil().clamp(1.0, MOST_STEPS);
+    let of = |slopes: [[f64; DOFS]; DOFS]| {
+        // An implicit step, which stays stable where it is long.
         let implicit = std::array::from_fn(|i| {
-            std::array::from_fn(|k| f64::from(u8::from(i == k)) + slopes[i][k] / (mass[i] * sample_rate_hz))
+            std::array::from_fn(|k| {
+                f64::from(u8::from(i == k)) + 0.5 * slopes[i][k] / (mass[i] * steps * sample_rate_hz)
+            })
         });
         Damping { slopes, left: inverse(implicit), weights: [1.0; DOFS] }
     };
-    let mut damping: Vec<Damping> = visited.iter().map(of).collect();
+    let mut damping: Vec<Damping> = slopes.into_iter().map(of).collect();
     for k in 0..DOFS {
         let mean = damping.iter().map(|d| d.slopes[k][k]).sum::<f64>() / damping.len().max(1) as f64;
         if mean > 0.0 {
             damping.iter_mut().for_each(|d| d.weights[k] = (d.slopes[k][k] / mean).max(0.0).sqrt());
         }
     }
-    damping
+    (damping, steps as usize)
 }
 
 /// Gauss and Jordan's elimination; of a matrix that is diagonal but for what relative motions couple, and so regular.
