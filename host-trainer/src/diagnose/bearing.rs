@@ -7,8 +7,8 @@
 //!    The best is kept where it gains more than its parameters are worth. A second one is sought in the same way in what
 //!    it leaves, and then either anew beside the other ([`explain`](super::explain)).
 //! 4. What is kept stands where it gains more on the recording that took no part than chance gives
-//!    ([`prove`](super::prove)), and takes away most of what there was to explain. Where something is left and nothing
-//!    stands, nothing in the vocabulary explains it.
+//!    ([`prove`](super::prove)), errs little more there, and takes away most of what there was to explain. Where something
+//!    is left and nothing stands, nothing in the vocabulary explains it.
 
 use super::acquisition::Acquired;
 use super::explain::{Explanation, Ground};
@@ -103,11 +103,11 @@ impl Judgement {
             Some(Failure::Leaves(1.0 - explained.max(0.0)))
         } else {
             match &proof {
-                Some(p) if p.p_value >= LEAST_P || p.after >= p.before => Some(Failure::NotConfirmed),
-                // A cause may make recordings more likely by but making the noise greater that is expected of them.
-                Some(p) if p.error_ratio > GREATEST_ERROR_RATIO => Some(Failure::Errs(p.error_ratio.sqrt())),
-                Some(_) => None,
-                None => Some(Failure::NotConfirmed),
+                Some(p) if p.p_value < LEAST_P && p.after < p.before => {
+                    // A cause may make recordings more likely by but making the noise greater that is expected of them.
+                    (p.error_ratio > GREATEST_ERROR_RATIO).then(|| Failure::Errs(p.error_ratio.sqrt()))
+                }
+                _ => Some(Failure::NotConfirmed),
             }
         };
         let verdict = if failure.is_none() {

@@ -139,19 +139,19 @@ fn matched(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Result<Vec<f64>
 ///
 /// # Errors
 /// What the simulation refuses before it runs.
-pub fn marked(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Result<Promise, RigError> {
+pub fn by_tachometers(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Result<Promise, RigError> {
     let with = rig.clone().with_effect(promise.start.effect.clone());
     let readings: Vec<_> = backdrop.observed.iter().map(|o| align::reading(&with, o)).collect();
     let each = || readings.iter().zip(&promise.angles);
     // The balls meet it at the same times where the cage turns with it.
-    let met = |by: f64, reading: &Option<Reading>, [cage, shaft]: [f64; 2]| match reading {
+    let met = |by: f64, reading: Option<Reading>, [cage, shaft]: [f64; 2]| match reading {
         Some(reading) => [cage + by - reading.off(shaft), reading.next_to(shaft)],
         None => [cage, shaft - by],
     };
     let to = |by: f64| Try {
         hypothesis: promise.hypothesis,
-        start: promise.start.turned_on_the_shaft(by),
-        angles: Angles::Given(each().map(|(reading, angles)| met(by, reading, *angles)).collect()),
+        start: promise.start.turned_on_shaft(by),
+        angles: Angles::Given(each().map(|(reading, angles)| met(by, *reading, *angles)).collect()),
     };
     let asked = each().filter_map(|(reading, [_, shaft])| Some(reading.as_ref()?.off(*shaft)));
     let tries: Vec<Try> = asked.map(to).collect();

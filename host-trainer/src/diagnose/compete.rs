@@ -138,8 +138,10 @@ impl<'o> Contest<'o> {
         let problem = Problem::new(self.observed(part), self.rig.clone(), self.unknown.clone());
         let found = match self.known(part) {
             // Parts begin where all have ended.
-            Some(angles) if part == Part::All => search(&problem, problem.start_at(angles), &Limits::default())?,
-            Some(angles) => search(&problem, problem.start_at(angles), &QUICK)?,
+            Some(angles) => {
+                let limits = if part == Part::All { Limits::default() } else { QUICK };
+                search(&problem, problem.start_at(angles), &limits)?
+            }
             None => search_from_rig(&problem)?,
         };
         Ok((problem, found))

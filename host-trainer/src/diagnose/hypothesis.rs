@@ -33,14 +33,11 @@ impl Start {
         self.effect.parameters.contains_key("time_s")
     }
 
-    /// The same further round on the shaft.
+    /// The same further round on the shaft, where it is fixed to that.
     #[must_use]
-    pub fn turned_on_the_shaft(&self, by_rad: f64) -> Self {
-        match self.effect.name.as_str() {
-            "inner-race-defect" => self.with("angle_rad", self.number("angle_rad") + by_rad),
-            "inner-race-waviness" => self.with("phase_rad", self.number("phase_rad") - self.number("lobes") * by_rad),
-            _ => self.clone(),
-        }
+    pub fn turned_on_shaft(&self, by_rad: f64) -> Self {
+        let effect = self.effect.turned_on_shaft(by_rad).unwrap_or_else(|| self.effect.clone());
+        Self { effect, ..self.clone() }
     }
 
     /// Whether it is a pit.

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::hypothesis::Start;
 use crate::rig::random_part::heeds_scatter;
 use crate::rig::{Rig, RigError};
-use crate::whittle::align::{self, is_on_shaft};
+use crate::whittle::align;
 use crate::whittle::likelihood::{Expected, Noise, Silent, judged, means, noise, noise_in};
 use crate::whittle::observed::{Coefficients, Observed};
 
@@ -164,7 +164,7 @@ pub fn evaluate(backdrop: &Backdrop, rig: &Rig, tries: &[Try], strength: Strengt
                 let as_it_is = promise(backdrop, t, &runs, strength);
                 // What happens at a time of its own stays there, and what is on a shaft whose angle is known.
                 let held = t.start.is_timed()
-                    || is_on_shaft(&t.start.effect) && backdrop.observed.iter().any(|o| o.tachometer.is_some());
+                    || t.start.effect.is_on_shaft() && backdrop.observed.iter().any(|o| o.tachometer.is_some());
                 if held || !matches!(t.angles, Angles::Bare | Angles::Near(_)) {
                     return as_it_is;
                 }

@@ -26,7 +26,7 @@ pub struct Proof {
     pub after_each: f64,
     /// Standard deviation of it under the right rig, for each bin.
     pub floor_each: f64,
-    /// Power of what is measured less what is expected, before and after, of the worse channel, as a ratio.
+    /// Power of what is measured less what is expected, after in shares of before, of the worse channel.
     pub error_ratio: f64,
     /// Probability of as great a gain by chance.
     pub p_value: f64,

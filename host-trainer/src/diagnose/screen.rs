@@ -2,11 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use super::closer::{marked, scanned, timed};
+use super::closer::{by_tachometers, scanned, timed};
 use super::hypothesis::{Hypothesis, Start};
 use super::promise::{Angles, Backdrop, Promise, Strength, Try, evaluate};
 use crate::rig::{Rig, RigError};
-use crate::whittle::align::is_on_shaft;
 
 /// Share of the greatest promise below which another is not looked at more closely.
 const HOPELESS: f64 = 0.04;
@@ -42,8 +41,8 @@ pub fn screen(backdrop: &Backdrop, rig: &Rig, hypotheses: &[(usize, &Hypothesis)
         } else if promise.start.is_timed() {
             *promise = timed(backdrop, rig, promise, HOPELESS * most)?;
         }
-        if is_on_shaft(&promise.start.effect) {
-            *promise = marked(backdrop, rig, promise)?;
+        if promise.start.effect.is_on_shaft() {
+            *promise = by_tachometers(backdrop, rig, promise)?;
         }
     }
     hold(backdrop, rig, &promises, &mut best)?;
@@ -60,8 +59,8 @@ fn tries_from(backdrop: &Backdrop, hypothesis: usize, of: &Hypothesis, start: &S
     };
     let mut tries = vec![Try { hypothesis, start: start.clone(), angles }];
     let lobes = start.number("lobes");
-    if is_on_shaft(&start.effect) && lobes > 0.0 && backdrop.observed.iter().all(|o| o.tachometer.is_some()) {
-        let turned = |k: u32| start.turned_on_the_shaft(f64::from(k) * TAU / f64::from(AROUND) / lobes);
+    if start.effect.is_on_shaft() && lobes > 0.0 && backdrop.observed.iter().all(|o| o.tachometer.is_some()) {
+        let turned = |k: u32| start.turned_on_shaft(f64::from(k) * TAU / f64::from(AROUND) / lobes);
         tries.extend((0..AROUND).map(|k| Try { hypothesis, start: turned(k), angles: Angles::Bare }));
     }
     tries

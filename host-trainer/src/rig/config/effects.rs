@@ -64,6 +64,22 @@ impl EffectEntry {
         }
     }
 
+    /// Whether it is fixed to the shaft at an angle of its own.
+    pub fn is_on_shaft(&self) -> bool {
+        self.turned_on_shaft(0.0).is_some()
+    }
+
+    /// The same further round on the shaft; nothing of what is not fixed to it.
+    pub fn turned_on_shaft(&self, by_rad: f64) -> Option<Self> {
+        let number = |key: &str| self.number(key).unwrap_or_default();
+        let (key, value) = match self.name.as_str() {
+            "inner-race-defect" => ("angle_rad", number("angle_rad") + by_rad),
+            "inner-race-waviness" => ("phase_rad", number("phase_rad") - number("lobes") * by_rad),
+            _ => return None,
+        };
+        Some(self.clone().with_number(key, value))
+    }
+
     /// The term that it adds to the equations of a rig of this kind, `bearing-5dof` or `sdof`, in that rig's symbols;
     /// empty where such a rig cannot have it.
     pub fn equation(&self, kind: &str) -> String {

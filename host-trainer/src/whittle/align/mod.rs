@@ -48,7 +48,7 @@ pub fn angles(rig: &Rig, observed: &[Observed], noise: &[Noise]) -> Result<Vec<[
     };
     let long: Vec<_> = each.map(of).collect();
     let mut found = marked(rig, observed, &long);
-    if rig.effects.iter().any(is_on_shaft) && observed.iter().any(|o| reading(rig, o).is_some()) {
+    if rig.effects.iter().any(EffectEntry::is_on_shaft) && observed.iter().any(|o| reading(rig, o).is_some()) {
         found = best_of(rig, observed, noise, &around_a_pitch(rig, &found))?;
     }
     if rig.effects.iter().any(spins) {
@@ -81,11 +81,6 @@ fn around_a_pitch(rig: &Rig, angles: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
 /// What the tachometer of a recording says of the shaft's angle of a rig; nothing where a ball's spin goes with that angle.
 pub fn reading(rig: &Rig, o: &Observed) -> Option<Reading> {
     o.tachometer.filter(|_| !rig.effects.iter().any(spins))
-}
-
-/// Whether an effect is fixed to the shaft at an angle of its own.
-pub fn is_on_shaft(effect: &EffectEntry) -> bool {
-    ["inner-race-defect", "inner-race-waviness"].contains(&effect.name.as_str())
 }
 
 /// Angles of a rig with a wavy inner race, the shaft where it suits best by whole waves: what moves by one looks alike but
@@ -185,7 +180,7 @@ pub fn angles_of_many(
     let runs: Vec<Run> = even.iter().flat_map(|(rig, _)| long_runs(rig, observed, noise)).collect();
     let long = simulate_all(&runs)?;
     let of = |((rig, rate_per_s), runs): (&(Rig, f64), &[Result<Recording, RigError>])| {
-        let anywhere = rig.effects.last().is_some_and(is_on_shaft);
+        let anywhere = rig.effects.last().is_some_and(EffectEntry::is_on_shaft);
         let of = |((o, v), run): ((&Observed, &Noise), &Result<Recording, RigError>)| {
             let reading = reading(rig, o).filter(|_| !anywhere);
             Some(of_long_run(&o.at_even_speed(*rate_per_s), v, run.as_ref().ok()?, cage_per_shaft(rig), reading))
