@@ -98,18 +98,8 @@ impl Judgement {
             }
             None => None,
         };
-        let explained = excess.explained(&left);
-        let failure = if left.is_more_than_chance() && explained <= EXPLAINED {
-            Some(Failure::Leaves(1.0 - explained.max(0.0)))
-        } else {
-            match &proof {
-                Some(p) if p.p_value < LEAST_P && p.after < p.before => {
-                    // A cause may make recordings more likely by but making the noise greater that is expected of them.
-                    (p.error_ratio > GREATEST_ERROR_RATIO).then(|| Failure::Errs(p.error_ratio.sqrt()))
-                }
-                _ => Some(Failure::NotConfirmed),
-            }
-        };
+        let explained = if left.is_more_than_chance() { excess.explained(&left) } else { 1.0 };
+        let failure = failure(explained, proof.as_ref());
         let verdict = if failure.is_none() {
             Verdict::Mismatch
         } else if excess.is_more_than_chance() {
@@ -118,6 +108,20 @@ impl Judgement {
             Verdict::NoMismatch
         };
         Ok(Self { proof, failure, verdict })
+    }
+}
+
+/// What speaks against causes that take away a share of the excess, all of it where no more than chance is left.
+fn failure(explained: f64, proof: Option<&Proof>) -> Option<Failure> {
+    if explained <= EXPLAINED {
+        return Some(Failure::Leaves(1.0 - explained.max(0.0)));
+    }
+    match proof {
+        Some(p) if p.p_value < LEAST_P && p.after < p.before => {
+            // A cause may make recordings more likely by but making the noise greater that is expected of them.
+            (p.error_ratio > GREATEST_ERROR_RATIO).then(|| Failure::Errs(p.error_ratio.sqrt()))
+        }
+        _ => Some(Failure::NotConfirmed),
     }
 }
 
@@ -164,4 +168,29 @@ fn outcome(
     };
     let diagnosis = Diagnosis { schema: SCHEMA.into(), verdict, causes, rejected, location, fit };
     Ok(Outcome { diagnosis, rig: corrected, held_out, tests: tests(&ground.residuals), fitted, caveats })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::tests::recordings;
+    use crate::rig::EffectEntry;
+    use crate::rig::test_support::nominal;
+
+    #[test]
+    fn causes_that_leave_much_prove_little_or_err_more_do_not_stand() {
+        let pit = EffectEntry::new("outer-race-defect", &[("depth_m", 1e-6), ("width_rad", 0.05), ("angle_rad", 1.6)]);
+        let (plain, pitted) = (nominal(), nominal().with_effect(pit));
+        let made = Observed::of_all(&recordings(&pitted, 2)).unwrap();
+        let proof = prove(&plain, &pitted, &made, 1).unwrap();
+        assert!(proof.error_ratio < 0.5, "{}", proof.error_ratio);
+        assert_eq!(failure(1.0, Some(&proof)), None);
+        assert_eq!(failure(0.75, Some(&proof)), Some(Failure::Leaves(0.25)));
+        assert_eq!(failure(1.0, None), Some(Failure::NotConfirmed));
+        let reverse = prove(&pitted, &plain, &made, 1).unwrap();
+        assert_eq!(failure(1.0, Some(&reverse)), Some(Failure::NotConfirmed));
+        assert!(reverse.error_ratio > GREATEST_ERROR_RATIO, "{}", reverse.error_ratio);
+        let erring = Proof { error_ratio: 9.0, ..proof };
+        assert_eq!(failure(1.0, Some(&erring)), Some(Failure::Errs(3.0)));
+    }
 }

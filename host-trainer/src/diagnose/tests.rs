@@ -5,7 +5,7 @@ use crate::rig::test_support::{condition, nominal};
 use crate::rig::{EffectEntry, Rig, Run, Start, simulate_many};
 
 /// Three recordings of half a second at other speeds and loads, one of them held out; without tachometer.
-fn recordings(rig: &Rig, seed: u64) -> Vec<Recording> {
+pub(super) fn recordings(rig: &Rig, seed: u64) -> Vec<Recording> {
     let mut recordings = recordings_with_tachometer(rig, seed);
     recordings.iter_mut().for_each(|r| r.channels.retain(|c| c.name != "tacho"));
     recordings

@@ -122,6 +122,25 @@ fn invariant_a_load_step_rings_at_its_time() {
 }
 
 #[test]
+fn invariant_a_load_that_changes_slowly_comes_evenly_about_its_time_and_hardly_rings() {
+    let step = |rise_s| {
+        let entry = with("load-step", &[("time_s", 0.25), ("change_n", -200.0), ("rise_s", rise_s)]);
+        let (before, after) = (silent(&nominal()), silent(&entry));
+        let pairs = samples(&after, "ay").iter().zip(samples(&before, "ay"));
+        pairs.map(|(a, b)| a - b).collect::<Vec<_>>()
+    };
+    let (sudden, slow) = (step(4e-5), step(0.02));
+    // It begins 10 ms, 256 samples, before its time.
+    assert!(rms(&slow[..6144]) < 1e-10 && rms(&slow[6146..6200]) > 1e-6, "{}", rms(&slow[6146..6200]));
+    assert!(
+        rms(&slow[6144..6900]) < 0.2 * rms(&sudden[6144..6900]),
+        "{} {}",
+        rms(&slow[6144..6900]),
+        rms(&sudden[6144..6900])
+    );
+}
+
+#[test]
 fn invariant_a_constant_force_along_the_load_is_load() {
     let more = simulate(&nominal(), &condition(30.0, 540.0, 2000), &Start::silent(0.3, 0.7)).unwrap();
     let pushed = simulate(
