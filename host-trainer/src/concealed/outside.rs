@@ -2,12 +2,13 @@
 
 use std::f64::consts::TAU;
 
-use rand::RngExt;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Exp};
 
 use super::machine::{Drawn, log_uniform};
 use crate::recording::Recording;
+use crate::rig::noise::white;
 use crate::rig::plan::{INNER_X, INNER_Y, OUTER_X, OUTER_Y, Plan, Stage};
 
 /// A kind of effect.
@@ -31,8 +32,8 @@ pub enum Outside {
     SwellingNoise,
 }
 
-/// Alters a plan.
-pub type Alter = Box<dyn Fn(&mut Plan)>;
+/// Alters the plan of a recording, given by its place among the others.
+pub type Alter = Box<dyn Fn(usize, &mut Plan)>;
 
 impl Outside {
     /// All.
@@ -69,7 +70,7 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
         Outside::SwingingStiffness => {
             let depth = rng.random_range(0.1..0.3) * machine.outer.stiffness_n_per_m;
             let order = rng.random_range(0.55..0.85);
-            Box::new(move |plan| {
+            Box::new(move |_, plan| {
                 plan.force(move |at, q, _, f| {
                     let k = depth * (order * at.shaft_rad).sin();
                     f[OUTER_X] -= k * q[OUTER_X];
@@ -81,7 +82,7 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
             // The damper of the inner race takes out c ω each turn of the whirl: half of that stays bounded.
             let omega = (machine.inner.stiffness_n_per_m / machine.inner.mass_kg).sqrt();
             let cross = rng.random_range(0.3..0.6) * machine.inner.damping_n_s_per_m * omega;
-            Box::new(move |plan| {
+            Box::new(move |_, plan| {
                 plan.force(move |_, q, _, f| {
                     f[INNER_X] += cross * q[INNER_Y];
                     f[INNER_Y] -= cross * q[INNER_X];
@@ -91,7 +92,7 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
         Outside::SelfExcitation => {
             let push = rng.random_range(1.2..2.0) * machine.outer.damping_n_s_per_m;
             let speed = TAU * drawn.outer_hz() * rng.random_range(0.5e-7..2e-7);
-            Box::new(move |plan| {
+            Box::new(move |_, plan| {
                 plan.force(move |_, _, v, f| {
                     for dof in [OUTER_X, OUTER_Y] {
                         f[dof] += push * v[dof] / (1.0 + (v[dof] / speed).powi(2));
@@ -102,18 +103,9 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
         Outside::RandomImpacts => {
             let (rate_hz, seconds) = (rng.random_range(15.0..60.0), drawn.seconds());
             let size = log_uniform(0.5e-3, 4e-3, rng);
-            let gap = Exp::new(rate_hz).ok();
-            let mut times = Vec::new();
-            let mut time = 0.0;
-            while let Some(gap) = &gap {
-                time += gap.sample(rng);
-                if time > seconds {
-                    break;
-                }
-                times.push((time, size * rng.random_range(0.3..1.7)));
-            }
-            Box::new(move |plan| {
-                let times = times.clone();
+            let each = Each::draw(rng);
+            Box::new(move |n, plan| {
+                let times = impacts(rate_hz, seconds, size, &mut each.of(n));
                 plan.force(move |at, _, _, f| {
                     const LASTS_S: f64 = 2e-4;
                     let first = times.partition_point(|(t, _)| t + LASTS_S < at.time_s);
@@ -127,17 +119,19 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
         Outside::ForeignTone => {
             let hz = log_uniform(150.0, 5000.0, rng);
             let amplitude = log_uniform(0.2, 1.0, rng) * rms(without);
-            Box::new(move |plan| {
+            let each = Each::draw(rng);
+            Box::new(move |n, plan| {
+                let phase = each.of(n).random_range(0.0..TAU);
                 plan.signal(Stage::Structure, move |at, signal| {
                     for (i, value) in signal.iter_mut().enumerate() {
-                        *value += amplitude * (TAU * hz * at.time_s(i)).sin();
+                        *value += amplitude * (TAU * hz * at.time_s(i) + phase).sin();
                     }
                 });
             })
         }
         Outside::SensorCurve => {
             let curve = rng.random_range(0.05..0.2) / rms(without);
-            Box::new(move |plan| {
+            Box::new(move |_, plan| {
                 plan.signal(Stage::Transducer, move |_, signal| {
                     signal.iter_mut().for_each(|v| *v += curve * *v * *v);
                 });
@@ -145,7 +139,7 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
         }
         Outside::Echo => {
             let (later_s, weaker) = (log_uniform(3e-4, 5e-3, rng), rng.random_range(0.3..0.7));
-            Box::new(move |plan| {
+            Box::new(move |_, plan| {
                 plan.preroll_s = plan.preroll_s.max(later_s);
                 plan.signal(Stage::Structure, move |at, signal| {
                     let later = (later_s * at.sample_rate_hz).round() as usize;
@@ -158,17 +152,46 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
         Outside::SwellingNoise => {
             let (hz, size) = (log_uniform(1.5, 8.0, rng), log_uniform(1.5, 5.0, rng));
             let std = size * machine.sensor.noise_std_m_per_s2;
-            let seed: u64 = rng.random();
-            Box::new(move |plan| {
+            let each = Each::draw(rng);
+            Box::new(move |n, plan| {
+                let mut rng = each.of(n);
+                let (phase, seed) = (rng.random_range(0.0..TAU), rng.random());
                 plan.signal(Stage::Structure, move |at, signal| {
-                    let noise = crate::rig::noise::white(seed, u64::from(at.channel == "ay"), std, signal.len());
+                    let noise = white(seed, u64::from(at.channel == "ay"), std, signal.len());
                     for (i, (value, noise)) in signal.iter_mut().zip(noise).enumerate() {
-                        *value += noise * (1.0 + (TAU * hz * at.time_s(i)).sin());
+                        *value += noise * (1.0 + (TAU * hz * at.time_s(i) + phase).sin());
                     }
                 });
             })
         }
     }
+}
+
+/// What is drawn anew for every recording.
+struct Each(u64);
+
+impl Each {
+    fn draw(rng: &mut ChaCha8Rng) -> Self {
+        Self(rng.random())
+    }
+
+    fn of(&self, recording: usize) -> ChaCha8Rng {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.0);
+        rng.set_stream(recording as u64);
+        rng
+    }
+}
+
+/// Times, s, and impulses, N s, of impacts that come at a rate.
+fn impacts(rate_hz: f64, seconds: f64, size_n_s: f64, rng: &mut ChaCha8Rng) -> Vec<(f64, f64)> {
+    let mut impacts = Vec::new();
+    let Ok(gap) = Exp::new(rate_hz) else { return impacts };
+    let mut time = gap.sample(rng);
+    while time < seconds {
+        impacts.push((time, size_n_s * rng.random_range(0.3..1.7)));
+        time += gap.sample(rng);
+    }
+    impacts
 }
 
 fn rms(recordings: &[Recording]) -> f64 {

@@ -5,6 +5,7 @@ use super::brief::{Brief, Hidden, Kind, Severity, round};
 use super::outside::Outside;
 use super::*;
 use crate::rig::effect::REGISTRY;
+use crate::rig::plan::Plan;
 
 fn brief(hidden: Hidden) -> Brief {
     Brief { hidden, loud: false, tachometer: true, guessed: false }
@@ -49,6 +50,28 @@ fn null_a_control_has_nothing_hidden_and_everything_else_has() {
     }
     let case = draw(Hidden::Effects(vec![("outer-race-defect", Severity::Severe)]), 3);
     assert!(case.truth.change > 0.05, "{}", case.truth.change);
+}
+
+/// No two recordings have the same noise, impacts at the same times, or a tone in the same phase.
+#[test]
+fn what_is_random_outside_the_vocabulary_is_another_in_every_recording() {
+    for kind in [Outside::RandomImpacts, Outside::ForeignTone, Outside::SwellingNoise] {
+        let mut rng = ChaCha8Rng::seed_from_u64(8);
+        let drawn = machine::draw(false, 0.2, 1, &mut rng).unwrap();
+        let run = |alter: &dyn Fn(&mut Plan)| {
+            let recording = simulate_altered(&drawn.rig, &drawn.conditions[0], &Start::seeded(1), alter).unwrap();
+            recording.channel("ay").unwrap().samples.clone()
+        };
+        let without = simulate(&drawn.rig, &drawn.conditions[0], &Start::seeded(1)).unwrap();
+        let alter = outside::draw(kind, &drawn, &[without], &mut rng);
+        let plain = run(&|_| ());
+        let [first, second] = [0, 1].map(|n| run(&|plan| alter(n, plan)));
+        let added = |with: &[f64]| with.iter().zip(&plain).map(|(a, b)| a - b).collect::<Vec<f64>>();
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let (first, second) = (added(&first), added(&second));
+        let alike = product(&first, &second) / (product(&first, &first) * product(&second, &second)).sqrt();
+        assert!(alike < 0.99, "{}: {alike}", kind.name());
+    }
 }
 
 #[test]
