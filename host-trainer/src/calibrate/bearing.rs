@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::distance::log_spectral;
-use super::estimate::{Estimate, Undetermined, covariance, estimates, undetermined};
+use super::estimate::{Estimate, Knowledge, Undetermined, covariance, estimates, undetermined};
 use super::split::Split;
 use super::{CalibrateError, path};
 use crate::recording::Recording;
@@ -75,6 +75,9 @@ pub struct Calibration {
     /// The rig.
     #[serde(skip)]
     pub rig: Rig,
+    /// What is known of its parameters; nothing where a transmission path takes their place.
+    #[serde(skip)]
+    pub knowledge: Knowledge,
     /// Parameters and noise levels; empty where a transmission path takes their place.
     pub parameters: Vec<Estimate>,
     /// What the recordings do not determine.
@@ -126,6 +129,7 @@ pub fn calibrate(
             sought.iter().filter(|c| !NOISE.contains(&c.key.as_str())).map(|c| c.key.clone()).collect::<Vec<_>>();
         let free = Undetermined { free: keys.join(" · "), keys, deviation: f64::MAX };
         return Ok(Calibration {
+            knowledge: Knowledge::none(),
             parameters: Vec::new(),
             undetermined: if free.keys.is_empty() { Vec::new() } else { vec![free] },
             path_poles,
@@ -141,15 +145,17 @@ pub fn calibrate(
     let judged_rig = part.rig_at(&found.point.coordinates)?;
     let whole = Problem { observed: &all, rig: judged_rig.clone(), ..part.clone() };
     let last = search_from_rig(&whole)?;
-    let covariance = covariance(&last.expansion.information, whole.coordinates.len());
+    let covariance = covariance(&last.expansion, whole.coordinates.len());
     let before: Vec<f64> = whole.coordinates.iter().map(|c| rig.get(&c.key).unwrap_or_default()).collect();
     let mut calibrated = whole.rig_at(&last.point.coordinates)?;
     let parameters = estimates(&whole.coordinates, &before, &last.point.coordinates, &covariance);
     // What is known now is no guess any more.
     let known = |key: &str| parameters.iter().any(|p| p.key == key && p.determined);
     calibrated.unknown = rig.unknown_keys().into_iter().filter(|key| !known(key)).collect();
+    let undetermined = undetermined(&whole.coordinates, &covariance);
     Ok(Calibration {
-        undetermined: undetermined(&whole.coordinates, &covariance),
+        knowledge: Knowledge { coordinates: whole.coordinates.clone(), covariance }.of(|c| known(&c.key)),
+        undetermined,
         parameters,
         path_poles: Vec::new(),
         angles_rad: all.iter().map(|o| o.name.clone()).zip(last.point.angles.iter().copied()).collect(),

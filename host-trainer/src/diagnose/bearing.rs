@@ -19,7 +19,8 @@ use super::sets::Sets;
 use super::statement::{self, Failure};
 use super::{DiagnoseError, Task};
 use super::{locate, recorded};
-use crate::calibrate::bearing::{Options, calibrate};
+use crate::calibrate::bearing::{Calibration, Options, calibrate};
+use crate::calibrate::estimate::Knowledge;
 use crate::calibrate::split::Split;
 use crate::recording::Recording;
 use crate::rig::Rig;
@@ -38,8 +39,8 @@ const LEAST_P: f64 = 0.01;
 /// Recordings without acceleration, speed or load; a rig that cannot run.
 pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<Outcome, DiagnoseError> {
     let Task { recordings, seed, .. } = *task;
-    let rig = match measure(task, progress)? {
-        Measure::Waveforms(rig) => rig,
+    let (rig, knowledge) = match measure(task, progress)? {
+        Measure::Waveforms(rig, knowledge) => (rig, knowledge),
         Measure::Rhythm(rig) => return recorded::diagnose(&Task { rig: &rig, ..*task }, progress),
     };
     let acquired = Acquired::of(&rig, recordings)?;
@@ -50,13 +51,13 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<Outcome, Diagnos
     let explanation =
         if acquired.clipped.is_empty() { ground.explain(progress)? } else { Explanation::nothing(ground.excess) };
     let judgement = Judgement::of(&ground, &explanation, progress)?;
-    outcome(recordings, &acquired, &ground, &explanation, judgement, progress)
+    outcome(recordings, &acquired, &knowledge, &ground, &explanation, judgement, progress)
 }
 
 /// The rig that recordings are measured by.
 enum Measure {
-    /// Of the right kind, so that waveforms count.
-    Waveforms(Rig),
+    /// Of the right kind, so that waveforms count, and how well its parameters are known.
+    Waveforms(Rig, Knowledge),
     /// With a transmission path in the place of a structure that is not the rig's, so that only the rhythm counts.
     Rhythm(Rig),
 }
@@ -65,8 +66,9 @@ fn measure(task: &Task, progress: &dyn Fn(&str)) -> Result<Measure, DiagnoseErro
     let Task { rig, baseline, recordings, seed } = *task;
     if let Some(baseline) = baseline {
         progress("calibrating to the baseline");
-        let rig = calibrate(rig, baseline, &Options { seed, ..Options::default() }, progress)?.rig;
-        return Ok(if rig.paths.is_empty() { Measure::Waveforms(rig) } else { Measure::Rhythm(rig) });
+        let Calibration { rig, knowledge, .. } =
+            calibrate(rig, baseline, &Options { seed, ..Options::default() }, progress)?;
+        return Ok(if rig.paths.is_empty() { Measure::Waveforms(rig, knowledge) } else { Measure::Rhythm(rig) });
     }
     if !rig.unknown.is_empty() {
         progress("fitting the rig's unknown parameters");
@@ -74,7 +76,7 @@ fn measure(task: &Task, progress: &dyn Fn(&str)) -> Result<Measure, DiagnoseErro
             return Ok(Measure::Rhythm(rig));
         }
     }
-    Ok(Measure::Waveforms(rig.clone()))
+    Ok(Measure::Waveforms(rig.clone(), Knowledge::none()))
 }
 
 /// Whether an explanation stands.
@@ -129,6 +131,7 @@ fn failure(explained: f64, proof: Option<&Proof>) -> Option<Failure> {
 fn outcome(
     raw: &[Recording],
     acquired: &Acquired,
+    knowledge: &Knowledge,
     ground: &Ground,
     explanation: &Explanation,
     judgement: Judgement,
@@ -142,7 +145,7 @@ fn outcome(
         _ => (&ground.problem, &ground.found),
     };
     let mut corrected = problem.rig_at(&found.point.coordinates)?;
-    let (values, fitted) = statement::parameters(problem, found, rig, ground.contest.unknown.len());
+    let (values, fitted) = statement::parameters(problem, found, rig, ground.contest.unknown.len(), knowledge)?;
     let mut causes: Vec<Cause> = acquired.faults().map(statement::of_fault).collect();
     if stands {
         causes.extend(statement::causes(&corrected, rig, &values, explanation, proof.as_ref()));

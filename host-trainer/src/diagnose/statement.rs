@@ -8,9 +8,9 @@ use super::compete::{Contender, Dropped};
 use super::explain::{Choice, Explanation, LEAST_MERIT};
 use super::outcome::{Cause, Fit, Fitted, HeldOut, Parameter, Rejected};
 use super::prove::Proof;
-use crate::calibrate::estimate::{Estimate, covariance, estimates};
+use crate::calibrate::estimate::{Estimate, Knowledge, covariance_under, estimates};
 use crate::report::number::by_chance;
-use crate::rig::{EffectEntry, Rig};
+use crate::rig::{EffectEntry, Rig, RigError};
 use crate::whittle::problem::Problem;
 use crate::whittle::search::Found;
 
@@ -31,8 +31,21 @@ pub fn of_fault(fault: &Fault) -> Cause {
 
 /// Estimates of effects' parameters, and of the rig's unknown ones, the first `unknown` of what was sought. What happens at a
 /// time is told no better than to the sample: within one, that depends on how it happens.
-pub fn parameters(problem: &Problem, found: &Found, before: &Rig, unknown: usize) -> (Vec<Estimate>, Vec<Fitted>) {
-    let covariance = covariance(&found.expansion.information, problem.coordinates.len());
+///
+/// # Errors
+/// None that the search has not met.
+pub fn parameters(
+    problem: &Problem,
+    found: &Found,
+    before: &Rig,
+    unknown: usize,
+    knowledge: &Knowledge,
+) -> Result<(Vec<Estimate>, Vec<Fitted>), RigError> {
+    let covariance = covariance_under(
+        knowledge,
+        &problem.expand_with(&knowledge.coordinates, &found.point)?,
+        problem.coordinates.len(),
+    );
     let start: Vec<f64> = problem.coordinates.iter().map(|c| before.get(&c.key).unwrap_or_default()).collect();
     let mut all = estimates(&problem.coordinates, &start, &found.point.coordinates, &covariance);
     let mut effects = all.split_off(unknown.min(all.len()));
@@ -42,7 +55,7 @@ pub fn parameters(problem: &Problem, found: &Found, before: &Rig, unknown: usize
         estimate.interval95 = [from.min(estimate.value - half_a_sample_s), to.max(estimate.value + half_a_sample_s)];
     }
     let along = all.into_iter().map(|e| (e.key, e.value, e.interval95)).collect();
-    (effects, along)
+    Ok((effects, along))
 }
 
 /// The effects that `corrected` has beyond `before` as causes, the most probable first. They are those of the contenders

@@ -13,6 +13,9 @@ use super::observed::{Coefficients, Observed};
 use super::tachometer::Reading;
 use crate::rig::{Rig, RigError};
 
+/// Bands of equal width in which a channel's part of the gradient is told.
+const BANDS: usize = 8;
+
 /// What is to be explained, by what.
 #[derive(Clone, Debug)]
 pub struct Problem<'o> {
@@ -43,6 +46,8 @@ pub struct Expansion {
     pub misfits: Vec<f64>,
     /// Its gradient.
     pub gradient: Vec<f64>,
+    /// What each band of each channel of each recording adds to the gradient.
+    pub scores: Vec<Vec<f64>>,
     /// Expected information.
     pub information: Mat<f64>,
 }
@@ -174,6 +179,18 @@ impl<'o> Problem<'o> {
         align::reading(&self.rig, o).map_or(0.0, adds)
     }
 
+    /// The same around a point with `more` numbers of the rig after the coordinates, at what they are.
+    ///
+    /// # Errors
+    /// As [`Problem::expected`].
+    pub fn expand_with(&self, more: &[Coordinate], point: &Point) -> Result<Expansion, RigError> {
+        let rig = self.rig_at(&point.coordinates)?;
+        let with = Self { coordinates: [&self.coordinates, more].concat(), ..self.clone() };
+        let values = more.iter().map(|c| c.from_value(rig.get(&c.key).unwrap_or_default()));
+        let coordinates = point.coordinates.iter().copied().chain(values).collect();
+        with.expand(&Point { coordinates, angles: point.angles.clone() })
+    }
+
     /// Likelihood, gradient and information, by difference quotients of D and ln S.
     ///
     /// # Errors
@@ -222,6 +239,9 @@ impl<'o> Problem<'o> {
             .map(|(((index, o), means), (at, there))| {
                 let at = &at.variance;
                 let mut local = Local::new(count + 2);
+                let tachometer = self.of_tachometer(o, |t| t.gradient(point.angles[index][1]));
+                local.scores.push(vec![0.0; count + 2]);
+                local.scores[0][count + 1] = tachometer;
                 for channel in 0..2 {
                     let Some(x) = &o.spectra[channel] else { continue };
                     let mut slopes: Vec<Slope> = vec![Slope::default(); count + 2];
@@ -247,6 +267,7 @@ impl<'o> Problem<'o> {
         let mut out = Expansion {
             misfits: vec![0.0; self.observed.len()],
             gradient: vec![0.0; unknowns],
+            scores: Vec::new(),
             information: Mat::zeros(unknowns, unknowns),
         };
         for (index, local) in pieces {
@@ -254,10 +275,14 @@ impl<'o> Problem<'o> {
             let (o, shaft) = (&self.observed[index], point.angles[index][1]);
             out.misfits[index] = local.misfit + self.of_tachometer(o, |t| t.misfit(shaft));
             let place = global(count + 1);
-            out.gradient[place] += self.of_tachometer(o, |t| t.gradient(shaft));
             out.information[(place, place)] += self.of_tachometer(o, Reading::information);
+            for of_band in &local.scores {
+                let mut score = vec![0.0; unknowns];
+                (0..count + 2).for_each(|a| score[global(a)] = of_band[a]);
+                out.gradient.iter_mut().zip(&score).for_each(|(sum, part)| *sum += part);
+                out.scores.push(score);
+            }
             for a in 0..count + 2 {
-                out.gradient[global(a)] += local.gradient[a];
                 for b in 0..count + 2 {
                     out.information[(global(a), global(b))] += local.information[(a, b)];
                 }
@@ -281,27 +306,32 @@ fn quotient(from: &[Complex<f64>], to: &[Complex<f64>], step: f64) -> Coefficien
 /// One recording's part of an [`Expansion`].
 struct Local {
     misfit: f64,
-    gradient: Vec<f64>,
+    /// As [`Expansion::scores`].
+    scores: Vec<Vec<f64>>,
     information: Mat<f64>,
 }
 
 impl Local {
     fn new(unknowns: usize) -> Self {
-        Self { misfit: 0.0, gradient: vec![0.0; unknowns], information: Mat::zeros(unknowns, unknowns) }
+        Self { misfit: 0.0, scores: Vec::new(), information: Mat::zeros(unknowns, unknowns) }
     }
 
     fn add(&mut self, bins: Range<usize>, x: &[Complex<f64>], d: &[Complex<f64>], s: &[f64], slopes: &[Slope]) {
         self.misfit += bins.clone().map(|k| s[k].ln() + (x[k] - d[k]).norm_sqr() / s[k]).sum::<f64>();
+        let width = bins.len().div_ceil(BANDS).max(1);
+        for band in (0..BANDS).map(|n| bins.start + n * width..(bins.start + (n + 1) * width).min(bins.end)) {
+            let score = |slope: &Slope| -> f64 {
+                let of = |k: usize| {
+                    let residual = x[k] - d[k];
+                    let of_mean = slope.mean.get(k).map_or(0.0, |mean| -2.0 * (residual.conj() * mean).re / s[k]);
+                    let of_log = slope.log_variance.get(k).map_or(0.0, |log| (1.0 - residual.norm_sqr() / s[k]) * log);
+                    of_mean + of_log
+                };
+                band.clone().map(of).sum()
+            };
+            self.scores.push(slopes.iter().map(score).collect());
+        }
         for (a, slope) in slopes.iter().enumerate() {
-            for k in bins.clone() {
-                let residual = x[k] - d[k];
-                if let Some(mean) = slope.mean.get(k) {
-                    self.gradient[a] -= 2.0 * (residual.conj() * mean).re / s[k];
-                }
-                if let Some(log) = slope.log_variance.get(k) {
-                    self.gradient[a] += (1.0 - residual.norm_sqr() / s[k]) * log;
-                }
-            }
             for (b, other) in slopes[..=a].iter().enumerate() {
                 let mut sum = 0.0;
                 if !slope.mean.is_empty() && !other.mean.is_empty() {
