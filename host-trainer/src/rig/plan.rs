@@ -6,13 +6,16 @@
 //! |---|---|
 //! | [`Plan::machine`] | parameters before the run |
 //! | [`Plan::speed_rate_per_s`], [`Plan::cage_factor`] | how shaft and cage turn |
-//! | [`Plan::profiles`] | contact geometry: what each ball loses of its deflection |
+//! | [`Plan::profiles`], [`Plan::pits`] | contact geometry: what each ball loses of its deflection |
 //! | [`Plan::forces`] | forces on the degrees of freedom, of state, time and angles |
 //! | [`Plan::signals`] | what happens between the machine and the file |
+
+use std::f64::consts::TAU;
 
 use super::{
     config::{BearingRig, SdofRig},
     effect::component::{self, Component},
+    effect::pit::Passage,
 };
 
 /// Degrees of freedom that a force can act on. An sdof rig uses only the first.
@@ -51,6 +54,8 @@ pub struct Moment {
 pub type Force = Box<dyn Fn(&Moment, &[f64; DOFS], &[f64; DOFS], &mut [f64; DOFS]) + Send + Sync>;
 /// Adds to each ball's loss of deflection, m: what its contact force law then has less of.
 pub type Profile = Box<dyn Fn(&Moment, &mut [f64]) + Send + Sync>;
+/// Adds the balls that meet a pit between two moments, a step apart.
+pub type Meeting = Box<dyn Fn(&[Moment; 2], usize, &mut Vec<Passage>) + Send + Sync>;
 /// Alters a signal.
 pub type Signal = Box<dyn Fn(&Acquisition, &mut Vec<f64>) + Send + Sync>;
 
@@ -117,10 +122,14 @@ pub struct Plan {
     pub forces: Vec<Force>,
     /// Contact geometry.
     pub profiles: Vec<Profile>,
+    /// Contact geometry that a ball may be past in less than a step.
+    pub pits: Vec<Meeting>,
     /// Output chain.
     pub signals: Vec<(Stage, Signal)>,
     /// Fastest rate that an effect brings, rad/s; the step is chosen by it.
-    pub rate_rad_per_s: f64,
+    rate_rad_per_s: f64,
+    /// The same as the shaft turns, rad for each rad of that.
+    order: f64,
     /// Time that the output chain needs to settle, s.
     pub preroll_s: f64,
     /// Whether the output chain needs [`Acquisition::path_force`].
@@ -140,8 +149,10 @@ impl Plan {
             cage_factor: 1.0,
             forces: Vec::new(),
             profiles: Vec::new(),
+            pits: Vec::new(),
             signals: Vec::new(),
             rate_rad_per_s: 0.0,
+            order: 0.0,
             preroll_s: 0.0,
             needs_path_force: false,
             surplus: 0,
@@ -166,6 +177,16 @@ impl Plan {
         self.rate_rad_per_s = self.rate_rad_per_s.max(rad_per_s);
     }
 
+    /// Says that something in the run changes as fast as this for each rad that the shaft turns.
+    pub fn declare_order(&mut self, order: f64) {
+        self.order = self.order.max(order);
+    }
+
+    /// Fastest rate of all, rad/s, where the shaft turns at this speed.
+    pub fn rate_rad_per_s(&self, shaft_hz: f64) -> f64 {
+        self.rate_rad_per_s.max(self.order * TAU * shaft_hz.abs())
+    }
+
     /// Adds a force.
     pub fn force(
         &mut self,
@@ -177,6 +198,11 @@ impl Plan {
     /// Adds a loss of deflection.
     pub fn profile(&mut self, profile: impl Fn(&Moment, &mut [f64]) + Send + Sync + 'static) {
         self.profiles.push(Box::new(profile));
+    }
+
+    /// Adds a pit.
+    pub fn pit(&mut self, meeting: impl Fn(&[Moment; 2], usize, &mut Vec<Passage>) + Send + Sync + 'static) {
+        self.pits.push(Box::new(meeting));
     }
 
     /// Adds an alteration of the signals.

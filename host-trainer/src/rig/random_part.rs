@@ -145,7 +145,7 @@ fn scatter(machine: &BearingRig, condition: &OperatingCondition, impulses: &[Imp
 /// every sample's of one without.
 fn visited(rig: &Rig, condition: &OperatingCondition, scatter: Option<Scatter>) -> Result<Vec<Visited>, RigError> {
     let samples = condition.samples.min((LINEARISED_OVER_S * condition.sample_rate_hz) as usize).max(1);
-    let substeps = Some(fewest_substeps(rig, scatter, condition.sample_rate_hz));
+    let substeps = Some(fewest_substeps(rig, scatter, condition));
     let seeded = Start::seeded(LINEARISED_WITH);
     let settle_s = LINEARISED_AFTER_S.min(shortest_settling_s(rig));
     let start = Start { substeps, scatter, noise: scatter.is_none(), settle_s, ..seeded };

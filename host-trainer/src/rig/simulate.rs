@@ -169,9 +169,10 @@ pub fn simulate_all(runs: &[Run]) -> Result<Vec<Result<Recording, RigError>>, Ri
 
 /// Steps for each sample that are enough where errors of 1e-5 m/s² do not matter, as beside any real noise: the linear
 /// modes are exact at any step, the contact follows at one step a sample, and only an effect can be too fast for that.
-pub fn fewest_substeps(rig: &Rig, scatter: Option<Scatter>, sample_rate_hz: f64) -> usize {
+pub fn fewest_substeps(rig: &Rig, scatter: Option<Scatter>, condition: &OperatingCondition) -> usize {
     let plan = plan_in(rig, scatter);
-    (plan.rate_rad_per_s / (sample_rate_hz * FASTEST_PER_STEP)).ceil().clamp(1.0, MOST_SUBSTEPS) as usize
+    let rate = plan.rate_rad_per_s(condition.shaft_hz);
+    (rate / (condition.sample_rate_hz * FASTEST_PER_STEP)).ceil().clamp(1.0, MOST_SUBSTEPS) as usize
 }
 
 /// Time from rest that is enough where what is left of the start may be a ten-thousandth of the noise: some time constants
@@ -278,7 +279,8 @@ pub(crate) fn plan_of(rig: &Rig) -> Plan {
 
 /// The same where noise that is left out scatters the state.
 pub(super) fn plan_in(rig: &Rig, scatter: Option<Scatter>) -> Plan {
-    let mut plan = Plan { scatter, ..Plan::new(rig.model.clone()) };
+    let mut plan = Plan::new(rig.model.clone());
+    plan.scatter = scatter;
     for entry in &rig.effects {
         if let Some(values) = Values::new(entry, rig.model.kind()) {
             (values.definition().apply)(&values, &mut plan);

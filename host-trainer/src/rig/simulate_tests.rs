@@ -43,6 +43,25 @@ fn golden_reference_trajectories() {
     }
 }
 
+/// Pits that a ball turns past in 70 µs, less than two samples, and in four: one step a sample follows them.
+#[test]
+fn invariant_a_narrow_pit_is_as_fine_steps_have_it() {
+    for (name, width) in [("ball-defect", 0.03), ("outer-race-defect", 0.012), ("inner-race-defect", 0.05)] {
+        let mut pit = EffectEntry::new(name, &[("depth_m", 1e-6), ("width_rad", width)]);
+        if name != "ball-defect" {
+            pit = pit.with_number("angle_rad", 1.6);
+        }
+        let rig = nominal().with_effect(pit);
+        let run = |substeps| {
+            let start = Start { substeps, ..Start::silent(0.3, 0.7) };
+            samples(&simulate(&rig, &condition(30.0, 500.0, 6400), &start).unwrap(), "ay").to_vec()
+        };
+        let fine = run(Some(64));
+        let error = |of: &[f64]| rms(&of.iter().zip(&fine).map(|(a, b)| a - b).collect::<Vec<_>>()) / rms(&fine);
+        assert!(error(&run(Some(1))) < 0.003, "{name}: {}", error(&run(Some(1))));
+    }
+}
+
 #[test]
 fn invariant_side_by_side_is_one_after_the_other() {
     let mut rigs = vec![nominal(); 11];

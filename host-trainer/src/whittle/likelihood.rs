@@ -129,7 +129,7 @@ pub fn means(runs: &[Silent]) -> Result<Vec<Result<[Coefficients; 2], RigError>>
         .iter()
         .map(|&Silent { rig, condition, angles: [cage, shaft], scatter }| {
             let scatter = Some(scatter);
-            let substeps = Some(fewest_substeps(rig, scatter, condition.sample_rate_hz));
+            let substeps = Some(fewest_substeps(rig, scatter, &condition));
             let settle_s = shortest_settling_s(rig);
             Run { rig, condition, start: Start { substeps, settle_s, scatter, ..Start::silent(cage, shaft) } }
         })

@@ -16,7 +16,10 @@ use super::{
     prepare::Prepared,
     setup::{MAX_RUNS, Setup, gather},
 };
-use crate::rig::plan::{DOFS, OUTER_X, OUTER_Y};
+use crate::rig::{
+    effect::pit::Passage,
+    plan::{DOFS, OUTER_X, OUTER_Y},
+};
 
 /// Samples between two exact evaluations of the angles.
 const BLOCK: usize = 64;
@@ -25,6 +28,8 @@ const BLOCK: usize = 64;
 pub(in crate::rig) type Signals = [Vec<f64>; 4];
 /// States: x_s, x_p and their velocities; y_s, y_p, y_b and theirs.
 pub(super) const STATES: usize = 10;
+/// Of the losses: those of the start of a step where what the step is computed with is not.
+const AS_IT_IS: usize = 3;
 const X: usize = 0;
 const Y: usize = 4;
 
@@ -52,10 +57,14 @@ pub(super) struct Kernel<'a, L: Lanes, const HOOKS: bool> {
     setup: Setup<L::V>,
     /// Ball pitch angles cos α_j, sin α_j.
     slots: Vec<[f64; 2]>,
-    /// Loss of deflection in each slot, at the three instants of a step.
-    losses: [Vec<f64>; 3],
+    /// Loss of deflection in each slot, at the three instants of a step, and [`AS_IT_IS`] where that begins.
+    losses: [Vec<f64>; 4],
     /// Loss of deflection of each ball of one run.
     ball_losses: Vec<f64>,
+    /// Balls of one run that pass a pit in the step.
+    passages: Vec<Passage>,
+    /// Whether a ball of any run does.
+    passing: bool,
     /// Of each run: angles at the start of the sample, and what they gain in it; pitches the cage has turned.
     angles0: [[f64; 2]; MAX_RUNS],
     gains: [[f64; 2]; MAX_RUNS],
@@ -77,8 +86,10 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
             runs,
             setup: Setup::new(l, runs),
             slots: slots.collect(),
-            losses: [losses(), losses(), losses()],
+            losses: [losses(), losses(), losses(), losses()],
             ball_losses: vec![0.0; balls],
+            passages: Vec::new(),
+            passing: false,
             angles0: [[0.0; 2]; MAX_RUNS],
             gains: [[0.0; 2]; MAX_RUNS],
             pitches: [0; MAX_RUNS],
@@ -102,14 +113,14 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
                 self.advance_angles(sample);
             }
             self.setup.process = gather(l, self.runs, |run| run.process.get(sample).copied().unwrap_or(0.0));
-            // At other samples it is the end of the step before.
-            if HOOKS && sample % block == 0 {
-                self.lose(0, sample, 0.0);
-            }
             for substep in 0..first.substeps {
+                if HOOKS {
+                    self.lose(sample, substep, sample % block == 0 && substep == 0);
+                }
                 let n0 = self.forces(0, angles, &z, sample, substep as f64);
                 if substep == 0 && sample + first.preroll >= settle {
-                    self.record(&z, &n0, out);
+                    let n = if HOOKS && self.passing { self.forces(AS_IT_IS, angles, &z, sample, 0.0) } else { n0 };
+                    self.record(&z, &n, out);
                 }
                 (z, angles) = self.step(&z, n0, angles, &half_step, sample, substep);
             }
@@ -130,10 +141,6 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
         let middle = angles.turned(l, half_step);
         let end = middle.turned(l, half_step);
         let substep = substep as f64;
-        if HOOKS {
-            self.lose(1, sample, substep + 0.5);
-            self.lose(2, sample, substep + 1.0);
-        }
 
         // e^{Ah/2} z and e^{Ah} z. Without hooks the stages need only the relative displacements.
         let mut half = [l.splat(0.0); STATES];
@@ -174,9 +181,6 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
             let sum = plus_dot(l, &set.y.b1[i], &n0[2..], full[Y + i]);
             let sum = plus_dot(l, &set.y.b2[i], &nab[2..], sum);
             full[Y + i] = plus_dot(l, &set.y.b3[i], &nc[2..], sum);
-        }
-        if HOOKS {
-            self.losses.swap(0, 2);
         }
         (full, end)
     }

@@ -6,7 +6,7 @@ use super::step::Step;
 use crate::rig::{
     config::BearingRig,
     noise,
-    plan::{DOFS, Force, INNER_X, INNER_Y, OUTER_X, OUTER_Y, Plan, Profile, RESONATOR_Y},
+    plan::{DOFS, Force, INNER_X, INNER_Y, Meeting, OUTER_X, OUTER_Y, Plan, Profile, RESONATOR_Y},
     simulate::{OperatingCondition, Start},
 };
 
@@ -78,6 +78,7 @@ pub(in crate::rig) struct Prepared {
     pub process: Vec<f64>,
     pub forces: Vec<Force>,
     pub profiles: Vec<Profile>,
+    pub pits: Vec<Meeting>,
 }
 
 /// What runs must share to go side by side.
@@ -158,6 +159,7 @@ impl Prepared {
             process,
             forces: std::mem::take(&mut plan.forces),
             profiles: std::mem::take(&mut plan.profiles),
+            pits: std::mem::take(&mut plan.pits),
         }
     }
 
@@ -171,7 +173,7 @@ impl Prepared {
             substeps: self.substeps,
             drifting: self.drifting,
             hertzian: self.exponent == 1.5,
-            hooks: !(self.forces.is_empty() && self.profiles.is_empty()),
+            hooks: !(self.forces.is_empty() && self.profiles.is_empty() && self.pits.is_empty()),
         }
     }
 }
@@ -212,6 +214,6 @@ fn substeps(rig: &BearingRig, plan: &Plan, condition: &OperatingCondition) -> us
         * bearing.contact_stiffness_n_per_m1_5
         * deflection.powf(bearing.contact_exponent - 1.0);
     let contact = (slope * (1.0 / rig.inner.mass_kg + 1.0 / rig.outer.mass_kg)).sqrt();
-    let steps_per_s = (contact / CONTACT_PER_STEP).max(plan.rate_rad_per_s / EFFECT_PER_STEP);
+    let steps_per_s = (contact / CONTACT_PER_STEP).max(plan.rate_rad_per_s(condition.shaft_hz) / EFFECT_PER_STEP);
     (steps_per_s / condition.sample_rate_hz).ceil().clamp(1.0, 256.0) as usize
 }

@@ -34,11 +34,14 @@ pub(super) const EFFECT: Definition = Definition {
         let pit = Pit::new(v.number("depth_m"), v.number("width_rad"));
         let spin = rig.bearing.geometry().orders().bsf;
         if v.number("depth_m") > 0.0 {
-            plan.profile(move |at, losses| {
-                let turns = (spin * at.shaft_rad + spin0) / TAU;
-                let outer = (turns - turns.round()) * TAU;
-                let inner = (turns - 0.5 - (turns - 0.5).round()) * TAU;
-                losses[0] += pit.loss(outer) + pit.loss(inner);
+            plan.declare_order(spin * pit.rate());
+            plan.pit(move |moments, _, passages| {
+                let [from, to] = moments.each_ref().map(|at| (spin * at.shaft_rad + spin0) / TAU);
+                // Outer and inner race, half a turn apart.
+                for place in [0.0, 0.5] {
+                    let nearest = (from - place).round() + place;
+                    pit.pass(0, [from, to].map(|turns| (turns - nearest) * TAU), passages);
+                }
             });
         }
     },

@@ -27,8 +27,11 @@ pub(super) const EFFECT: Definition = Definition {
     apply: |v, plan| {
         let angle = v.number("angle_rad");
         let pit = Pit::new(v.number("depth_m"), v.number("width_rad"));
+        let Some(rig) = plan.bearing() else { return };
+        let ftf = rig.bearing.geometry().orders().ftf;
         if v.number("depth_m") > 0.0 {
-            plan.profile(move |at, losses| pit.add(angle + at.shaft_rad, at.cage_rad, losses));
+            plan.declare_order((1.0 - ftf) * pit.rate());
+            plan.pit(move |moments, balls, passages| pit.pass_all(|at| angle + at.shaft_rad, moments, balls, passages));
         }
     },
 };

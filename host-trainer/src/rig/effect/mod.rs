@@ -11,7 +11,7 @@ pub mod component;
 mod erf;
 #[cfg(test)]
 mod machine_tests;
-mod pit;
+pub mod pit;
 #[cfg(test)]
 mod registry_tests;
 #[cfg(test)]

@@ -27,8 +27,11 @@ pub(super) const EFFECT: Definition = Definition {
     apply: |v, plan| {
         let angle = v.number("angle_rad");
         let pit = Pit::new(v.number("depth_m"), v.number("width_rad"));
+        let Some(rig) = plan.bearing() else { return };
+        let ftf = rig.bearing.geometry().orders().ftf;
         if v.number("depth_m") > 0.0 {
-            plan.profile(move |at, losses| pit.add(angle, at.cage_rad, losses));
+            plan.declare_order(ftf * pit.rate());
+            plan.pit(move |moments, balls, passages| pit.pass_all(|_| angle, moments, balls, passages));
         }
     },
 };

@@ -9,6 +9,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::rig::plan::Moment;
+
 /// A pit, by its depth in m and half its width in rad.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pit {
@@ -16,27 +18,94 @@ pub(super) struct Pit {
     half_width: f64,
 }
 
+/// A ball that is over a pit in some part of a step.
+#[derive(Clone, Copy, Debug)]
+pub struct Passage {
+    /// The ball.
+    pub ball: usize,
+    pit: Pit,
+    /// Its angle from the middle of the pit where the step begins and where it ends, rad.
+    angles: [f64; 2],
+}
+
 impl Pit {
     pub(super) fn new(depth: f64, width: f64) -> Self {
         Self { depth, half_width: 0.5 * width }
     }
 
+    /// Rate of its half sine for each rad that a ball turns past it: where it is so deep that the contact is lost, it is
+    /// not moments alone that count.
+    pub(super) fn rate(&self) -> f64 {
+        0.5 * PI / self.half_width
+    }
+
     /// Loss of deflection at an angle from its middle, m.
-    pub(super) fn loss(&self, angle: f64) -> f64 {
+    fn loss(&self, angle: f64) -> f64 {
         if angle.abs() < self.half_width { self.depth * (0.5 * PI * angle / self.half_width).cos() } else { 0.0 }
     }
 
-    /// Adds the loss of every ball that is over a pit at angle `at`, ball 0 being at `cage`.
-    pub(super) fn add(&self, at: f64, cage: f64, losses: &mut [f64]) {
-        let balls = losses.len();
+    /// Adds the passage of a ball from one angle to another.
+    pub(super) fn pass(&self, ball: usize, angles: [f64; 2], passages: &mut Vec<Passage>) {
+        if angles[0].min(angles[1]) < self.half_width && angles[0].max(angles[1]) > -self.half_width {
+            passages.push(Passage { ball, pit: *self, angles });
+        }
+    }
+
+    /// Adds the passages of `balls` on a race whose pit is at an angle that depends on the moment.
+    pub(super) fn pass_all(
+        &self,
+        at: impl Fn(&Moment) -> f64,
+        moments: &[Moment; 2],
+        balls: usize,
+        out: &mut Vec<Passage>,
+    ) {
         let pitch = TAU / balls as f64;
-        let place = (at - cage) / pitch;
-        let nearest = place.round();
-        // Balls to each side that a pit wider than their pitch reaches.
-        let reach = (self.half_width / pitch + 0.5).floor().min(0.5 * (balls - 1) as f64) as i64;
+        let [from, to] = moments.each_ref().map(|moment| (at(moment) - moment.cage_rad) / pitch);
+        let nearest = from.round();
+        // Balls to each side that it reaches within the step, where it is wider than their pitch.
+        let reach = ((self.half_width / pitch + (to - from).abs() + 0.5).floor()).min(0.5 * (balls - 1) as f64) as i64;
         for offset in -reach..=reach {
             let ball = nearest + offset as f64;
-            losses[ball.rem_euclid(balls as f64) as usize % balls] += self.loss((place - ball) * pitch);
+            let number = ball.rem_euclid(balls as f64) as usize % balls;
+            self.pass(number, [from, to].map(|place| (place - ball) * pitch), out);
         }
     }
 }
+
+impl Passage {
+    /// Loss of deflection where the step begins, m.
+    pub fn at_start(&self) -> f64 {
+        self.pit.loss(self.angles[0])
+    }
+
+    /// Loss of deflection at the beginning, the middle and the end of the step, m, of the parabola that has its integral
+    /// and its first and second moment over the step: what moves slowly is moved as by the pit itself, however short the
+    /// time is in which it is passed.
+    pub fn over_step(&self) -> [f64; 3] {
+        let ([from, to], reach) = (self.angles, self.pit.half_width);
+        let turn = to - from;
+        // Shares of the step at which the pit begins and ends.
+        let [one, other] = [-reach, reach].map(|edge| if turn == 0.0 { 0.0 } else { (edge - from) / turn });
+        let (first, last) = if turn == 0.0 { (0.0, 1.0) } else { (one.min(other).max(0.0), one.max(other).min(1.0)) };
+        let half = 0.5 * (last - first).max(0.0);
+        let mut of_legendre = [0.0; 3];
+        for (node, weight) in GAUSS {
+            let share = first + half * (1.0 + node);
+            let loss = half * weight * self.pit.loss(from + share * turn);
+            let p1 = 2.0 * share - 1.0;
+            let p = [1.0, p1, 1.5 * p1 * p1 - 0.5];
+            (0..3).for_each(|k| of_legendre[k] += (2 * k + 1) as f64 * loss * p[k]);
+        }
+        let [c0, c1, c2] = of_legendre;
+        [c0 - c1 + c2, c0 - 0.5 * c2, c0 + c1 + c2]
+    }
+}
+
+/// Nodes and weights of the Gauss–Legendre rule of five points on [−1, 1].
+const GAUSS: [(f64, f64); 5] = [
+    (0.0, 0.568_888_888_888_888_9),
+    (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
+    (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
+    (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
+    (0.906_179_845_938_664, 0.236_926_885_056_189_1),
+];

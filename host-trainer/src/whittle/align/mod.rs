@@ -205,7 +205,7 @@ fn long_runs<'r>(rig: &'r Rig, observed: &[Observed], noise: &[Noise]) -> Vec<Ru
         let more = TURNS / o.condition.shaft_hz.max(1.0) * o.condition.sample_rate_hz;
         let samples = o.condition.samples + more.min(4.0 * o.condition.samples as f64).ceil() as usize;
         let scatter = Some(noise.scatter);
-        let substeps = Some(fewest_substeps(rig, scatter, o.condition.sample_rate_hz));
+        let substeps = Some(fewest_substeps(rig, scatter, &o.condition));
         let settle_s = shortest_settling_s(rig);
         let start = Start { substeps, settle_s, scatter, ..Start::silent(0.0, 0.0) };
         Run { rig, condition: OperatingCondition { samples, ..o.condition }, start }

@@ -45,9 +45,58 @@ impl<L: Lanes, const HOOKS: bool> Kernel<'_, L, HOOKS> {
         forces
     }
 
+    /// Fills in the losses of deflection of a step; its beginning is the end of the step before, but for the `first`.
+    pub(super) fn lose(&mut self, sample: usize, substep: usize, first: bool) {
+        let substep = substep as f64;
+        if self.runs.iter().any(|run| !run.pits.is_empty()) {
+            return self.pass(sample, substep);
+        }
+        if first {
+            self.lose_at(0, sample, substep);
+        } else {
+            self.losses.swap(0, 2);
+        }
+        self.lose_at(1, sample, substep + 0.5);
+        self.lose_at(2, sample, substep + 1.0);
+    }
+
+    /// The same where there are pits.
+    #[inline(never)]
+    fn pass(&mut self, sample: usize, substep: f64) {
+        let smooth = self.runs.iter().any(|run| !run.profiles.is_empty());
+        if self.passing || smooth {
+            self.losses.iter_mut().for_each(|losses| losses.fill(0.0));
+        }
+        if smooth {
+            for (instant, later) in [0.0, 0.5, 1.0, 0.0].into_iter().enumerate() {
+                self.lose_at(instant, sample, substep + later);
+            }
+        }
+        self.passing = false;
+        for r in 0..self.runs.len() {
+            let (pits, balls) = (&self.runs[r].pits, self.runs[r].balls);
+            if pits.is_empty() {
+                continue;
+            }
+            let moments = [0.0, 1.0].map(|later| self.moment(r, sample, substep + later));
+            self.passages.clear();
+            for pit in pits {
+                pit(&moments, balls, &mut self.passages);
+            }
+            for passage in &self.passages {
+                self.passing = true;
+                let [start, middle, end] = passage.over_step();
+                let slot = (passage.ball + self.pitches[r]) % balls * L::RUNS + r;
+                for (losses, loss) in self.losses.iter_mut().zip([start, middle, end, passage.at_start()]) {
+                    losses[slot] += loss;
+                }
+            }
+        }
+    }
+
     /// Fills in the loss of deflection at one instant of a step.
     #[inline(never)]
-    pub(super) fn lose(&mut self, instant: usize, sample: usize, substep: f64) {
+    fn lose_at(&mut self, instant: usize, sample: usize, substep: f64) {
         for r in 0..self.runs.len() {
             if self.runs[r].profiles.is_empty() {
                 continue;
