@@ -61,6 +61,36 @@ enum Scan {
     Depth,
 }
 
+/// Frequency and damping of a mode, scanned finely, for either sign: from half the frequency, or from the wrong sign, a search
+/// ends at the wrong mode.
+///
+/// # Errors
+/// What the simulation refuses before it runs.
+pub fn tuned(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Result<Promise, RigError> {
+    let mut best = promise.clone();
+    for (key, factor, reach, gains) in [WIDELY, DAMPING, FINELY, DAMPING] {
+        let of = |(k, gain): (i32, &f64)| {
+            let start = best.start.with(key, best.start.number(key) * factor.powi(k));
+            let start = start.with("gain", gain * best.start.number("gain"));
+            Try { hypothesis: best.hypothesis, start, angles: Angles::Given(best.angles.clone()) }
+        };
+        let tries: Vec<Try> = (-reach..=reach).flat_map(|k| gains.iter().map(move |gain| (k, gain))).map(of).collect();
+        if let Some(found) =
+            evaluate(backdrop, rig, &tries, Strength::Scaled)?.into_iter().next().filter(|f| f.gain > best.gain)
+        {
+            best = found;
+        }
+    }
+    Ok(best)
+}
+
+/// What of a mode is scanned, by which factor from try to try, how many of them up and down, and with which shares of the gain:
+/// that of the random part is in no proportion to it.
+type Tuning = (&'static str, f64, i32, &'static [f64]);
+const WIDELY: Tuning = ("frequency_hz", 1.1, 6, &[0.3, 1.0, 2.0, 4.0, 8.0, -0.3, -1.0, -2.0, -4.0, -8.0]);
+const FINELY: Tuning = ("frequency_hz", 1.03, 3, &[0.7, 0.85, 1.0, 1.2, 1.4]);
+const DAMPING: Tuning = ("damping_ratio", 1.35, 5, &[1.0]);
+
 /// A time, first where the residual is most like what the effect gives, then, where that promises `least`, scanned ever
 /// finer: a step or an impact has to be met to a part of the fastest mode's period.
 ///
@@ -98,9 +128,20 @@ pub fn timed(backdrop: &Backdrop, rig: &Rig, promise: &Promise, least: f64) -> R
             best = found;
         }
     }
-    if best.start.strength().is_some() {
-        let with = rig.clone().with_effect(best.start.effect.clone());
-        best.angles = align::angles_apart(rig, &with, backdrop.observed, &best.angles)?;
+    let Some(strength) = best.start.strength() else { return Ok(best) };
+    let with = rig.clone().with_effect(best.start.effect.clone());
+    best.angles = align::angles_apart(rig, &with, backdrop.observed, &best.angles)?;
+    if best.gain > least {
+        // What is strong is in no proportion to its strength.
+        for (key, step, factor) in [(strength, 0.0, 1.1f64), ("time_s", 0.2 * sample_s, 1.0)] {
+            let of = |k: i32| Try {
+                hypothesis: best.hypothesis,
+                start: best.start.with(key, best.start.number(key) * factor.powi(k) + f64::from(k) * step),
+                angles: Angles::Given(best.angles.clone()),
+            };
+            let tries: Vec<Try> = (-10..=10).map(of).collect();
+            best = evaluate(backdrop, rig, &tries, Strength::Given)?.into_iter().next().unwrap_or(best);
+        }
     }
     Ok(best)
 }

@@ -4,15 +4,20 @@ use super::hypothesis::{self, Hypothesis, Start};
 use super::promise::{Backdrop, Promise};
 use super::residual::{EDGE, excess, whitened};
 use super::screen::screen;
+use crate::rig::simulate::fewest_substeps;
 use crate::rig::{Rig, RigError};
 use crate::whittle::coordinate::Coordinate;
 use crate::whittle::observed::Observed;
 use crate::whittle::problem::{Point, Problem};
 use crate::whittle::search::{Found, Limits, search, search_from_rig};
 
-/// Hypotheses that are searched on the few recordings, and of those the ones that are on all.
+/// Hypotheses that are searched on the few recordings, and of those the ones that are on all, where a step a sample does.
 const SEARCHED: usize = 10;
 const FINALISTS: usize = 4;
+/// The fewest of them where more steps have to be taken, and the most steps that count.
+const LEAST_SEARCHED: usize = 4;
+const LEAST_FINALISTS: usize = 2;
+const MOST_WORK: usize = 4;
 /// Of either, those of one name at most: a race may be wavy in some thirty ways.
 const SEARCHED_OF_A_NAME: usize = 4;
 const FINALISTS_OF_A_NAME: usize = 2;
@@ -195,6 +200,7 @@ impl<'o> Contest<'o> {
             }
             let bare = self.null(part)?;
             let misfit = bare.1.expansion.misfit();
+            let fitted = bare.0.rig_at(&bare.1.point.coordinates)?;
             let soft = Self { rig: hypothesis::softened(&self.rig), ..self.clone() };
             let (problem, found) = if soft.rig == self.rig { bare } else { soft.null(part)? };
             let expected = problem.expected(&found.point)?;
@@ -206,6 +212,7 @@ impl<'o> Contest<'o> {
                 hypothesis: &hypotheses[p.hypothesis],
                 promise: Promise { gain: p.gain * scale, ..p },
                 observed,
+                rig: fitted.clone(),
                 misfit,
                 scale,
             }));
@@ -224,17 +231,18 @@ impl<'o> Contest<'o> {
         progress: &dyn Fn(&str),
     ) -> Result<Vec<Heat<'h>>, RigError> {
         let mut heats: Vec<Heat> = Vec::new();
-        let mut n = 0;
-        for Look { hypothesis, promise, observed, misfit, scale } in looks {
+        let (mut n, mut done) = (0, 0);
+        for Look { hypothesis, promise, observed, rig, misfit, scale } in looks {
             let crowd = heats.iter().filter(|h| h.hypothesis.name == hypothesis.name).count();
-            let full = n >= SEARCHED || crowd >= SEARCHED_OF_A_NAME;
+            let full = n >= LEAST_SEARCHED && done >= SEARCHED || crowd >= SEARCHED_OF_A_NAME;
             if full || promise.gain < least || bar.is_above(promise.gain) {
                 dropped.push(Dropped::of(hypothesis, promise.gain, false));
                 continue;
             }
             n += 1;
             progress(&format!("fitting {} {} ({n} of {SEARCHED})", hypothesis.name, hypothesis.place));
-            let Some(problem) = self.problem(observed, &promise.start) else { continue };
+            let Some(problem) = self.problem(&rig, observed, &promise.start) else { continue };
+            done += work(&problem);
             let Some(found) = heat(&problem, &promise.angles, n <= SLOWLY) else { continue };
             let gain = (misfit - found.expansion.misfit()) * scale;
             bar.raise(gain, &problem, &found)?;
@@ -255,10 +263,10 @@ impl<'o> Contest<'o> {
         progress: &dyn Fn(&str),
     ) -> Result<Vec<Contender<'o>>, RigError> {
         let mut contenders: Vec<Contender> = Vec::new();
-        let mut n = 0;
+        let (mut n, mut done) = (0, 0);
         for heat in heats {
             let crowd = contenders.iter().filter(|c| c.name == heat.hypothesis.name).count();
-            let full = n >= FINALISTS || crowd >= FINALISTS_OF_A_NAME;
+            let full = n >= LEAST_FINALISTS && done >= FINALISTS || crowd >= FINALISTS_OF_A_NAME;
             // Two at least: the best is told from another by what either gains on all.
             if full || n > 1 && bar.is_above(heat.gain) {
                 dropped.push(Dropped::of(heat.hypothesis, heat.gain, true));
@@ -269,6 +277,7 @@ impl<'o> Contest<'o> {
             progress(&format!("fitting {name} {place} to all ({n} of {FINALISTS})"));
             let Some((problem, found)) = self.fitted_to_all(&heat, null) else { continue };
             let gain = null.expansion.misfit() - found.expansion.misfit();
+            done += work(&problem);
             bar.raise(gain, &problem, &found)?;
             let merit = cost(bare, null) - cost(&problem, &found);
             contenders.push(Contender { name, place: place.clone(), problem, found, merit, gain });
@@ -278,7 +287,7 @@ impl<'o> Contest<'o> {
 
     /// Nothing where it cannot be simulated under all conditions, or comes to happen where nothing can be seen.
     fn fitted_to_all(&self, heat: &Heat, null: &Found) -> Option<(Problem<'o>, Found)> {
-        let problem = self.problem(self.all, &heat.start)?;
+        let problem = self.problem(&self.rig, self.all, &heat.start)?;
         let rig = problem.rig_at(&heat.found.point.coordinates).ok()?;
         // Where it has been fitted already, its angles are known.
         let fitted: Vec<(usize, [f64; 2])> =
@@ -297,9 +306,10 @@ impl<'o> Contest<'o> {
         effect.number("time_s").is_none_or(inside).then_some((problem, found))
     }
 
-    fn problem(&self, observed: &'o [Observed], start: &Start) -> Option<Problem<'o>> {
-        let effect = hypothesis::sharpened(self.rig.bearing()?, start.effect.clone());
-        let rig = self.rig.clone().with_effect(effect);
+    /// A hypothesis beside a rig, the contest's with its unknown parameters at other values.
+    fn problem(&self, rig: &Rig, observed: &'o [Observed], start: &Start) -> Option<Problem<'o>> {
+        let effect = hypothesis::sharpened(rig.bearing()?, start.effect.clone());
+        let rig = rig.clone().with_effect(effect);
         rig.check().ok()?;
         let number = rig.effects.len();
         let own = start.free.iter().map(|key| Coordinate::of(&rig, &format!("effect[{number}].{key}")));
@@ -338,8 +348,9 @@ struct Look<'h, 'o> {
     hypothesis: &'h Hypothesis,
     /// Its gain is in ln L, as it would be on all.
     promise: Promise,
-    /// What was looked at, and −ln L of it without the hypothesis.
+    /// What was looked at, and the rig and −ln L of it without the hypothesis: the angles go with what that rig has on a ball.
     observed: &'o [Observed],
+    rig: Rig,
     misfit: f64,
     /// How much more there is in all.
     scale: f64,
@@ -357,6 +368,12 @@ struct Heat<'h> {
 /// Whether what is left could be noise of the rig's kind, as far as one look tells.
 fn leaves_nothing(problem: &Problem, found: &Found) -> Result<bool, RigError> {
     Ok(!excess(&whitened(problem.observed, &problem.expected(&found.point)?)).is_more_than_chance())
+}
+
+/// What a search costs, in searches of a rig that takes one step a sample.
+fn work(problem: &Problem) -> usize {
+    let steps = |o: &Observed| fewest_substeps(&problem.rig, None, &o.condition);
+    problem.observed.iter().map(steps).max().unwrap_or(1).min(MOST_WORK)
 }
 
 /// A short search; where that leaves something and `slowly` asks for it, another from the slow parts of the recordings to all

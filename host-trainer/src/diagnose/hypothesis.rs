@@ -45,6 +45,11 @@ impl Start {
         self.effect.name.ends_with("-defect")
     }
 
+    /// Whether it is a mode of the structure.
+    pub fn is_mode(&self) -> bool {
+        self.effect.name == "structural-resonance"
+    }
+
     /// What says how strong it is; a time does not.
     pub fn strength(&self) -> Option<&'static str> {
         self.free.iter().copied().find(|key| *key != "time_s")

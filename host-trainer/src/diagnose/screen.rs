@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::closer::{by_tachometers, scanned, timed};
+use super::closer::{by_tachometers, scanned, timed, tuned};
 use super::hypothesis::{Hypothesis, Start};
 use super::promise::{Angles, Backdrop, Promise, Strength, Try, evaluate};
 use crate::rig::{Rig, RigError};
@@ -38,6 +38,8 @@ pub fn screen(backdrop: &Backdrop, rig: &Rig, hypotheses: &[(usize, &Hypothesis)
         // A pit that promises next to nothing beside others is not worth a closer look.
         if promise.start.is_pit() && promise.gain > HOPELESS * most {
             *promise = scanned(backdrop, rig, promise)?;
+        } else if promise.start.is_mode() && promise.gain > HOPELESS * most {
+            *promise = tuned(backdrop, rig, promise)?;
         } else if promise.start.is_timed() {
             *promise = timed(backdrop, rig, promise, HOPELESS * most)?;
         }
@@ -73,7 +75,7 @@ fn hold(backdrop: &Backdrop, rig: &Rig, all: &[Promise], best: &mut [Promise]) -
     for (number, promise) in best.iter().enumerate().filter(|(_, p)| p.gain > HOPELESS * most) {
         let Some(key) = promise.start.strength() else { continue };
         // Another start may hold more than the one that promises most; what was looked at more closely is past that.
-        let closer = promise.start.is_timed() || promise.start.is_pit();
+        let closer = promise.start.is_timed() || promise.start.is_pit() || promise.start.is_mode();
         let others = all.iter().filter(|p| !closer && p.hypothesis == promise.hypothesis).skip(1).take(HELD - 1);
         for from in std::iter::once(promise).chain(others) {
             tries.extend(SHARES.map(|share| {

@@ -41,7 +41,7 @@ pub enum Scale {
 
 impl Coordinate {
     /// The number of this name, from where it stands: logarithmic where it has a sign and is not 0, otherwise linear in
-    /// the unit that its name ends in.
+    /// the unit that its name ends in, or in itself where that is more.
     ///
     /// `None` for a name that is none, or that holds whole numbers.
     pub fn of(rig: &Rig, key: &str) -> Option<Self> {
@@ -50,7 +50,7 @@ impl Coordinate {
         let scale = match rig.domain(key)? {
             Domain::Whole(..) => return None,
             _ if signed && value != 0.0 => Scale::Log { sign: value.signum() },
-            _ => Scale::Linear { unit: unit(key) },
+            _ => Scale::Linear { unit: unit(key, value) },
         };
         let steady = rig.effect_of(key).and_then(EffectEntry::definition).is_some_and(|d| d.deterministic);
         Some(Self {
@@ -93,8 +93,9 @@ impl Coordinate {
     }
 }
 
-/// A step that matters in a number that may be 0, by the unit in its name.
-fn unit(key: &str) -> f64 {
+/// A step that matters in a number that may be 0, by the unit in its name; of what is large, as much again. Angles and times
+/// have no size.
+fn unit(key: &str, value: f64) -> f64 {
     const UNITS: [(&str, f64); 8] = [
         ("clearance_m", 1e-6),
         ("_n_per_m", 1e6),
@@ -105,5 +106,7 @@ fn unit(key: &str) -> f64 {
         ("_n", 10.0),
         ("_m", 1e-6),
     ];
-    UNITS.iter().find(|(end, _)| key.ends_with(end)).map_or(1.0, |(_, unit)| *unit)
+    let least = UNITS.iter().find(|(end, _)| key.ends_with(end)).map_or(1.0, |(_, unit)| *unit);
+    let sizeless = ["_rad", "_s"].iter().any(|end| key.ends_with(end));
+    if sizeless { least } else { least.max(value.abs()) }
 }

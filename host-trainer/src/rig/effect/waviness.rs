@@ -27,9 +27,10 @@ pub(super) fn apply(v: &Values, plan: &mut Plan, angle: fn(&Moment) -> f64) {
     if amplitude == 0.0 {
         return;
     }
+    let Some(rig) = plan.bearing() else { return };
+    // From ball to ball by rotation: one sine and cosine for all.
+    let (s_step, c_step) = (lobes * TAU / rig.bearing.balls as f64).sin_cos();
     plan.profile(move |at, losses| {
-        // From ball to ball by rotation: one sine and cosine for all.
-        let (s_step, c_step) = (lobes * TAU / losses.len() as f64).sin_cos();
         let (mut s, mut c) = (lobes * angle(at) + phase).sin_cos();
         for loss in losses {
             *loss -= amplitude * c;

@@ -67,7 +67,7 @@ pub fn simulate(rig: &Rig, drive: &Drive) -> Result<Recording, RigError> {
         return refuse("rig.kind", "\"bearing-5dof\"".into(), "\"sdof\"");
     };
     let fastest = (machine.stiffness_n_per_m / machine.mass_kg).sqrt().max(machine.damping_n_s_per_m / machine.mass_kg);
-    let fastest = fastest.max(plan.rate_rad_per_s(0.0));
+    let fastest = fastest.max(plan.rate_rad_per_s);
     let substeps = (fastest / (rate * RATE_PER_STEP)).ceil().clamp(1.0, 1000.0) as usize;
     let law = Law { rig: machine, forces: std::mem::take(&mut plan.forces) };
     let motion = law.run(drive, substeps)?;
