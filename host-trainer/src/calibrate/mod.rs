@@ -2,7 +2,8 @@
 //!
 //! [`bearing`] maximises the likelihood of the recordings ([`whittle`](crate::whittle)) over the parameters that the rig's
 //! file calls `unknown`, the noise levels, and the angles at which each recording began. Intervals come from the expected
-//! information, with the angles free; what the recordings do not determine is said ([`estimate::Undetermined`]).
+//! information, with the angles free, and from how much bands of the recordings disagree ([`estimate::covariance`]); what the
+//! recordings do not determine is said ([`estimate::Undetermined`]).
 //!
 //! A real machine has a structure between bearing and sensor that no rig of five degrees of freedom has. Where the
 //! calibrated rig does not come near the recordings' spectra, that path is identified as well, as an all-pole filter

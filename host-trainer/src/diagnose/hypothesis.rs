@@ -50,9 +50,9 @@ impl Start {
         self.effect.name == "structural-resonance"
     }
 
-    /// What says how strong it is; a time does not.
+    /// What says how strong it is; a time does not, nor what says how fast something turns.
     pub fn strength(&self) -> Option<&'static str> {
-        self.free.iter().copied().find(|key| *key != "time_s")
+        self.free.iter().copied().find(|key| !["time_s", "fraction", "rate_per_s"].contains(key))
     }
 
     /// The same with another number.

@@ -1,8 +1,12 @@
+use super::compete::{Contest, Part};
+use super::hypothesis::{self, Pointers};
 use super::outcome::{Outcome, Parameter, Verdict};
+use super::sets::Sets;
 use super::{Task, diagnose};
 use crate::recording::{LoadOptions, Recording, Unit, load, reference_data};
 use crate::rig::test_support::{condition, nominal};
 use crate::rig::{EffectEntry, Rig, Run, Start, simulate_many};
+use crate::whittle::coordinate::Coordinate;
 
 /// Three recordings of half a second at other speeds and loads, one of them held out; without tachometer.
 pub(super) fn recordings(rig: &Rig, seed: u64) -> Vec<Recording> {
@@ -107,6 +111,47 @@ fn samples_that_are_missing_are_counted() {
     assert_eq!(outcome.diagnosis.causes[0].name, "dropped-samples", "{:?}", outcome.diagnosis);
     assert_eq!(number(&outcome, "count"), 83.0);
     assert!((number(&outcome, "time_s") - 0.17).abs() < 3.0 / 25_600.0, "{}", number(&outcome, "time_s"));
+}
+
+/// From half its frequency, or with the other sign, no search comes to it.
+#[test]
+fn a_strong_mode_that_counters_what_it_is_driven_by_is_met() {
+    let mode = [("frequency_hz", 2895.0), ("damping_ratio", 0.05), ("gain", -14.7)];
+    let outcome = of(&nominal().with_effect(EffectEntry::new("structural-resonance", &mode)), 10);
+    assert_eq!(outcome.diagnosis.causes[0].name, "structural-resonance", "{:?}", outcome.diagnosis);
+    assert!((number(&outcome, "frequency_hz") / 2895.0 - 1.0).abs() < 0.01);
+    assert!((number(&outcome, "damping_ratio") / 0.05 - 1.0).abs() < 0.2);
+}
+
+#[test]
+fn a_strong_shock_is_no_load_step() {
+    let shock = [("time_s", 0.2715), ("impulse_n_s", 0.08)];
+    let outcome = of(&nominal().with_effect(EffectEntry::new("shock", &shock)), 11);
+    let names: Vec<_> = outcome.diagnosis.causes.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(names, ["shock"], "{:?}", outcome.diagnosis);
+    assert!((number(&outcome, "time_s") - 0.2715).abs() < 1.0 / 25_600.0);
+}
+
+/// The spin of a pitted ball goes with the angles: with that of all recordings and the angles of a part, a search starts where
+/// nothing fits.
+#[test]
+fn what_is_beside_a_pitted_ball_is_met() {
+    let pit = EffectEntry::new("ball-defect", &[("depth_m", 1e-6), ("width_rad", 0.05), ("spin_rad", 0.0)]);
+    let pitted = nominal().with_effect(pit);
+    let clearance = EffectEntry::new("excess-clearance", &[("radial_clearance_m", 6e-6)]);
+    let sets = Sets::of(&recordings(&pitted.clone().with_effect(clearance), 12)).unwrap();
+    let keys = ["depth_m", "width_rad", "spin_rad"].map(|key| format!("effect[1].{key}"));
+    let unknown = keys.iter().map(|key| Coordinate::of(&pitted, key).unwrap()).collect();
+    let Sets { fitted: all, brief, few, which, .. } = &sets;
+    let mut contest = Contest { all, brief, few, which, rig: pitted, unknown, angles: None };
+    let (problem, found) = contest.null(Part::All).unwrap();
+    contest.rig = problem.rig_at(&found.point.coordinates).unwrap();
+    contest.angles = Some(found.point.angles);
+    let hypotheses = hypothesis::all(&contest.rig, sets.load_n, &Pointers::default());
+    let of_clearance: Vec<_> = hypotheses.into_iter().filter(|h| h.name == "excess-clearance").collect();
+    let ranking = contest.run(&of_clearance, f64::NEG_INFINITY, &|_| ()).unwrap();
+    let found = ranking.contenders[0].rig().unwrap().effects[1].number("radial_clearance_m").unwrap();
+    assert!((found / 6e-6 - 1.0).abs() < 0.01, "{found}");
 }
 
 /// Where the search starts says what slips: a hundredth less and the waveforms are no longer alike.

@@ -110,3 +110,21 @@ fn unit(key: &str, value: f64) -> f64 {
     let sizeless = ["_rad", "_s"].iter().any(|end| key.ends_with(end));
     if sizeless { least } else { least.max(value.abs()) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rig::test_support::nominal;
+
+    #[test]
+    fn what_is_large_is_searched_in_steps_of_its_own_size_and_an_angle_is_not() {
+        let entry = EffectEntry::new("structural-resonance", &[("gain", -12.0), ("frequency_hz", 2000.0)]);
+        let wavy =
+            EffectEntry::new("inner-race-waviness", &[("amplitude_m", 1e-7), ("lobes", 5.0), ("phase_rad", 3.0)]);
+        let rig = nominal().with_effect(entry).with_effect(wavy);
+        let scale = |key: &str| Coordinate::of(&rig, key).unwrap().scale;
+        assert_eq!(scale("effect[1].gain"), Scale::Linear { unit: 12.0 });
+        assert_eq!(scale("effect[1].frequency_hz"), Scale::Log { sign: 1.0 });
+        assert_eq!(scale("effect[2].phase_rad"), Scale::Linear { unit: 1.0 });
+    }
+}
