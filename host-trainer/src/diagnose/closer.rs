@@ -44,13 +44,15 @@ pub fn scanned(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Result<Prom
             Scan::Width => (1..=48).map(|k| other("width_rad", 0.6 * step * f64::from(k))).collect(),
             Scan::Depth => (-8..=8).map(|k| other("depth_m", now("depth_m") * 1.12f64.powi(k))).collect(),
         };
-        if let Some(found) =
-            evaluate(backdrop, rig, &tries, Strength::Scaled)?.into_iter().next().filter(|f| f.gain > best.gain)
-        {
-            best = found;
-        }
+        best = better(backdrop, rig, &tries, best)?;
     }
     Ok(best)
+}
+
+/// The most promising of the tries, where it promises more than the best so far.
+fn better(backdrop: &Backdrop, rig: &Rig, tries: &[Try], best: Promise) -> Result<Promise, RigError> {
+    let found = evaluate(backdrop, rig, tries, Strength::Scaled)?.into_iter().next();
+    Ok(found.filter(|f| f.gain > best.gain).unwrap_or(best))
 }
 
 /// What of a pit is scanned.
@@ -75,11 +77,7 @@ pub fn tuned(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Result<Promis
             Try { hypothesis: best.hypothesis, start, angles: Angles::Given(best.angles.clone()) }
         };
         let tries: Vec<Try> = (-reach..=reach).flat_map(|k| gains.iter().map(move |gain| (k, gain))).map(of).collect();
-        if let Some(found) =
-            evaluate(backdrop, rig, &tries, Strength::Scaled)?.into_iter().next().filter(|f| f.gain > best.gain)
-        {
-            best = found;
-        }
+        best = better(backdrop, rig, &tries, best)?;
     }
     Ok(best)
 }
@@ -122,11 +120,7 @@ pub fn timed(backdrop: &Backdrop, rig: &Rig, promise: &Promise, least: f64) -> R
             None => vec![t],
         };
         let tries: Vec<Try> = times.into_iter().map(of).flat_map(other).collect();
-        if let Some(found) =
-            evaluate(backdrop, rig, &tries, Strength::Scaled)?.into_iter().next().filter(|f| f.gain > best.gain)
-        {
-            best = found;
-        }
+        best = better(backdrop, rig, &tries, best)?;
     }
     let Some(strength) = best.start.strength() else { return Ok(best) };
     let with = rig.clone().with_effect(best.start.effect.clone());

@@ -10,6 +10,8 @@
 //! | [`Plan::forces`] | forces on the degrees of freedom, of state, time and angles |
 //! | [`Plan::signals`] | what happens between the machine and the file |
 
+use std::f64::consts::TAU;
+
 use super::{
     config::{BearingRig, SdofRig},
     effect::component::{self, Component},
@@ -124,10 +126,10 @@ pub struct Plan {
     pub pits: Vec<Meeting>,
     /// Output chain.
     pub signals: Vec<(Stage, Signal)>,
-    /// Fastest rate that an effect brings, rad/s; the step is chosen by it.
+    /// Fastest rate that an effect brings, rad/s; the step is chosen by it and by [`Plan::turning_rad_per_s`].
     pub rate_rad_per_s: f64,
     /// The same as the shaft turns, rad for each rad of that.
-    pub order: f64,
+    order: f64,
     /// Time that the output chain needs to settle, s.
     pub preroll_s: f64,
     /// Whether the output chain needs [`Acquisition::path_force`].
@@ -178,6 +180,11 @@ impl Plan {
     /// Says that something in the run changes as fast as this for each rad that the shaft turns.
     pub fn declare_order(&mut self, order: f64) {
         self.order = self.order.max(order);
+    }
+
+    /// Fastest rate that comes with the turning of a shaft, rad/s.
+    pub fn turning_rad_per_s(&self, shaft_hz: f64) -> f64 {
+        self.order * TAU * shaft_hz.abs()
     }
 
     /// Adds a force.

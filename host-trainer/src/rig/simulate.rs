@@ -1,7 +1,6 @@
 //! From a rig and an operating condition to a recording.
 
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
@@ -173,8 +172,8 @@ pub fn simulate_all(runs: &[Run]) -> Result<Vec<Result<Recording, RigError>>, Ri
 pub fn fewest_substeps(rig: &Rig, scatter: Option<Scatter>, condition: &OperatingCondition) -> usize {
     let plan = plan_in(rig, scatter);
     let steps = |rate: f64, most: f64| (rate / (condition.sample_rate_hz * FASTEST_PER_STEP)).ceil().clamp(1.0, most);
-    let of_turning = plan.order * TAU * condition.shaft_hz.abs();
-    steps(plan.rate_rad_per_s, MOST_SUBSTEPS).max(steps(of_turning, MOST_IN_TURNING)) as usize
+    let turning = plan.turning_rad_per_s(condition.shaft_hz);
+    steps(plan.rate_rad_per_s, MOST_SUBSTEPS).max(steps(turning, MOST_IN_TURNING)) as usize
 }
 
 /// Time from rest that is enough where what is left of the start may be a ten-thousandth of the noise: some time constants

@@ -46,7 +46,7 @@ pub struct Expansion {
     pub misfits: Vec<f64>,
     /// Its gradient.
     pub gradient: Vec<f64>,
-    /// What each band of each channel of each recording adds to the gradient.
+    /// What each recording's tachometer and each band of its channels add to the gradient.
     pub scores: Vec<Vec<f64>>,
     /// Expected information.
     pub information: Mat<f64>,

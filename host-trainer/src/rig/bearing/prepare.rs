@@ -214,7 +214,7 @@ fn substeps(rig: &BearingRig, plan: &Plan, condition: &OperatingCondition) -> us
         * bearing.contact_stiffness_n_per_m1_5
         * deflection.powf(bearing.contact_exponent - 1.0);
     let contact = (slope * (1.0 / rig.inner.mass_kg + 1.0 / rig.outer.mass_kg)).sqrt();
-    let fastest = plan.rate_rad_per_s.max(plan.order * TAU * condition.shaft_hz.abs());
+    let fastest = plan.rate_rad_per_s.max(plan.turning_rad_per_s(condition.shaft_hz));
     let steps_per_s = (contact / CONTACT_PER_STEP).max(fastest / EFFECT_PER_STEP);
     (steps_per_s / condition.sample_rate_hz).ceil().clamp(1.0, 256.0) as usize
 }
