@@ -12,9 +12,9 @@ use std::f64::consts::TAU;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use realfft::RealFftPlanner;
 
 use crate::signal::maximum::golden_section;
+use crate::signal::transform::{forward_plan, inverse_plan};
 
 /// Order of the whitening autoregression; less for recordings under 20 times this length.
 const ORDER: usize = 64;
@@ -70,7 +70,7 @@ const NEIGHBOURHOOD: (usize, usize) = (24, 3);
 fn take_lines(values: &mut [f64]) -> Vec<Line> {
     let n = values.len();
     let window: Vec<f64> = (0..n).map(|t| 0.5 - 0.5 * (TAU * (t as f64 + 0.5) / n as f64).cos()).collect();
-    let forward = RealFftPlanner::<f64>::new().plan_fft_forward(n);
+    let forward = forward_plan(n);
     let mut spectrum = forward.make_output_vec();
     let mut lines = Vec::new();
     while lines.len() < LINES {
@@ -123,9 +123,8 @@ fn strongest_line(power: &[f64]) -> Option<usize> {
 /// Random phases for every frequency but the mean's and Nyquist's, which are real.
 fn randomise(mut values: Vec<f64>, rng: &mut ChaCha8Rng) -> Vec<f64> {
     let n = values.len();
-    let mut planner = RealFftPlanner::<f64>::new();
-    let forward = planner.plan_fft_forward(n);
-    let inverse = planner.plan_fft_inverse(n);
+    let forward = forward_plan(n);
+    let inverse = inverse_plan(n);
     let mut spectrum = forward.make_output_vec();
     forward.process(&mut values, &mut spectrum).expect("buffers are the plan's own");
     let last = if n.is_multiple_of(2) { n / 2 } else { spectrum.len() };

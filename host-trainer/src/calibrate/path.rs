@@ -1,11 +1,11 @@
 //! Identification of the structure between rig and sensor.
 
-use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 use crate::recording::Recording;
 use crate::rig::path::TransmissionPath;
 use crate::signal::spectrum::{Spectrum, welch};
+use crate::signal::transform::{forward_plan, inverse_plan};
 use crate::whittle::observed::{CHANNELS, accelerations};
 
 /// Samples in a segment of the densities.
@@ -54,8 +54,7 @@ fn signals(recordings: &[Recording], channel: usize) -> Vec<&[f64]> {
 /// "Discrete-Time Signal Processing", chapter 13).
 fn smoothed(power: &[f64], cosines: usize) -> Vec<f64> {
     let length = 2 * (power.len() - 1);
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (inverse, forward) = (planner.plan_fft_inverse(length), planner.plan_fft_forward(length));
+    let (inverse, forward) = (inverse_plan(length), forward_plan(length));
     let mut log: Vec<Complex<f64>> = power.iter().map(|p| Complex::new(p.max(f64::MIN_POSITIVE).ln(), 0.0)).collect();
     // The mean was taken out before, so that nothing is known of the lowest bin; it is as its neighbour.
     log[0] = log[1];

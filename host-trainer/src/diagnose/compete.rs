@@ -3,7 +3,7 @@
 use super::hypothesis::{self, Hypothesis, Start};
 use super::promise::{Backdrop, Promise};
 use super::residual::{EDGE, excess, whitened};
-use super::screen::screen;
+use super::screen::{Stakes, screen};
 use crate::rig::simulate::fewest_substeps;
 use crate::rig::{Rig, RigError};
 use crate::whittle::coordinate::Coordinate;
@@ -21,7 +21,7 @@ const MOST_WORK: usize = 4;
 /// Of either, those of one name at most: a race may be wavy in some thirty ways.
 const SEARCHED_OF_A_NAME: usize = 4;
 const FINALISTS_OF_A_NAME: usize = 2;
-/// Of those that are searched, the first so many that promise most are searched slowly too.
+/// Of those that are searched, the first so many that promise most are searched slowly too, likewise.
 const SLOWLY: usize = 5;
 /// A search of a part of the recordings.
 const QUICK: Limits = Limits { steps: 6, gain: 1.0, change: 0.5 };
@@ -179,7 +179,7 @@ impl<'o> Contest<'o> {
         // Where there is little to explain, leaving little of it says nothing.
         let explainable = !leaves_nothing(&bare.0, &bare.1)?;
         progress("looking at every hypothesis");
-        let looks = self.first_look(hypotheses)?;
+        let looks = self.first_look(hypotheses, least)?;
         let mut dropped = Vec::new();
         let heats = self.heats(looks, least, &mut Bar::new(explainable), &mut dropped, progress)?;
         let mut contenders = self.finals(heats, &bare, &mut Bar::new(explainable), &mut dropped, progress)?;
@@ -189,8 +189,8 @@ impl<'o> Contest<'o> {
     }
 
     /// What every hypothesis promises on a few recordings or their beginnings, the most promising first.
-    fn first_look<'h>(&self, hypotheses: &'h [Hypothesis]) -> Result<Vec<Look<'h, 'o>>, RigError> {
-        let mut looks = Vec::new();
+    fn first_look<'h>(&self, hypotheses: &'h [Hypothesis], least: f64) -> Result<Vec<Look<'h, 'o>>, RigError> {
+        let mut looks: Vec<Look> = Vec::new();
         for part in [Part::Brief, Part::Few] {
             let observed = self.observed(part);
             let fits = |h: &Hypothesis| h.needs_whole_recordings() == (part == Part::Few);
@@ -208,7 +208,9 @@ impl<'o> Contest<'o> {
             let backdrop = Backdrop::of(&rig, observed, found.point.angles.clone(), expected)?;
             // A gain grows with what is looked at.
             let scale = samples(self.all) / samples(observed);
-            looks.extend(screen(&backdrop, &rig, &these)?.into_iter().map(|p| Look {
+            let most = looks.iter().map(|l| l.promise.gain).fold(0.0, f64::max);
+            let stakes = Stakes { least: least / scale, others: most / scale };
+            looks.extend(screen(&backdrop, &rig, &these, stakes)?.into_iter().map(|p| Look {
                 hypothesis: &hypotheses[p.hypothesis],
                 promise: Promise { gain: p.gain * scale, ..p },
                 observed,
@@ -242,8 +244,9 @@ impl<'o> Contest<'o> {
             n += 1;
             progress(&format!("fitting {} {} ({n} of {SEARCHED})", hypothesis.name, hypothesis.place));
             let Some(problem) = self.problem(&rig, observed, &promise.start) else { continue };
+            let slowly = done < SLOWLY;
             done += work(&problem);
-            let Some(found) = heat(&problem, &promise.angles, n <= SLOWLY) else { continue };
+            let Some(found) = heat(&problem, &promise.angles, slowly) else { continue };
             let gain = (misfit - found.expansion.misfit()) * scale;
             bar.raise(gain, &problem, &found)?;
             let Some(effect) = problem.rig_at(&found.point.coordinates)?.effects.pop() else { continue };

@@ -3,7 +3,7 @@
 //! Sizes follow from the rig: a pit is judged against the contact's deflection, a spring's curvature against its static
 //! deflection. What happens at a time or a frequency of its own starts where the residual points ([`Pointers`]).
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, PI};
 
 use crate::rig::config::{BearingRig, Model};
 use crate::rig::effect::component::Component;
@@ -53,6 +53,15 @@ impl Start {
     /// What says how strong it is; a time does not, nor what says how fast something turns.
     pub fn strength(&self) -> Option<&'static str> {
         self.free.iter().copied().find(|key| !["time_s", "fraction", "rate_per_s"].contains(key))
+    }
+
+    /// The same so many times as strong, between a fiftieth and fifty times; what has a phase may be the other way round.
+    pub fn scaled(&self, by: f64) -> Option<Self> {
+        let key = self.strength()?;
+        let scaled = self.with(key, self.nothing + (self.number(key) - self.nothing) * by.abs());
+        let turned = self.effect.number("phase_rad").filter(|_| by < 0.0);
+        let within = (0.02..50.0).contains(&by.abs()) && (by > 0.0 || turned.is_some());
+        within.then(|| turned.map_or_else(|| scaled.clone(), |phase| scaled.with("phase_rad", phase + PI)))
     }
 
     /// The same with another number.
@@ -167,8 +176,8 @@ impl Builder {
     }
 }
 
-/// Quarters of a turn, rad.
-const QUARTERS: [f64; 4] = [0.0, FRAC_PI_2, PI, -FRAC_PI_2];
+/// Thirds of half a turn, rad.
+const THIRDS: [f64; 3] = [0.0, FRAC_PI_3, 2.0 * FRAC_PI_3];
 
 /// As many numbers from one to another, evenly in the logarithm.
 fn ladder(from: f64, to: f64, count: u32) -> Vec<f64> {
@@ -222,9 +231,8 @@ fn pits(b: &mut Builder, sizes: &Sizes) {
 }
 
 fn races(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
-    // The inner race's phase is the shaft's angle, which is sought.
-    let turn: Vec<f64> = (-4..4).map(|k| FRAC_PI_4 * f64::from(k)).collect();
-    for (name, phases) in [("outer-race-waviness", turn.as_slice()), ("inner-race-waviness", &[0.0])] {
+    // The inner race's phase is the shaft's angle, which is sought; half a turn on is the other way round.
+    for (name, phases) in [("outer-race-waviness", THIRDS.as_slice()), ("inner-race-waviness", &[0.0])] {
         for lobes in 2..=(2 * rig.bearing.balls + 3) {
             let of = |share: f64, phase: f64| {
                 let amplitude = share * sizes.contact;
@@ -239,7 +247,7 @@ fn races(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
     let nominal = rig.excitation.unbalance_kg_m;
     b.add_from(nominal, "unbalance", "", &["unbalance_kg_m"], [0.3, 2.5, 10.0].map(of).to_vec());
     let of = |phase: f64| entry("misalignment", &[("force_n", 0.03 * sizes.load), ("phase_rad", phase)]);
-    b.add("misalignment", "", &["force_n", "phase_rad"], QUARTERS.map(of).to_vec());
+    b.add("misalignment", "", &["force_n", "phase_rad"], THIRDS.map(of).to_vec());
     let clearance = rig.bearing.radial_clearance_m;
     let of = |more: f64| entry("excess-clearance", &[("radial_clearance_m", clearance + more * sizes.contact)]);
     // Waveforms differ from one twentieth of it to the next.
@@ -362,7 +370,7 @@ fn dissipation(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
             let entry = entry("coulomb-friction", &[("force_n", share * sizes.load)]);
             sharpened(rig, entry.with_text("component", component))
         };
-        b.add("coulomb-friction", component, &["force_n"], ladder(1e-4, 2e-2, 8).into_iter().map(of).collect());
+        b.add("coulomb-friction", component, &["force_n"], ladder(1e-4, 2e-2, 5).into_iter().map(of).collect());
         let damping = match component {
             "outer" => rig.outer.damping_n_s_per_m,
             "inner" => rig.inner.damping_n_s_per_m,
@@ -378,7 +386,7 @@ fn dissipation(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
                 "quadratic-drag",
                 component,
                 &["drag_n_s2_per_m2"],
-                ladder(1e-2, 1e-4, 7).into_iter().map(of).collect(),
+                ladder(1e-2, 1e-4, 5).into_iter().map(of).collect(),
             );
         }
         if damping == 0.0 {
@@ -452,6 +460,18 @@ mod tests {
 
     fn friction(force_n: f64, speed: f64) -> EffectEntry {
         EffectEntry::new("coulomb-friction", &[("force_n", force_n), (ROUNDED, speed)]).with_text("component", "outer")
+    }
+
+    #[test]
+    fn what_has_a_phase_is_scaled_below_nothing_by_turning_it() {
+        let wave = entry("outer-race-waviness", &[("amplitude_m", 2e-7), ("lobes", 9.0), ("phase_rad", 0.25)]);
+        let start = |effect, free| Start { effect, free, nothing: 0.0, leads: None };
+        let scaled = start(wave, &["amplitude_m", "phase_rad"]).scaled(-3.0).unwrap();
+        assert!((scaled.number("amplitude_m") - 6e-7).abs() < 1e-20, "{scaled:?}");
+        assert!((scaled.number("phase_rad") - 0.25 - PI).abs() < 1e-12, "{scaled:?}");
+        let force = start(entry("constant-force", &[("force_n", 4.0)]), &["force_n"]);
+        assert!(force.scaled(-3.0).is_none() && force.scaled(1e3).is_none());
+        assert!((force.scaled(0.5).unwrap().number("force_n") - 2.0).abs() < 1e-12);
     }
 
     #[test]

@@ -3,12 +3,12 @@
 use std::f64::consts::TAU;
 
 use rayon::prelude::*;
-use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 use super::hypothesis::{Gap, Pointers};
 use super::residual::{Whitened, whitened};
 use crate::rig::{OperatingCondition, Rig};
+use crate::signal::transform::inverse_plan;
 use crate::whittle::likelihood::{Expected, judged};
 use crate::whittle::observed::Observed;
 
@@ -98,7 +98,7 @@ fn slow(o: &Observed, e: &Expected, order: f64) -> Vec<Slow> {
         for k in known.start..kept {
             bins[k] = x[k] / e.noise.variance[channel][k].sqrt();
         }
-        let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(2 * kept);
+        let inverse = inverse_plan(2 * kept);
         let mut signal = inverse.make_output_vec();
         inverse.process(&mut bins, &mut signal).ok()?;
         let phase = |i: usize| TAU * (i as f64 + 0.5) / (2 * kept) as f64;
@@ -194,7 +194,7 @@ fn running_misfits(o: &Observed, e: &Expected, blocks: usize) -> Vec<Vec<f64>> {
 /// earlier.
 fn misfit_of_lag(o: &Observed, e: &Expected, lag: usize) -> Vec<f64> {
     let samples = o.condition.samples;
-    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(samples);
+    let inverse = inverse_plan(samples);
     let step = Complex::from_polar(1.0, TAU * (lag as f64 - MISSING as f64) / samples as f64);
     let mut misfit = vec![0.0; samples];
     for channel in 0..2 {

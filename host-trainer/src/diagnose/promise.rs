@@ -3,10 +3,10 @@
 use rayon::prelude::*;
 
 use super::hypothesis::Start;
-use crate::rig::random_part::heeds_scatter;
+use crate::rig::random_part::{Asked, heeds_scatter};
 use crate::rig::{Rig, RigError};
 use crate::whittle::align;
-use crate::whittle::likelihood::{Expected, Noise, Silent, judged, means, noise, noise_in};
+use crate::whittle::likelihood::{Expected, Noise, Silent, judged, means, noises};
 use crate::whittle::observed::{Coefficients, Observed};
 
 /// Runs that are held in memory at a time.
@@ -48,26 +48,40 @@ impl<'o> Backdrop<'o> {
         angles: Vec<[f64; 2]>,
         expected: Vec<Expected>,
     ) -> Result<Self, RigError> {
-        let each = || observed.iter().zip(&expected);
-        let of = |(o, e): (&Observed, &Expected)| Ok(noise_in(rig, &o.condition, Some(e.noise.scatter))?.variance);
-        let by_mean_slopes = heeds_scatter(rig).then(|| each().map(of).collect::<Result<_, RigError>>()).transpose()?;
+        let by_mean_slopes = if heeds_scatter(rig) {
+            let each = observed.iter().zip(&expected);
+            let asked = each.map(|(o, e)| Asked { rig, condition: o.condition, known: Some(e.noise.scatter) });
+            let noises = noises(&asked.collect::<Vec<_>>()).into_iter();
+            Some(noises.map(|noise| Ok(noise?.variance)).collect::<Result<_, RigError>>()?)
+        } else {
+            None
+        };
         Ok(Self { observed, angles, expected, by_mean_slopes })
     }
 
-    /// Random parts of a rig that differs by one effect. Where mean slopes are not enough for this rig, they are enough for
-    /// the ratio of the two.
-    fn noise_of(&self, rig: &Rig) -> Option<Vec<Noise>> {
-        let Some(before) = &self.by_mean_slopes else {
-            return self.observed.iter().map(|o| noise(rig, &o.condition).ok()).collect();
+    /// Random parts of rigs that differ by one effect; nothing of one that cannot be run. Where mean slopes are not enough for
+    /// this rig, they are enough for the ratio of the two.
+    fn noises_of(&self, rigs: &[&Rig]) -> Vec<Option<Vec<Noise>>> {
+        let asked = |rig| {
+            let each = self.observed.iter().zip(&self.expected);
+            each.map(move |(o, e)| {
+                let known = self.by_mean_slopes.as_ref().map(|_| e.noise.scatter);
+                Asked { rig, condition: o.condition, known }
+            })
         };
-        let of = |((o, e), before): ((&Observed, &Expected), &[Vec<f64>; 2])| {
-            let mut after = noise_in(rig, &o.condition, Some(e.noise.scatter)).ok()?;
-            for ((after, before), own) in after.variance.iter_mut().zip(before).zip(&e.noise.variance) {
-                after.iter_mut().zip(before.iter().zip(own)).for_each(|(s, (before, own))| *s *= own / before);
+        let found = noises(&rigs.iter().copied().flat_map(asked).collect::<Vec<_>>());
+        let of_rig = |found: &[Result<Noise, RigError>]| -> Option<Vec<Noise>> {
+            let mut found: Vec<Noise> =
+                found.iter().map(|noise| noise.as_ref().ok().cloned()).collect::<Option<_>>()?;
+            for ((after, before), e) in found.iter_mut().zip(self.by_mean_slopes.iter().flatten()).zip(&self.expected) {
+                after.scatter = e.noise.scatter;
+                for ((after, before), own) in after.variance.iter_mut().zip(before).zip(&e.noise.variance) {
+                    after.iter_mut().zip(before.iter().zip(own)).for_each(|(s, (before, own))| *s *= own / before);
+                }
             }
-            Some(Noise { scatter: e.noise.scatter, ..after })
+            Some(found)
         };
-        self.observed.iter().zip(&self.expected).zip(before).map(of).collect()
+        found.chunks(self.observed.len()).map(of_rig).collect()
     }
 
     /// What it says of their random parts.
@@ -140,12 +154,11 @@ pub fn evaluate(backdrop: &Backdrop, rig: &Rig, tries: &[Try], strength: Strengt
                 Angles::Given(angles) | Angles::Near(angles) => angles.clone(),
             })
             .collect();
+        let with_own: Vec<&Rig> = batch.iter().filter(|(t, _)| moves_variance(t)).map(|(_, rig)| rig).collect();
+        let mut found = backdrop.noises_of(&with_own).into_iter();
         let own: Vec<Option<Vec<Noise>>> = batch
-            .par_iter()
-            .map(|(t, rig)| match moves_variance(t) {
-                true => backdrop.noise_of(rig),
-                false => Some(noise.clone()),
-            })
+            .iter()
+            .map(|(t, _)| if moves_variance(t) { found.next().flatten() } else { Some(noise.clone()) })
             .collect();
         let mut runs: Vec<Silent> = Vec::new();
         for (((_, rig), angles), own) in batch.iter().zip(&angles).zip(&own) {
@@ -238,10 +251,9 @@ fn promise(backdrop: &Backdrop, of: &Try, runs: &Runs, strength: Strength) -> Op
     let scaled = if square > 0.0 { along * along / square - lost } else { 0.0 };
     if strength == Strength::Scaled
         && scaled > gain
-        && (0.02..50.0).contains(&scale)
-        && let Some(key) = start.strength()
+        && let Some(stronger) = start.scaled(scale)
     {
-        start = start.with(key, start.nothing + (start.number(key) - start.nothing) * scale);
+        start = stronger;
         gain = scaled;
     }
     Some(Promise { hypothesis: of.hypothesis, start, angles: runs.angles.to_vec(), gain })

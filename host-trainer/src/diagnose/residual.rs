@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 use super::outcome::Test;
+use crate::signal::transform::inverse_plan;
 use crate::whittle::likelihood::{Expected, judged};
 use crate::whittle::observed::{CHANNELS, Observed};
 
@@ -42,7 +42,6 @@ pub struct Whitened {
 
 /// The residuals of all channels.
 pub fn whitened(observed: &[Observed], expected: &[Expected]) -> Vec<Whitened> {
-    let mut planner = RealFftPlanner::<f64>::new();
     let mut out = Vec::new();
     for (recording, (o, e)) in observed.iter().zip(expected).enumerate() {
         for channel in 0..2 {
@@ -51,7 +50,7 @@ pub fn whitened(observed: &[Observed], expected: &[Expected]) -> Vec<Whitened> {
             for k in judged(x, 1.0) {
                 spectrum[k] = (x[k] - e.mean[channel][k]) / e.noise.variance[channel][k].sqrt();
             }
-            let inverse = planner.plan_fft_inverse(o.condition.samples);
+            let inverse = inverse_plan(o.condition.samples);
             let (mut bins, mut signal) = (spectrum.clone(), inverse.make_output_vec());
             inverse.process(&mut bins, &mut signal).unwrap_or_default();
             signal.iter_mut().for_each(|v| *v /= (o.condition.samples as f64).sqrt());

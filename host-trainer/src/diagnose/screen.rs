@@ -9,17 +9,36 @@ use crate::rig::{Rig, RigError};
 
 /// Share of the greatest promise below which another is not looked at more closely.
 const HOPELESS: f64 = 0.04;
+/// The same of what happens at a time of its own, which promises little a part of a sample from there; and the share of what it
+/// must gain in the end.
+const HOPELESS_NEAR_ITS_TIME: f64 = 0.01;
+const GAINS_NEAR_ITS_TIME: f64 = 0.5;
 /// Places of a wave of the inner race that are tried, evenly over its length.
 const AROUND: u32 = 4;
 /// Starts of a hypothesis, and shares of their scaled strength, that are tried for what they hold.
 const HELD: usize = 3;
 const SHARES: [f64; 3] = [1.0, 0.4, 0.15];
 
-/// The best start of each hypothesis that can be simulated at all.
+/// What a first look is measured by, in ln L of the recordings that are looked at.
+#[derive(Clone, Copy, Debug)]
+pub struct Stakes {
+    /// What a hypothesis must gain in the end.
+    pub least: f64,
+    /// What others are known to promise.
+    pub others: f64,
+}
+
+/// The best start of each hypothesis that can be simulated at all. What promises next to nothing beside the best, or beside what
+/// is at stake, is not looked at more closely.
 ///
 /// # Errors
 /// What the simulation refuses before it runs.
-pub fn screen(backdrop: &Backdrop, rig: &Rig, hypotheses: &[(usize, &Hypothesis)]) -> Result<Vec<Promise>, RigError> {
+pub fn screen(
+    backdrop: &Backdrop,
+    rig: &Rig,
+    hypotheses: &[(usize, &Hypothesis)],
+    stakes: Stakes,
+) -> Result<Vec<Promise>, RigError> {
     let of = |(n, h): &(usize, &Hypothesis)| -> Vec<Try> {
         h.starts.iter().flat_map(|start| tries_from(backdrop, *n, h, start)).collect()
     };
@@ -33,15 +52,16 @@ pub fn screen(backdrop: &Backdrop, rig: &Rig, hypotheses: &[(usize, &Hypothesis)
             best.push(promise.clone());
         }
     }
-    let most = best.iter().map(|b| b.gain).fold(0.0, f64::max);
+    let most = best.iter().map(|b| b.gain).fold(stakes.others, f64::max);
+    let hopeless = HOPELESS * most.max(stakes.least);
     for promise in &mut best {
-        // A pit that promises next to nothing beside others is not worth a closer look.
-        if promise.start.is_pit() && promise.gain > HOPELESS * most {
+        if promise.start.is_pit() && promise.gain > hopeless {
             *promise = scanned(backdrop, rig, promise)?;
-        } else if promise.start.is_mode() && promise.gain > HOPELESS * most {
+        } else if promise.start.is_mode() && promise.gain > hopeless {
             *promise = tuned(backdrop, rig, promise)?;
         } else if promise.start.is_timed() {
-            *promise = timed(backdrop, rig, promise, HOPELESS * most)?;
+            let least = (HOPELESS_NEAR_ITS_TIME * most).max(GAINS_NEAR_ITS_TIME * stakes.least);
+            *promise = timed(backdrop, rig, promise, least)?;
         }
         if promise.start.effect.is_on_shaft() {
             *promise = by_tachometers(backdrop, rig, promise)?;

@@ -5,7 +5,7 @@
 //! frequency (the aim of the parallel low-pass and decimation of Gautier, Janot, Vandanjon, "A new closed-loop output
 //! error method for parameter identification of robot dynamics", IEEE TCST 21 (2013) 428–444).
 
-use realfft::RealFftPlanner;
+use crate::signal::transform::{forward_plan, inverse_plan};
 
 /// Narrowest kernel whose sampled derivatives are exact to 1e-7, samples.
 pub const NARROWEST: f64 = 1.2;
@@ -95,8 +95,7 @@ impl HighPass {
         let n = signal.len();
         let pad = (4.0 * self.sample_rate_hz / self.corner_hz).ceil() as usize;
         let length = (n + pad).next_multiple_of(2);
-        let mut planner = RealFftPlanner::<f64>::new();
-        let (forward, inverse) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
+        let (forward, inverse) = (forward_plan(length), inverse_plan(length));
         let mut real = signal.to_vec();
         real.resize(length, 0.0);
         let mut bins = forward.make_output_vec();

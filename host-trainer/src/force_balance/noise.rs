@@ -1,6 +1,6 @@
 //! What a sensor adds, and up to which frequency its signal stands above that.
 
-use realfft::RealFftPlanner;
+use crate::signal::transform::forward_plan;
 
 /// How far the signal must stand above the sensor's noise to belong to its band, in power.
 const ABOVE: f64 = 10.0;
@@ -28,7 +28,7 @@ pub fn power(signals: &[&[f64]], segment: usize) -> Vec<f64> {
             0.35875 - 0.48829 * x.cos() + 0.14128 * (2.0 * x).cos() - 0.01168 * (3.0 * x).cos()
         })
         .collect();
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(segment);
+    let transform = forward_plan(segment);
     let mut bins = transform.make_output_vec();
     let (mut sum, mut count) = (vec![0.0; bins.len()], 0.0);
     for signal in signals {

@@ -4,8 +4,9 @@
 //! prediction: a tutorial review", Proc. IEEE 63 (1975) 561–580). It is stored as reflection coefficients, all within
 //! ±1, so that every file that is accepted is a stable filter.
 
-use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
+
+use crate::signal::transform::{forward_plan, inverse_plan};
 
 /// A transmission path of one channel.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +46,7 @@ impl TransmissionPath {
 
     /// |H|² at the frequencies of `samples` samples, from 0 to half the sample rate.
     pub fn power(&self, samples: usize) -> Vec<f64> {
-        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(samples);
+        let transform = forward_plan(samples);
         let mut buffer = transform.make_input_vec();
         // A recording shorter than the filter sees its coefficients folded, as its frequencies are.
         for (i, a) in std::iter::once(1.0).chain(self.coefficients()).enumerate() {
@@ -71,7 +72,7 @@ impl TransmissionPath {
     /// half the sample rate: the autocorrelation method (Makhoul, section III), which matches peaks better than valleys.
     pub fn of_power(channel: &str, sample_rate_hz: f64, power: &[f64], poles: usize) -> Self {
         let length = 2 * power.len().saturating_sub(1).max(1);
-        let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(length);
+        let inverse = inverse_plan(length);
         let mut spectrum: Vec<Complex<f64>> = power.iter().map(|p| Complex::new(*p, 0.0)).collect();
         spectrum.resize(length / 2 + 1, Complex::default());
         let mut correlation = inverse.make_output_vec();
@@ -107,7 +108,7 @@ mod tests {
         let mut impulse = vec![0.0; samples];
         impulse[0] = 1.0;
         path.filter(&mut impulse);
-        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(samples);
+        let transform = forward_plan(samples);
         let mut out = transform.make_output_vec();
         transform.process(&mut impulse, &mut out).unwrap();
         for (h, p) in out.iter().zip(path.power(samples)) {

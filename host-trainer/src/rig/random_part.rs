@@ -6,7 +6,10 @@
 //! moment: noise escapes where the run slides and is stopped where it turns, so that the mean of the slopes says little of its
 //! power. The recording's spectrum is then the mean of the squared responses to impulses at all moments.
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
+
+use rayon::prelude::*;
 
 use super::{
     bearing::{self, Impulse, Linear, Prepared, Tangent, Visited},
@@ -14,7 +17,8 @@ use super::{
     error::RigError,
     plan::{Acquisition, DOFS, Scatter, Stage},
     simulate::{
-        OperatingCondition, Run, Start, bearing_of, fewest_substeps, in_order, plan_in, plan_of, shortest_settling_s,
+        OperatingCondition, Start, bearing_of, fewest_substeps, in_order, plan_in, plan_of, shortest_settling_s,
+        side_by_side,
     },
 };
 
@@ -40,30 +44,68 @@ pub struct RandomPart {
     pub scatter: Scatter,
 }
 
-/// What the process force becomes in the random part of `ax` and `ay`, as [`bearing::response`](super::bearing) linearises
-/// the rig, through the linear part of the output chain. The response ends where it has died away, after
-/// `condition.samples` at most. Where the scatter is `known` of a rig that is nearly the same, force laws that are others in
-/// noise count by the mean of their slopes in that: much less work, and enough for what is alike in both rigs.
+/// A rig whose random part is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked<'a> {
+    /// The rig.
+    pub rig: &'a Rig,
+    /// Its operating condition.
+    pub condition: OperatingCondition,
+    /// The scatter, where it is known of a rig that is nearly the same: force laws that are others in noise then count by the
+    /// mean of their slopes in that. That is much less work, and enough for what is alike in both rigs.
+    pub known: Option<Scatter>,
+}
+
+/// What the process force becomes in the random part of `ax` and `ay` of each, as [`bearing::response`](super::bearing)
+/// linearises a rig, through the linear part of the output chain. A response ends where it has died away, after
+/// `condition.samples` at most.
 ///
 /// # Errors
 ///
-/// As [`simulate`](super::simulate()).
-pub fn random_part(rig: &Rig, condition: &OperatingCondition, known: Option<Scatter>) -> Result<RandomPart, RigError> {
+/// As [`simulate`](super::simulate()), of each its own.
+pub fn random_parts(asked: &[Asked]) -> Vec<Result<RandomPart, RigError>> {
+    let states = states_needed(asked);
+    asked.par_iter().zip(states).map(|(of, states)| random_part(of, states)).collect()
+}
+
+/// States along runs of those that are linearised there without more ado, side by side.
+fn states_needed(asked: &[Asked]) -> Vec<Option<Result<Vec<Visited>, RigError>>> {
+    let mut runs = Vec::new();
+    let mut needed = |of: &Asked| {
+        let plan = plan_of(of.rig);
+        if plan.forces.is_empty() || plan.heeds_scatter && of.known.is_none() {
+            return None;
+        }
+        let scatter = of.known.filter(|_| plan.heeds_scatter);
+        let along = of.rig.check().and_then(|()| Along::of(of.rig, &of.condition, scatter, LINEARISED_AT));
+        Some(along.map(|along| runs.push(along)))
+    };
+    let needed: Vec<Option<Result<(), RigError>>> = asked.iter().map(&mut needed).collect();
+    let mut visited = visited(runs).into_iter();
+    let states = |needed: Option<Result<(), RigError>>| match needed? {
+        Ok(()) => visited.next(),
+        Err(e) => Some(Err(e)),
+    };
+    needed.into_iter().map(states).collect()
+}
+
+fn random_part(
+    &Asked { rig, condition, known }: &Asked,
+    states: Option<Result<Vec<Visited>, RigError>>,
+) -> Result<RandomPart, RigError> {
     rig.check()?;
-    let plan = plan_of(rig);
+    let (plan, condition) = (plan_of(rig), &condition);
     let machine = &bearing_of(&plan.machine)?;
     let impulse = |tangent: &Tangent| {
         Linear::new(machine, tangent, condition.sample_rate_hz, 1).impulse(condition.samples, DECAYED, &[])
     };
-    let mut impulses = if plan.forces.is_empty() {
-        vec![impulse(&bearing::at_rest(machine, condition.load_n))]
-    } else if let (true, Some(scatter)) = (plan.heeds_scatter, known) {
-        let plan = plan_in(rig, Some(scatter));
-        vec![impulse(&bearing::along(machine, &plan.forces, &few(&visited(rig, condition, known)?)))]
-    } else if plan.heeds_scatter {
-        in_scatter(rig, machine, condition, impulse)?
-    } else {
-        vec![impulse(&bearing::along(machine, &plan.forces, &visited(rig, condition, None)?))]
+    let mut impulses = match states {
+        Some(states) => {
+            let forces = plan_in(rig, known.filter(|_| plan.heeds_scatter)).forces;
+            vec![impulse(&bearing::along(machine, &forces, &states?))]
+        }
+        None if plan.heeds_scatter => in_scatter(rig, machine, condition, impulse)?,
+        None => vec![impulse(&bearing::at_rest(machine, condition.load_n))],
     };
     let scatter = scatter(machine, condition, &impulses);
     let chain: Vec<_> = in_order(plan).into_iter().filter(|(stage, _)| *stage <= Stage::Transducer).collect();
@@ -97,7 +139,9 @@ fn in_scatter(
     let rate = condition.sample_rate_hz;
     let mut found = vec![impulse(&bearing::at_rest(machine, condition.load_n))];
     for (round, moments) in MOMENTS.into_iter().enumerate() {
-        let visited = visited(rig, condition, Some(scatter(machine, condition, &found)))?;
+        let now = Some(scatter(machine, condition, &found));
+        // One run in, one result out.
+        let visited = visited(vec![Along::of(rig, condition, now, condition.samples)?]).swap_remove(0)?;
         let few = few(&visited);
         let tangent_in = |scatter: Scatter| {
             let plan = plan_in(rig, Some(scatter));
@@ -141,35 +185,54 @@ fn scatter(machine: &BearingRig, condition: &OperatingCondition, impulses: &[Imp
     Scatter(mean)
 }
 
-/// States of a short run, where the rig is linearised: some hundred of one with its noise; where what that scatters is given,
-/// every sample's of one without.
-fn visited(rig: &Rig, condition: &OperatingCondition, scatter: Option<Scatter>) -> Result<Vec<Visited>, RigError> {
-    let samples = condition.samples.min((LINEARISED_OVER_S * condition.sample_rate_hz) as usize).max(1);
-    let substeps = Some(fewest_substeps(rig, scatter, condition));
-    let seeded = Start::seeded(LINEARISED_WITH);
-    let settle_s = LINEARISED_AFTER_S.min(shortest_settling_s(rig));
-    let start = Start { substeps, scatter, noise: scatter.is_none(), settle_s, ..seeded };
-    let run = Run { rig, condition: OperatingCondition { samples, ..*condition }, start };
-    let mut plan = plan_in(rig, scatter);
-    let kept: Arc<Mutex<Vec<Visited>>> = Arc::default();
-    let keep = Arc::clone(&kept);
-    let count = if scatter.is_some() { samples } else { LINEARISED_AT };
-    let interval_s = samples as f64 / condition.sample_rate_hz / count as f64;
-    let next = Mutex::new(0.0);
-    plan.force(move |at, q, v, _| {
-        if let (Ok(mut next), Ok(mut keep)) = (next.lock(), keep.lock())
-            && at.time_s >= *next
-        {
-            *next += interval_s;
-            keep.push((*at, *q, *v));
-        }
-    });
-    let machine = bearing_of(&plan.machine)?;
-    let prepared = Prepared::new(&machine, &mut plan, &run.condition, &run.start);
-    bearing::integrate(&[prepared]);
-    let visited = kept.lock().map(|mut kept| std::mem::take(&mut *kept)).unwrap_or_default();
-    match visited.iter().find(|(_, q, v)| q.iter().chain(v).any(|x| !x.is_finite())) {
-        Some((at, ..)) => Err(RigError::Diverged { time_s: at.time_s }),
-        None => Ok(visited),
+/// A short run along which a rig is linearised: with its noise, or without where what that scatters is given.
+struct Along {
+    prepared: Prepared,
+    kept: Arc<Mutex<Vec<Visited>>>,
+}
+
+impl Along {
+    /// So many states of it are kept, those of all samples at most.
+    fn of(
+        rig: &Rig,
+        condition: &OperatingCondition,
+        scatter: Option<Scatter>,
+        states: usize,
+    ) -> Result<Self, RigError> {
+        let samples = condition.samples.min((LINEARISED_OVER_S * condition.sample_rate_hz) as usize).max(1);
+        let substeps = Some(fewest_substeps(rig, scatter, condition));
+        let seeded = Start::seeded(LINEARISED_WITH);
+        let settle_s = LINEARISED_AFTER_S.min(shortest_settling_s(rig));
+        let start = Start { substeps, scatter, noise: scatter.is_none(), settle_s, ..seeded };
+        let mut plan = plan_in(rig, scatter);
+        let kept: Arc<Mutex<Vec<Visited>>> = Arc::default();
+        let keep = Arc::clone(&kept);
+        let interval_s = samples as f64 / condition.sample_rate_hz / states.min(samples) as f64;
+        // What is looked at four times a step is no lock's to keep.
+        let next = AtomicU64::new(0.0f64.to_bits());
+        plan.force(move |at, q, v, _| {
+            let due_s = f64::from_bits(next.load(Ordering::Relaxed));
+            if at.time_s >= due_s
+                && let Ok(mut keep) = keep.lock()
+            {
+                next.store((due_s + interval_s).to_bits(), Ordering::Relaxed);
+                keep.push((*at, *q, *v));
+            }
+        });
+        let machine = bearing_of(&plan.machine)?;
+        let condition = OperatingCondition { samples, ..*condition };
+        Ok(Self { prepared: Prepared::new(&machine, &mut plan, &condition, &start), kept })
     }
+}
+
+/// States of runs, side by side.
+fn visited(runs: Vec<Along>) -> Vec<Result<Vec<Visited>, RigError>> {
+    let (prepared, kept): (Vec<_>, Vec<_>) = runs.into_iter().map(|run| (run.prepared, run.kept)).unzip();
+    side_by_side(prepared, |n, _, _| {
+        let states = kept[n].lock().map(|mut kept| std::mem::take(&mut *kept)).unwrap_or_default();
+        match states.iter().find(|(_, q, v)| q.iter().chain(v).any(|x| !x.is_finite())) {
+            Some((at, ..)) => Err(RigError::Diverged { time_s: at.time_s }),
+            None => Ok(states),
+        }
+    })
 }

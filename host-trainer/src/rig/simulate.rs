@@ -140,14 +140,21 @@ pub fn simulate_many(runs: &[Run]) -> Result<Vec<Recording>, RigError> {
 ///
 /// A rig or condition that is refused before anything runs.
 pub fn simulate_all(runs: &[Run]) -> Result<Vec<Result<Recording, RigError>>, RigError> {
-    let mut chains = Vec::with_capacity(runs.len());
+    let (prepared, chains): (Vec<_>, Vec<_>) =
+        runs.iter().map(|run| prepare(run, &|_| ())).collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
+    Ok(side_by_side(prepared, |n, prepared, signals| finish(&runs[n], prepared, &chains[n], signals)))
+}
+
+/// Integrates runs, those of one shape side by side, and ends each, by its number, in the same thread; in their order.
+pub(super) fn side_by_side<T: Send>(
+    runs: Vec<Prepared>,
+    end: impl Fn(usize, &Prepared, Signals) -> T + Send + Sync,
+) -> Vec<T> {
     let mut groups: BTreeMap<_, (Vec<usize>, Vec<Prepared>)> = BTreeMap::new();
-    for (index, run) in runs.iter().enumerate() {
-        let (prepared, chain) = prepare(run, &|_| ())?;
-        let (indices, group) = groups.entry(prepared.shape()).or_default();
+    for (index, run) in runs.into_iter().enumerate() {
+        let (indices, group) = groups.entry(run.shape()).or_default();
         indices.push(index);
-        group.push(prepared);
-        chains.push(chain);
+        group.push(run);
     }
     let width = bearing::runs_per_vector();
     let pieces: Vec<_> =
@@ -156,15 +163,12 @@ pub fn simulate_all(runs: &[Run]) -> Result<Vec<Result<Recording, RigError>>, Ri
         .into_par_iter()
         .flat_map_iter(|(indices, group)| {
             let signals = bearing::integrate(group);
-            let finished =
-                indices.iter().zip(group).zip(signals).map(|((&index, prepared), signals)| {
-                    (index, finish(&runs[index], prepared, &chains[index], signals))
-                });
-            finished.collect::<Vec<_>>()
+            let ended = indices.iter().zip(group).zip(signals);
+            ended.map(|((&index, run), signals)| (index, end(index, run, signals))).collect::<Vec<_>>()
         })
         .collect();
     results.sort_by_key(|(index, _)| *index);
-    Ok(results.into_iter().map(|(_, result)| result).collect())
+    results.into_iter().map(|(_, result)| result).collect()
 }
 
 /// Steps for each sample that are enough where errors of 1e-5 m/s² do not matter, as beside any real noise: the linear

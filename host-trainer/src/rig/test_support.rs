@@ -2,10 +2,11 @@
 
 use std::{f64::consts::TAU, path::Path};
 
-use realfft::{RealFftPlanner, num_complex::Complex};
+use realfft::num_complex::Complex;
 
 use super::{EffectEntry, OperatingCondition, Rig, Start, simulate};
 use crate::recording::Recording;
+use crate::signal::transform::{forward_plan, inverse_plan};
 
 /// Rig A of the reference data: 9 balls, outer race at 174 Hz, resonator at 5.4 kHz.
 pub const RIG: &str = r#"# nominal rig: what the engineer knows
@@ -98,8 +99,7 @@ pub fn peak(signal: &[f64], rate: f64, from: f64, to: f64) -> f64 {
 /// Squared envelope of a band.
 pub fn envelope(signal: &[f64], rate: f64, from: f64, to: f64) -> Vec<f64> {
     let n = signal.len();
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    let (forward, inverse) = (forward_plan(n), inverse_plan(n));
     let mut spectrum = forward.make_output_vec();
     forward.process(&mut signal.to_vec(), &mut spectrum).unwrap();
     let mut parts = [Complex::new(1.0, 0.0), Complex::new(0.0, -1.0)].map(|turn| {

@@ -10,12 +10,11 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use rayon::prelude::*;
-use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 use super::Sample;
 use super::spectrum::Spectrum;
-use super::transform::{forward, hann};
+use super::transform::{forward, forward_plan, hann};
 
 /// Windows overlap at least so often.
 const OVERLAP: usize = 4;
@@ -100,7 +99,7 @@ pub fn coherence<S: Sample>(samples: &[S], sample_rate_hz: f64, window: usize, h
 fn short_time<S: Sample>(samples: &[S], shape: &[f64], hop: usize) -> Vec<Vec<Complex<f64>>> {
     let window = shape.len();
     let mean = samples.iter().map(|v| (*v).into()).sum::<f64>() / samples.len() as f64;
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(window);
+    let transform = forward_plan(window);
     let mut bins = transform.make_output_vec();
     let frames = (samples.len() - window) / hop + 1;
     let mut out = vec![Vec::with_capacity(frames); bins.len()];

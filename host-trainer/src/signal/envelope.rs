@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 use super::Sample;
 use super::spectrum::{Spectrum, amplitudes};
+use super::transform::{forward_plan, inverse_plan};
 
 /// Envelope of the recording in a band: the magnitude of its analytic signal.
 ///
@@ -17,8 +17,7 @@ pub fn envelope<S: Sample>(samples: &[S], sample_rate_hz: f64, band_hz: &Range<f
     if n < 8 {
         return None;
     }
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    let (forward, inverse) = (forward_plan(n), inverse_plan(n));
     let mut real: Vec<f64> = samples.iter().map(|v| (*v).into()).collect();
     let mut bins = forward.make_output_vec();
     forward.process(&mut real, &mut bins).ok()?;

@@ -2,10 +2,8 @@
 
 use std::ops::Range;
 
-use realfft::RealFftPlanner;
-
 use super::Sample;
-use super::transform::hann;
+use super::transform::{forward_plan, hann};
 
 /// A quantity over evenly spaced frequencies from 0 on.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +43,7 @@ pub fn welch<S: Sample>(recordings: &[&[S]], sample_rate_hz: f64, segment: usize
         return None;
     }
     let window = hann(segment);
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(segment);
+    let transform = forward_plan(segment);
     let mut bins = transform.make_output_vec();
     let mut values = vec![0.0; bins.len()];
     let mut segments = 0;
@@ -78,7 +76,7 @@ pub fn amplitudes<S: Sample>(recordings: &[&[S]], sample_rate_hz: f64) -> Option
     let length = recordings.iter().map(|r| r.len()).min().filter(|length| *length >= 8)?;
     let window = hann(length);
     let weight = window.iter().sum::<f64>();
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let transform = forward_plan(length);
     let mut bins = transform.make_output_vec();
     let mut values = vec![0.0; bins.len()];
     for recording in recordings {

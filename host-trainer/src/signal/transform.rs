@@ -1,7 +1,22 @@
 //! Fourier transforms of the sizes and kinds that this module needs, from real ones.
 
-use realfft::RealFftPlanner;
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
+
 use realfft::num_complex::Complex;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+
+/// Its plans are kept: to make one takes longer than to use it.
+static PLANNER: LazyLock<Mutex<RealFftPlanner<f64>>> = LazyLock::new(Mutex::default);
+
+/// From so many real samples to their frequencies.
+pub(crate) fn forward_plan(length: usize) -> Arc<dyn RealToComplex<f64>> {
+    PLANNER.lock().unwrap_or_else(PoisonError::into_inner).plan_fft_forward(length)
+}
+
+/// From frequencies to so many real samples.
+pub(crate) fn inverse_plan(length: usize) -> Arc<dyn ComplexToReal<f64>> {
+    PLANNER.lock().unwrap_or_else(PoisonError::into_inner).plan_fft_inverse(length)
+}
 
 /// Symmetric over a period, so that half-overlapping windows add up evenly.
 pub(crate) fn hann(length: usize) -> Vec<f64> {
@@ -10,7 +25,7 @@ pub(crate) fn hann(length: usize) -> Vec<f64> {
 
 /// Bins 0 to n/2 of n real values.
 pub(super) fn forward(values: &mut [f64]) -> Vec<Complex<f64>> {
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(values.len());
+    let transform = forward_plan(values.len());
     let mut bins = transform.make_output_vec();
     transform.process(values, &mut bins).expect("buffers are the plan's own");
     bins
@@ -22,7 +37,7 @@ pub(super) fn inverse_complex(bins: &[Complex<f64>]) -> Vec<Complex<f64>> {
     if n < 2 {
         return bins.to_vec();
     }
-    let transform = RealFftPlanner::<f64>::new().plan_fft_inverse(n);
+    let transform = inverse_plan(n);
     let mirrored = |k: usize| bins[(n - k) % n].conj();
     // Real and imaginary part each have a Hermitian spectrum.
     let part = |of: &dyn Fn(usize) -> Complex<f64>| {

@@ -13,14 +13,14 @@
 //! g_a = Σ −2 Re(E* ∂_a D)/S + (1 − |E|²/S) ∂_a ln S, and I_ab = Σ 2 Re(∂_a D* ∂_b D)/S + ∂_a ln S ∂_b ln S.
 
 use rayon::prelude::*;
-use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 use super::observed::{CHANNELS, Coefficients, Observed, coefficients, padded};
 use crate::rig::plan::Scatter;
-use crate::rig::random_part::{RandomPart, random_part};
+use crate::rig::random_part::{Asked, RandomPart, random_parts};
 use crate::rig::simulate::{fewest_substeps, shortest_settling_s, simulate_all};
 use crate::rig::{OperatingCondition, Rig, RigError, Run, Start};
+use crate::signal::transform::inverse_plan;
 
 /// What a rig says of one recording.
 #[derive(Clone, Debug)]
@@ -58,18 +58,25 @@ pub struct Silent<'a> {
 /// # Errors
 /// What the rig's check refuses.
 pub fn noise(rig: &Rig, condition: &OperatingCondition) -> Result<Noise, RigError> {
-    noise_in(rig, condition, None)
+    // One in, one out.
+    noises(&[Asked { rig, condition: *condition, known: None }]).swap_remove(0)
 }
 
-/// The same by mean slopes, where the scatter of a rig that is nearly the same is known.
+/// The same of many.
 ///
 /// # Errors
-/// What the rig's check refuses.
-pub fn noise_in(rig: &Rig, condition: &OperatingCondition, known: Option<Scatter>) -> Result<Noise, RigError> {
+/// Of each its own.
+pub fn noises(asked: &[Asked]) -> Vec<Result<Noise, RigError>> {
+    let parts = random_parts(asked);
+    asked.par_iter().zip(parts).map(|(of, part)| Ok(seen(of.rig, &of.condition, part?))).collect()
+}
+
+/// A random part as the recording has it.
+fn seen(rig: &Rig, condition: &OperatingCondition, part: RandomPart) -> Noise {
     let (psd, noise) = rig.bearing().map_or((0.0, 0.0), |machine| {
         (machine.excitation.process_force_psd_n2_per_hz, machine.sensor.noise_std_m_per_s2.powi(2))
     });
-    let RandomPart { responses, scatter } = random_part(rig, condition, known)?;
+    let RandomPart { responses, scatter } = part;
     let force = 0.5 * psd * condition.sample_rate_hz;
     let mut variance = [0, 1].map(|channel| -> Vec<f64> {
         let of_channel: Vec<&[f64]> = responses.iter().map(|r| r[channel].as_slice()).collect();
@@ -81,7 +88,7 @@ pub fn noise_in(rig: &Rig, condition: &OperatingCondition, known: Option<Scatter
             variance.iter_mut().zip(path.power(condition.samples)).for_each(|(s, h)| *s *= h);
         }
     }
-    Ok(Noise { variance, scatter })
+    Noise { variance, scatter }
 }
 
 /// Mean of the squared magnitudes of the Fourier coefficients of short signals, as if each were followed by zeros up to a
@@ -94,7 +101,7 @@ pub(super) fn mean_power(signals: &[&[f64]], length: usize) -> Vec<f64> {
     }
     let mut power: Vec<Complex<f64>> =
         mean(signals.iter().map(|s| squares(s, short))).into_iter().map(Complex::from).collect();
-    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(short);
+    let inverse = inverse_plan(short);
     let mut lags = inverse.make_output_vec();
     // Both buffers are made to the transform's measure.
     inverse.process(&mut power, &mut lags).unwrap_or_default();

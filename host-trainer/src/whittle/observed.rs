@@ -2,13 +2,13 @@
 
 use std::borrow::Cow;
 
-use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 use super::tachometer::Reading;
 use crate::recording::{Channel, Recording};
 use crate::rig::OperatingCondition;
 use crate::signal::interpolate::{Interpolator, held};
+use crate::signal::transform::forward_plan;
 
 /// The names that a simulated recording gives its accelerations.
 pub const CHANNELS: [&str; 2] = ["ax", "ay"];
@@ -128,7 +128,7 @@ pub fn coefficients(samples: &[f64]) -> Coefficients {
 
 /// Fourier transform of a signal that is 0 after its samples, at the frequencies of `length` samples, times `scale`.
 pub fn padded(samples: &[f64], length: usize, scale: f64) -> Coefficients {
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let transform = forward_plan(length);
     let mut buffer: Vec<f64> = samples.iter().map(|v| v * scale).collect();
     buffer.resize(length, 0.0);
     let mut out = transform.make_output_vec();

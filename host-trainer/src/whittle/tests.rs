@@ -3,10 +3,11 @@ use std::f64::consts::TAU;
 use realfft::num_complex::Complex;
 
 use super::coordinate::Coordinate;
-use super::likelihood::{Silent, judged, mean_power, means, noise};
+use super::likelihood::{Silent, judged, mean_power, means, noise, noises};
 use super::observed::Observed;
 use super::problem::{Point, Problem};
 use super::search::search_from_rig;
+use crate::rig::random_part::Asked;
 use crate::rig::test_support::{condition, nominal};
 use crate::rig::{EffectEntry, Rig, Run, Start, simulate_many};
 
@@ -173,6 +174,27 @@ fn invariant_friction_in_noise_is_as_many_runs_show() {
             assert!(off < 0.015 + 1.0 / RUNS as f64, "{force} N: {off} beside the mean");
             assert!((0.93..1.07).contains(&power), "{force} N: {power} of the power");
         }
+    }
+}
+
+/// Rigs of several shapes, and enough of one that they go side by side.
+#[test]
+fn invariant_the_noise_of_one_of_many_is_to_the_bit_what_it_is_alone() {
+    let at = condition(30.0, 500.0, 12_800);
+    let with = |name: &str, key: &str, value: f64| {
+        nominal().with_effect(EffectEntry::new(name, &[(key, value)]).with_text("component", "outer"))
+    };
+    let known = Some(noise(&with("coulomb-friction", "force_n", 0.3), &at).unwrap().scatter);
+    let springs = [1e14, 3e14, 1e15].map(|cubic| (with("hardening-stiffness", "cubic_n_per_m3", cubic), None));
+    let frictions = [0.15, 0.2, 0.3, 0.5].map(|force| (with("coulomb-friction", "force_n", force), known));
+    let mut rigs = [springs.as_slice(), &frictions].concat();
+    rigs.push((with("coulomb-friction", "force_n", 0.3), None));
+    rigs.push((nominal(), None));
+    let asked: Vec<Asked> = rigs.iter().map(|(rig, known)| Asked { rig, condition: at, known: *known }).collect();
+    for (of, together) in asked.iter().zip(noises(&asked)) {
+        let alone = noises(&[*of]).swap_remove(0).unwrap();
+        let together = together.unwrap();
+        assert_eq!((together.variance, together.scatter), (alone.variance, alone.scatter), "{:?}", of.rig.effects);
     }
 }
 

@@ -2,7 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 use super::Fault;
@@ -11,7 +10,7 @@ use crate::diagnose::residual::{Whitened, whitened};
 use crate::recording::Recording;
 use crate::rig::{EffectEntry, Rig};
 use crate::signal::maximum::golden_section;
-use crate::signal::transform::hann;
+use crate::signal::transform::{hann, inverse_plan};
 use crate::whittle::likelihood::{Expected, judged};
 use crate::whittle::observed::{Observed, accelerations};
 use crate::whittle::problem::Problem;
@@ -78,7 +77,7 @@ fn found(observed: &[Observed], residuals: &[Whitened]) -> Option<(f64, f64)> {
 fn ratio(w: &Whitened, hz: f64) -> f64 {
     let n = w.signal.len() as f64;
     let step = w.sample_rate_hz / n;
-    let here = turned(w.signal.iter().copied(), hz / w.sample_rate_hz).norm_sqr() / n;
+    let here = turned(&w.signal, hz / w.sample_rate_hz).norm_sqr() / n;
     let middle = (hz / step).round() as usize;
     let around = (3..=12).flat_map(|d| [middle.checked_sub(d), Some(middle + d)]).flatten();
     let mut levels: Vec<f64> = around.filter_map(|k| w.spectrum.get(k)).map(|b| b.norm_sqr()).collect();
@@ -86,9 +85,17 @@ fn ratio(w: &Whitened, hz: f64) -> f64 {
     here / levels.get(levels.len() / 2).copied().unwrap_or(1.0).max(0.7)
 }
 
-/// Σ x e^{−2πi·turns·t} over the samples.
-fn turned(samples: impl Iterator<Item = f64>, turns: f64) -> Complex<f64> {
-    samples.enumerate().map(|(i, v)| Complex::from_polar(v, -TAU * turns * i as f64)).sum()
+/// Samples between two exact evaluations of an angle.
+const BLOCK: usize = 64;
+
+/// Σ x e^{−2πi·turns·t} over the samples: of blocks by one rotation after another, and of those by theirs.
+fn turned(samples: &[f64], turns: f64) -> Complex<f64> {
+    let within: [Complex<f64>; BLOCK] = std::array::from_fn(|i| Complex::from_polar(1.0, -TAU * turns * i as f64));
+    let of_block = |(n, block): (usize, &[f64])| {
+        let sum: Complex<f64> = block.iter().zip(&within).map(|(v, turn)| turn * *v).sum();
+        sum * Complex::from_polar(1.0, -TAU * turns * (n * BLOCK) as f64)
+    };
+    samples.chunks(BLOCK).enumerate().map(of_block).sum()
 }
 
 /// What the rig leaves of one channel: the machine's own lines next to the electrical one are gone from it.
@@ -103,7 +110,7 @@ struct Left {
 impl Left {
     fn of(recording: usize, o: &Observed, e: &Expected) -> Vec<Self> {
         let n = o.condition.samples;
-        let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(n);
+        let inverse = inverse_plan(n);
         let window = hann(n);
         let scale = 2.0 / ((n as f64).sqrt() * window.iter().sum::<f64>());
         let of = |channel: usize| {
@@ -122,7 +129,7 @@ impl Left {
 
     /// Amplitude and phase of the line of a frequency.
     fn line(&self, hz: f64) -> Complex<f64> {
-        turned(self.windowed.iter().copied(), hz / self.sample_rate_hz)
+        turned(&self.windowed, hz / self.sample_rate_hz)
     }
 
     fn take_out(&self, hz: f64, recording: &mut Recording) {

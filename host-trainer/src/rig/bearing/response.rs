@@ -289,7 +289,7 @@ pub(in crate::rig) fn along(rig: &BearingRig, forces: &[Force], visited: &[Visit
     let mut contact = [[0.0; 2]; 2];
     for (at, q, _) in visited {
         let relative = [q[INNER_X] - q[OUTER_X], q[INNER_Y] - q[OUTER_Y]];
-        let (_, slope) = contact_at(&rig.bearing, relative, at.cage_rad);
+        let (_, slope) = contact_at(&rig.bearing, relative, normals(&rig.bearing, at.cage_rad));
         for (sum, row) in contact.iter_mut().flatten().zip(slope.into_iter().flatten()) {
             *sum += row / count;
         }
@@ -319,12 +319,20 @@ pub(in crate::rig) fn at_rest(rig: &BearingRig, load_n: f64) -> Tangent {
     let compliance = inner + outer;
     let guess = (load_n.abs() / rig.bearing.contact_stiffness_n_per_m1_5).powf(1.0 / rig.bearing.contact_exponent);
     let clearance = rig.bearing.radial_clearance_m;
+    // Over one pitch of the cage.
+    let pitch = TAU / rig.bearing.balls as f64;
+    let phases = (0..PHASES).flat_map(|phase| normals(&rig.bearing, pitch * phase as f64 / PHASES as f64));
+    let normals: Vec<[f64; 2]> = phases.collect();
+    let mean = |displacement: f64| {
+        let (force, slope) = contact_at(&rig.bearing, [0.0, displacement], normals.iter().copied());
+        (force[1] / PHASES as f64, slope.map(|row| row.map(|v| v / PHASES as f64)))
+    };
     // The balance falls with the displacement: bracket it, then Newton's steps inside the bracket.
     let side = if open < 0.0 { -1.0 } else { 1.0 };
     let (mut low, mut high) = (0.0, open.abs());
     let mut at = (clearance + guess).clamp(low, high.max(low));
     for _ in 0..NEWTON_STEPS {
-        let (force, slope) = mean_contact(&rig.bearing, side * at);
+        let (force, slope) = mean(side * at);
         let balance = at - open.abs() + side * force * compliance;
         if balance > 0.0 {
             high = at;
@@ -332,34 +340,33 @@ pub(in crate::rig) fn at_rest(rig: &BearingRig, load_n: f64) -> Tangent {
             low = at;
         }
         let newton = at - balance / (1.0 + slope[1][1] * compliance);
-        at = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-    }
-    Tangent::of_contact(mean_contact(&rig.bearing, side * at).1)
-}
-
-/// Contact force in y, N, and slope of the contact force in x and y, N/m, at a relative displacement in y, m; means
-/// over one pitch of the cage.
-fn mean_contact(bearing: &Bearing, displacement: f64) -> (f64, [[f64; 2]; 2]) {
-    let pitch = TAU / bearing.balls as f64;
-    let (mut force, mut slope) = (0.0, [[0.0; 2]; 2]);
-    for phase in 0..PHASES {
-        let (f, k) = contact_at(bearing, [0.0, displacement], pitch * phase as f64 / PHASES as f64);
-        force += f[1] / PHASES as f64;
-        for (sum, value) in slope.iter_mut().flatten().zip(k.into_iter().flatten()) {
-            *sum += value / PHASES as f64;
+        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        if next == at {
+            break;
         }
+        at = next;
     }
-    (force, slope)
+    Tangent::of_contact(mean(side * at).1)
 }
 
-/// Contact force in x and y, N, and its slope, N/m, at a relative displacement, m, and an angle of ball 0.
-fn contact_at(bearing: &Bearing, displacement: [f64; 2], cage_rad: f64) -> ([f64; 2], [[f64; 2]; 2]) {
-    let (mut force, mut slope) = ([0.0; 2], [[0.0; 2]; 2]);
+/// Directions of the balls from the centre, at an angle of ball 0.
+fn normals(bearing: &Bearing, cage_rad: f64) -> impl Iterator<Item = [f64; 2]> {
     let pitch = TAU / bearing.balls as f64;
-    for ball in 0..bearing.balls {
+    (0..bearing.balls).map(move |ball| {
         let (s, c) = (cage_rad + pitch * ball as f64).sin_cos();
-        let normal = [c, s];
-        let deflection = displacement[0] * c + displacement[1] * s - bearing.radial_clearance_m;
+        [c, s]
+    })
+}
+
+/// Contact force in x and y, N, and its slope, N/m, at a relative displacement, m, of balls in these directions.
+fn contact_at(
+    bearing: &Bearing,
+    displacement: [f64; 2],
+    normals: impl Iterator<Item = [f64; 2]>,
+) -> ([f64; 2], [[f64; 2]; 2]) {
+    let (mut force, mut slope) = ([0.0; 2], [[0.0; 2]; 2]);
+    for normal in normals {
+        let deflection = displacement[0] * normal[0] + displacement[1] * normal[1] - bearing.radial_clearance_m;
         if deflection > 0.0 {
             let root = deflection.powf(bearing.contact_exponent - 1.0);
             let stiffness = bearing.contact_exponent * bearing.contact_stiffness_n_per_m1_5 * root;

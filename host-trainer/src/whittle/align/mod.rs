@@ -11,12 +11,12 @@ mod spin;
 use std::f64::consts::TAU;
 
 use rayon::prelude::*;
-use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 use crate::recording::Recording;
 use crate::rig::simulate::{fewest_substeps, plan_of, shortest_settling_s, simulate_all};
 use crate::rig::{EffectEntry, OperatingCondition, Rig, RigError, Run, Start, simulate_many};
+use crate::signal::transform::{forward_plan, inverse_plan};
 use crate::whittle::likelihood::{Expected, Noise, Silent, means, misfit, noise};
 use crate::whittle::observed::{CHANNELS, Coefficients, Observed};
 use crate::whittle::tachometer::Reading;
@@ -253,9 +253,7 @@ fn best_lag(
     let samples = observed.condition.samples;
     let total = long[0].len();
     let lags = total - samples + 1;
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (small, forward, inverse) =
-        (planner.plan_fft_inverse(samples), planner.plan_fft_forward(total), planner.plan_fft_inverse(total));
+    let (small, forward, inverse) = (inverse_plan(samples), forward_plan(total), inverse_plan(total));
     let mut score = vec![0.0; lags];
     for channel in 0..2 {
         let Some(spectrum) = &observed.spectra[channel] else { continue };

@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 use super::{cage_per_shaft, reading};
 use crate::rig::Rig;
+use crate::signal::transform::inverse_plan;
 use crate::whittle::likelihood::judged;
 use crate::whittle::observed::{Coefficients, Observed};
 
@@ -29,7 +29,7 @@ pub fn correlation(
             together[k] += one(channel, k, spectrum[k]).conj() * other(channel, k) / variance[k];
         }
     }
-    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(samples);
+    let inverse = inverse_plan(samples);
     let mut correlation = inverse.make_output_vec();
     inverse.process(&mut together, &mut correlation).unwrap_or_default();
     correlation
