@@ -11,7 +11,7 @@
 //!    is left and nothing stands, nothing in the vocabulary explains it.
 
 use super::acquisition::Acquired;
-use super::explain::{Explanation, Ground};
+use super::explain::{EXPLAINED, Explanation, Ground};
 use super::outcome::{Cause, Diagnosis, Location, Outcome, SCHEMA, Verdict};
 use super::prove::{Proof, prove, shown};
 use super::residual::tests;
@@ -26,8 +26,6 @@ use crate::recording::Recording;
 use crate::rig::Rig;
 use crate::whittle::observed::Observed;
 
-/// Share of the excess that causes must take away to be an explanation.
-const EXPLAINED: f64 = 0.93;
 /// Power of the error on what took no part, in shares of the rig's without them, that causes may not reach in any channel.
 const GREATEST_ERROR_RATIO: f64 = 2.0;
 /// p-value on the recording that took no part.

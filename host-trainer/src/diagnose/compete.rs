@@ -64,6 +64,15 @@ impl Contender<'_> {
     pub fn cost(&self) -> f64 {
         cost(&self.problem, &self.found)
     }
+
+    /// The same where a slow search from what was found comes nearer by `least` in ln L: what goes through whole recordings at
+    /// once may stop where the slow parts already say that it is wrong.
+    pub fn nearer(&self, least: f64) -> Option<Self> {
+        let found =
+            search_slowly(&self.problem, self.found.point.clone(), &Limits { steps: STEPS, ..Limits::default() })?;
+        let more = self.found.expansion.misfit() - found.expansion.misfit();
+        (more > least).then(|| Self { found, merit: self.merit + more, gain: self.gain + more, ..self.clone() })
+    }
 }
 
 /// −ln L, and half the logarithm of the count of samples for each parameter (G. Schwarz, Annals of Statistics 6 (1978)
@@ -382,15 +391,20 @@ fn work(problem: &Problem) -> usize {
 /// A short search; where that leaves something and `slowly` asks for it, another from the slow parts of the recordings to all
 /// of them.
 fn heat(problem: &Problem<'_>, angles: &[[f64; 2]], slowly: bool) -> Option<Found> {
-    let mut point = problem.start_at(angles.to_vec());
+    let point = problem.start_at(angles.to_vec());
     let direct = search(problem, point.clone(), &QUICK).ok()?;
     if !slowly || leaves_nothing(problem, &direct).ok()? {
         return Some(direct);
     }
+    let slowly = search_slowly(problem, point, &QUICK)?;
+    Some(if slowly.expansion.misfit() < direct.expansion.misfit() { slowly } else { direct })
+}
+
+/// A search from the slow parts of the recordings to all of them, at last within `limits`.
+fn search_slowly(problem: &Problem, mut point: Point, limits: &Limits) -> Option<Found> {
     for band in BANDS {
         let narrow = Problem { band, ..problem.clone() };
         point = search(&narrow, point, &QUICK).ok()?.point;
     }
-    let slowly = search(problem, point, &QUICK).ok()?;
-    Some(if slowly.expansion.misfit() < direct.expansion.misfit() { slowly } else { direct })
+    search(problem, point, limits).ok()
 }

@@ -5,7 +5,7 @@ use super::compete::{Contender, Contest, Dropped, Part, Ranking, cost};
 use super::hypothesis::{self, Hypothesis};
 use super::pointers;
 use super::prove::replicate;
-use super::residual::{Excess, Whitened, excess, whitened};
+use super::residual::{Excess, Whitened, excess, likeness, whitened};
 use super::sets::Sets;
 use crate::rig::random_part::heeds_scatter;
 use crate::rig::{Rig, RigError, effect};
@@ -16,6 +16,12 @@ use crate::whittle::search::{Found, Limits, search};
 /// ln L that a cause must gain beyond what its parameters are worth: some ninety explanations, each from many starts, were
 /// tried on the same recordings.
 pub const LEAST_MERIT: f64 = 12.0;
+/// Share of the excess that causes must take away to be an explanation.
+pub const EXPLAINED: f64 = 0.93;
+/// Share of the first cause's gain that another must have to be tried as the first of a pair in its place, and how like the two
+/// may be in what they change.
+const ANOTHER_GAINS: f64 = 0.3;
+const ALIKE: f64 = 0.9;
 /// Share of what the first cause leaves that a second must take away.
 const SECOND_EXPLAINS: f64 = 0.6;
 /// Share of the first cause's gain that a second must have: the strongest effects show the limits of the method itself.
@@ -27,10 +33,11 @@ const INEXACT_GAINS: f64 = 5e-3;
 /// how many times what it gains on replicates of the first alone.
 const LEAST_PROMISE: f64 = 40.0;
 const BEYOND: f64 = 3.0;
-/// Times that a pair's causes are sought anew beside each other, the share of the excess from which a pair is worth that,
-/// and the share of a cause's gain that others must promise to be tried in its place.
+/// Share of the excess from which what explains it is worth more work. Times that a pair's causes are sought anew beside each
+/// other, and the share of a cause's gain that others must promise to be tried in its place.
+const WORTH_MORE: f64 = 0.5;
 const EXCHANGES: usize = 2;
-const WORTH_AN_EXCHANGE: f64 = 0.5;
+const RIVALS_PROMISE: f64 = 0.3;
 /// Share of the excess from which a first cause that leaves more than chance is not sought anew: of wrong ones the nearest left
 /// 4 % in the proofs of two seeds.
 const RIGHT: f64 = 0.99;
@@ -39,7 +46,6 @@ const EXACT: f64 = 0.999;
 /// Share of the excess that the first cause must take away for a second to be sought: of two that take all of it away
 /// together the greater takes half, or, where they overlap, somewhat less.
 const WORTH_A_SECOND: f64 = 0.2;
-const RIVALS_PROMISE: f64 = 0.3;
 
 /// The rig as it is, fitted, and what it leaves.
 pub struct Ground<'o> {
@@ -104,22 +110,27 @@ impl<'o> Ground<'o> {
     pub fn explain(&self, progress: &dyn Fn(&str)) -> Result<Explanation<'o>, DiagnoseError> {
         let hypotheses = self.hypotheses()?;
         let Ranking { contenders, dropped } = self.contest.run(&hypotheses, f64::NEG_INFINITY, progress)?;
-        let Some((first, left)) = self.best(contenders.clone()) else {
+        let Some(best) = self.best(contenders.clone()) else {
             return Ok(Explanation { contenders, dropped, ..Explanation::nothing(self.excess) });
         };
-        let (kept, left) = match self.second(&first, &left, &hypotheses, progress)? {
-            Some(pair) => {
-                let pair = self.exchanged(pair, &left, &hypotheses, progress)?;
-                self.reduced(pair, &first, &left).unwrap_or_else(|| (vec![first], left))
-            }
-            None => (vec![first], left),
-        };
-        Ok(Explanation { contenders, dropped, kept, left })
+        let single = self.nearer(best, progress);
+        let mut pair = self.second(&single, &hypotheses, progress)?;
+        let left = pair.as_ref().map_or(&single, |pair| &pair.last).left;
+        if left.is_more_than_chance()
+            && self.excess.explained(&left) < EXPLAINED
+            && let Some(other) = self.another(&single)?
+        {
+            let beside_other = self.second(&self.nearer(other, progress), &hypotheses, progress)?;
+            pair = pair.into_iter().chain(beside_other).min_by(|a, b| a.last.left.nats.total_cmp(&b.last.left.nats));
+        }
+        let pair = pair.map(|pair| self.exchanged(pair, &single.left, &hypotheses, progress)).transpose()?;
+        let kept = pair.and_then(|pair| self.reduced(pair, &single)).unwrap_or_else(|| vec![single]);
+        Ok(Explanation { contenders, dropped, left: kept.last().map_or(self.excess, |last| last.left), kept })
     }
 
-    /// The best contender that gains enough and can be run everywhere, and what it leaves: a rig that stands only as long as
-    /// nothing shakes it is none.
-    fn best(&self, rivals: Vec<Contender<'o>>) -> Option<(Choice<'o>, Excess)> {
+    /// The best contender that gains enough and can be run everywhere: a rig that stands only as long as nothing shakes it is
+    /// none.
+    fn best(&self, rivals: Vec<Contender<'o>>) -> Option<Choice<'o>> {
         let leaves = |c: &Contender| {
             let all = excess(&residuals(&c.problem, &c.found)?);
             Ok::<_, DiagnoseError>(all.beyond(replicated(&c.problem, &c.found, self.seed)?))
@@ -129,18 +140,43 @@ impl<'o> Ground<'o> {
             let left = leaves(&c).ok()?;
             Some((c, left))
         })?;
-        Some((Choice { cause, rivals }, left))
+        Some(Choice { cause, rivals, left })
+    }
+
+    /// The same, brought nearer where the search for it has stopped short of what it can explain.
+    fn nearer(&self, choice: Choice<'o>, progress: &dyn Fn(&str)) -> Choice<'o> {
+        let explained = self.excess.explained(&choice.left);
+        if !choice.left.is_more_than_chance() || !(WORTH_MORE..EXACT).contains(&explained) {
+            return choice;
+        }
+        progress(&format!("fitting {} {} once more, slowly", choice.cause.name, choice.cause.place));
+        let nearer = choice.cause.nearer(LEAST_MERIT).and_then(|cause| self.best(vec![cause]));
+        match nearer {
+            Some(nearer) => Choice { rivals: choice.rivals, ..nearer },
+            None => choice,
+        }
+    }
+
+    /// A rival that gains much by changing something else: of two causes a third may stand for the greater part of both, which
+    /// then hides either.
+    fn another(&self, first: &Choice<'o>) -> Result<Option<Choice<'o>>, DiagnoseError> {
+        let of_first = residuals(&first.cause.problem, &first.cause.found)?;
+        let like = |c: &Contender| Some(likeness(&self.residuals, &of_first, &residuals(&c.problem, &c.found).ok()?));
+        let rivals = first.rivals.iter().filter(|c| c.gain > ANOTHER_GAINS * first.cause.gain);
+        let rivals = rivals.filter_map(|c| Some((like(c)?, c))).filter(|(like, _)| *like < ALIKE);
+        let other = rivals.min_by(|a, b| a.0.total_cmp(&b.0)).and_then(|(_, c)| self.best(vec![c.clone()]));
+        Ok(other.map(|other| Choice { rivals: first.rivals.clone(), ..other }))
     }
 
     /// A second cause beside the first; nothing where none is worth its parameters.
     fn second(
         &self,
         first: &Choice<'o>,
-        left: &Excess,
         hypotheses: &[Hypothesis],
         progress: &dyn Fn(&str),
     ) -> Result<Option<Pair<'o>>, DiagnoseError> {
-        let (cause, explained) = (&first.cause, self.excess.explained(left));
+        let (cause, left) = (&first.cause, &first.left);
+        let explained = self.excess.explained(left);
         // The random part of friction is not exact, least of all where it holds a mass: what is less beside it is not to be told.
         let is_its_own = (explained > RIGHT || !left.is_more_than_chance()) && heeds_scatter(&cause.rig()?);
         if explained < WORTH_A_SECOND || is_its_own {
@@ -150,12 +186,13 @@ impl<'o> Ground<'o> {
         progress("looking for a second cause");
         let mut rivals = self.beside(&cause.problem, &cause.found.point, hypotheses, cause, least, progress)?;
         rivals.retain(|c| c.gain > least);
-        let Some((last, rest)) = self.best(rivals) else { return Ok(None) };
+        let Some(best) = self.best(rivals) else { return Ok(None) };
+        let last = self.nearer(best, progress);
         // What does not show by itself may be what the first cause's own linearisation leaves out.
         if !left.is_more_than_chance() && !self.beyond_replicates(cause, &last.cause)? {
             return Ok(None);
         }
-        Ok(Some(Pair { first: first.clone(), last, left: rest }))
+        Ok(Some(Pair { first: first.clone(), last }))
     }
 
     /// The pair with each of its causes sought anew beside the other, as long as that gains and something is left: the first
@@ -171,8 +208,8 @@ impl<'o> Ground<'o> {
             return Ok(pair);
         }
         for _ in 0..EXCHANGES {
-            let explained = self.excess.explained(&pair.left);
-            if !(WORTH_AN_EXCHANGE..EXACT).contains(&explained) || !pair.left.is_more_than_chance() {
+            let left = pair.last.left;
+            if !(WORTH_MORE..EXACT).contains(&self.excess.explained(&left)) || !left.is_more_than_chance() {
                 break;
             }
             progress("looking for the first cause again, beside the second");
@@ -181,8 +218,8 @@ impl<'o> Ground<'o> {
             let had = found.expansion.misfit() - both.found.expansion.misfit();
             let mut rivals = self.beside(&problem, &found.point, hypotheses, both, RIVALS_PROMISE * had, progress)?;
             rivals.retain(|c| c.cost() + LEAST_MERIT < both.cost());
-            let Some((last, left)) = self.best(rivals) else { break };
-            pair = Pair { first: pair.last, last, left };
+            let Some(best) = self.best(rivals) else { break };
+            pair = Pair { first: pair.last, last: self.nearer(best, progress) };
         }
         Ok(pair)
     }
@@ -208,19 +245,18 @@ impl<'o> Ground<'o> {
 
     /// A pair that takes away enough of what the first alone left; nothing where it does not. Where one has but stood in for
     /// the other, that one alone.
-    fn reduced(&self, pair: Pair<'o>, single: &Choice<'o>, left: &Excess) -> Option<(Vec<Choice<'o>>, Excess)> {
-        if pair.left.is_more_than_chance() && left.nats - pair.left.nats < SECOND_EXPLAINS * left.nats {
+    fn reduced(&self, pair: Pair<'o>, single: &Choice<'o>) -> Option<Vec<Choice<'o>>> {
+        let left = pair.last.left;
+        if left.is_more_than_chance() && single.left.nats - left.nats < SECOND_EXPLAINS * single.left.nats {
             return None;
         }
         let both = &pair.last.cause;
-        let Some((problem, found)) = self.alone(both) else { return Some((vec![pair.first, pair.last], pair.left)) };
-        if cost(&problem, &found) > both.cost() + LEAST_MERIT {
-            return Some((vec![pair.first, pair.last], pair.left));
-        }
+        let alone = self.alone(both).filter(|(problem, found)| cost(problem, found) <= both.cost() + LEAST_MERIT);
+        let Some((problem, found)) = alone else { return Some(vec![pair.first, pair.last]) };
         let gain = self.found.expansion.misfit() - found.expansion.misfit();
         let merit = cost(&self.problem, &self.found) - cost(&problem, &found);
         let cause = Contender { problem, found, merit, gain, ..both.clone() };
-        Some((vec![Choice { cause, rivals: single.rivals.clone() }], pair.left))
+        Some(vec![Choice { cause, rivals: single.rivals.clone(), left }])
     }
 
     /// Whether a second cause gains more than it does on recordings that the first alone has made.
@@ -256,13 +292,15 @@ impl<'o> Ground<'o> {
     }
 }
 
-/// A cause, and whom it was chosen among.
+/// A cause, whom it was chosen among, and what it leaves.
 #[derive(Clone, Debug)]
 pub struct Choice<'o> {
     /// The cause.
     pub cause: Contender<'o>,
     /// It and the others, the best first.
     pub rivals: Vec<Contender<'o>>,
+    /// Beyond what recordings of its rig would show.
+    pub left: Excess,
 }
 
 impl Choice<'_> {
@@ -277,8 +315,6 @@ impl Choice<'_> {
 struct Pair<'o> {
     first: Choice<'o>,
     last: Choice<'o>,
-    /// What they leave, beyond what recordings of their rig would show.
-    left: Excess,
 }
 
 /// What the search for causes has found.

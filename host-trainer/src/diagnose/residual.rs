@@ -60,6 +60,19 @@ pub fn whitened(observed: &[Observed], expected: &[Expected]) -> Vec<Whitened> {
     out
 }
 
+/// How like two changes of the same residuals are: the cosine of the angle between them, whatever its sign.
+pub fn likeness(from: &[Whitened], one: &[Whitened], other: &[Whitened]) -> f64 {
+    let (mut product, mut squares) = (0.0, [0.0; 2]);
+    for ((from, one), other) in from.iter().zip(one).zip(other) {
+        for ((from, one), other) in from.spectrum.iter().zip(&one.spectrum).zip(&other.spectrum) {
+            let [one, other] = [one - from, other - from];
+            product += (one.conj() * other).re;
+            squares = [squares[0] + one.norm_sqr(), squares[1] + other.norm_sqr()];
+        }
+    }
+    product.abs() / (squares[0] * squares[1]).sqrt().max(f64::MIN_POSITIVE)
+}
+
 /// How much of the residual is not noise of the rig's kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Excess {
@@ -217,6 +230,20 @@ mod tests_of_residuals {
         let spectrum: Vec<_> = (0..4097).map(|k| Complex::new(unit() * half, unit() * half) * gain(k)).collect();
         let signal = (0..8192).map(|_| unit()).collect();
         Whitened { recording: 0, channel: 1, spectrum, signal, sample_rate_hz: 8192.0 }
+    }
+
+    #[test]
+    fn changes_of_the_same_bands_are_alike_and_of_others_are_not() {
+        let from = noise(1, |_| 1.0);
+        let changed = |bins: std::ops::Range<usize>, by: f64| {
+            let mut spectrum = from.spectrum.clone();
+            spectrum[bins].iter_mut().for_each(|x| *x += by);
+            [Whitened { spectrum, ..from.clone() }]
+        };
+        let like = |one: [Whitened; 1], other: [Whitened; 1]| likeness(std::slice::from_ref(&from), &one, &other);
+        assert!((like(changed(100..200, 1.0), changed(100..200, -3.0)) - 1.0).abs() < 1e-9);
+        assert!((like(changed(100..200, 1.0), changed(150..250, 1.0)) - 0.5).abs() < 1e-9);
+        assert!(like(changed(100..200, 1.0), changed(300..400, 1.0)) < 1e-9);
     }
 
     #[test]

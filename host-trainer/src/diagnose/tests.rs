@@ -1,4 +1,4 @@
-use super::compete::{Contest, Part};
+use super::compete::{Contender, Contest, Part};
 use super::hypothesis::{self, Pointers};
 use super::outcome::{Outcome, Parameter, Verdict};
 use super::sets::Sets;
@@ -7,6 +7,9 @@ use crate::recording::{LoadOptions, Recording, Unit, load, reference_data};
 use crate::rig::test_support::{condition, nominal};
 use crate::rig::{EffectEntry, Rig, Run, Start, simulate_many};
 use crate::whittle::coordinate::Coordinate;
+use crate::whittle::observed::Observed;
+use crate::whittle::problem::Problem;
+use crate::whittle::search::{Limits, search};
 
 /// Three recordings of half a second at other speeds and loads, one of them held out; without tachometer.
 pub(super) fn recordings(rig: &Rig, seed: u64) -> Vec<Recording> {
@@ -130,6 +133,27 @@ fn a_strong_shock_is_no_load_step() {
     let names: Vec<_> = outcome.diagnosis.causes.iter().map(|c| c.name.as_str()).collect();
     assert_eq!(names, ["shock"], "{:?}", outcome.diagnosis);
     assert!((number(&outcome, "time_s") - 0.2715).abs() < 1.0 / 25_600.0);
+}
+
+/// A gap that is too small by a tenth, and a pit that makes up for it: what goes through whole recordings at once stays there.
+#[test]
+fn a_slow_search_goes_on_where_another_stops() {
+    let with = |depth: f64, width: f64, gap: f64| {
+        let pit = [("depth_m", depth), ("width_rad", width), ("spin_rad", 0.0)];
+        let clearance = EffectEntry::new("excess-clearance", &[("radial_clearance_m", gap)]);
+        nominal().with_effect(EffectEntry::new("ball-defect", &pit)).with_effect(clearance)
+    };
+    let observed = Observed::of_all(&recordings(&with(1e-6, 0.05, 8e-6), 13)).unwrap();
+    let wrong = with(0.96e-6, 0.0496, 7.2e-6);
+    let keys = [(1, "depth_m"), (1, "width_rad"), (1, "spin_rad"), (2, "radial_clearance_m")];
+    let coordinates = keys.map(|(n, key)| Coordinate::of(&wrong, &format!("effect[{n}].{key}")).unwrap());
+    let problem = Problem::new(&observed, wrong, coordinates.to_vec());
+    let found = search(&problem, problem.start().unwrap(), &Limits::default()).unwrap();
+    let stopped = Contender { name: "excess-clearance", place: String::new(), problem, found, merit: 0.0, gain: 0.0 };
+    let nearer = stopped.nearer(12.0).unwrap();
+    let gap = |c: &Contender| c.rig().unwrap().effects[1].number("radial_clearance_m").unwrap();
+    assert!((gap(&stopped) / 8e-6 - 1.0).abs() > 0.02, "{}", gap(&stopped));
+    assert!((gap(&nearer) / 8e-6 - 1.0).abs() < 0.002, "{}", gap(&nearer));
 }
 
 /// The spin of a pitted ball goes with the angles: with that of all recordings and the angles of a part, a search starts where
