@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use realfft::num_complex::Complex;
 
+use super::hypothesis::Start;
 use super::promise::{Angles, Backdrop, Promise, Strength, Try, evaluate};
 use super::residual::EDGE;
 use crate::rig::{Rig, RigError};
@@ -124,18 +125,23 @@ pub fn timed(backdrop: &Backdrop, rig: &Rig, promise: &Promise, least: f64) -> R
     }
     let Some(strength) = best.start.strength() else { return Ok(best) };
     let with = rig.clone().with_effect(best.start.effect.clone());
-    best.angles = align::angles_apart(rig, &with, backdrop.observed, &best.angles)?;
-    if best.gain > least {
-        // What is strong is in no proportion to its strength.
-        for (key, step, factor) in [(strength, 0.0, 1.1f64), ("time_s", 0.2 * sample_s, 1.0)] {
-            let of = |k: i32| Try {
-                hypothesis: best.hypothesis,
-                start: best.start.with(key, best.start.number(key) * factor.powi(k) + f64::from(k) * step),
-                angles: Angles::Given(best.angles.clone()),
-            };
-            let tries: Vec<Try> = (-10..=10).map(of).collect();
-            best = evaluate(backdrop, rig, &tries, Strength::Given)?.into_iter().next().unwrap_or(best);
-        }
+    let apart = align::angles_apart(rig, &with, backdrop.observed, &best.angles)?;
+    if best.gain <= least {
+        return Ok(Promise { angles: apart, ..best });
+    }
+    // Angles that were found with it missing may be off by it, or, where more than the balls' passing tells them, right.
+    let mut angles = vec![best.angles.clone(), apart];
+    // What is strong is in no proportion to its strength.
+    for (key, step, factor) in [(strength, 0.0, 1.1f64), ("time_s", 0.2 * sample_s, 1.0)] {
+        let of = |k: i32| best.start.with(key, best.start.number(key) * factor.powi(k) + f64::from(k) * step);
+        let with = |start: Start| {
+            let hypothesis = best.hypothesis;
+            let given = |angles: &Vec<[f64; 2]>| Angles::Given(angles.clone());
+            angles.iter().map(|a| Try { hypothesis, start: start.clone(), angles: given(a) }).collect::<Vec<_>>()
+        };
+        let tries: Vec<Try> = (-10..=10).map(of).flat_map(with).collect();
+        best = evaluate(backdrop, rig, &tries, Strength::Given)?.into_iter().next().unwrap_or(best);
+        angles = vec![best.angles.clone()];
     }
     Ok(best)
 }

@@ -103,13 +103,24 @@ pub struct Dropped {
     pub place: String,
     /// What it gained in ln L, as it would be on all recordings.
     pub gain: f64,
-    /// Whether it was fitted, to a few recordings.
-    pub fitted: bool,
+    /// Where that was.
+    pub at: Stage,
+}
+
+/// Where a hypothesis is left behind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// At the first look.
+    FirstLook,
+    /// Fitted to a few recordings.
+    Fitted,
+    /// At the end of a fit: with numbers that no such effect has, where nothing can be seen, or where nothing can be simulated.
+    Astray,
 }
 
 impl Dropped {
-    fn of(hypothesis: &Hypothesis, gain: f64, fitted: bool) -> Self {
-        Self { name: hypothesis.name, place: hypothesis.place.clone(), gain, fitted }
+    fn of(hypothesis: &Hypothesis, gain: f64, at: Stage) -> Self {
+        Self { name: hypothesis.name, place: hypothesis.place.clone(), gain, at }
     }
 }
 
@@ -193,7 +204,7 @@ impl<'o> Contest<'o> {
         let heats = self.heats(looks, least, &mut Bar::new(explainable), &mut dropped, progress)?;
         let mut contenders = self.finals(heats, &bare, &mut Bar::new(explainable), &mut dropped, progress)?;
         contenders.sort_by(|a, b| b.merit.total_cmp(&a.merit));
-        dropped.sort_by(|a, b| b.fitted.cmp(&a.fitted).then(b.gain.total_cmp(&a.gain)));
+        dropped.sort_by(|a, b| b.at.cmp(&a.at).then(b.gain.total_cmp(&a.gain)));
         Ok(Ranking { contenders, dropped })
     }
 
@@ -247,7 +258,7 @@ impl<'o> Contest<'o> {
             let crowd = heats.iter().filter(|h| h.hypothesis.name == hypothesis.name).count();
             let full = n >= LEAST_SEARCHED && done >= SEARCHED || crowd >= SEARCHED_OF_A_NAME;
             if full || promise.gain < least || bar.is_above(promise.gain) {
-                dropped.push(Dropped::of(hypothesis, promise.gain, false));
+                dropped.push(Dropped::of(hypothesis, promise.gain, Stage::FirstLook));
                 continue;
             }
             n += 1;
@@ -257,8 +268,12 @@ impl<'o> Contest<'o> {
             done += work(&problem);
             let Some(found) = heat(&problem, &promise.angles, slowly) else { continue };
             let gain = (misfit - found.expansion.misfit()) * scale;
-            bar.raise(gain, &problem, &found)?;
             let Some(effect) = problem.rig_at(&found.point.coordinates)?.effects.pop() else { continue };
+            if !effect.is_plausible() {
+                dropped.push(Dropped::of(hypothesis, gain, Stage::Astray));
+                continue;
+            }
+            bar.raise(gain, &problem, &found)?;
             heats.push(Heat { gain, hypothesis, start: Start { effect, ..promise.start }, found });
         }
         heats.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -281,13 +296,16 @@ impl<'o> Contest<'o> {
             let full = n >= LEAST_FINALISTS && done >= FINALISTS || crowd >= FINALISTS_OF_A_NAME;
             // Two at least: the best is told from another by what either gains on all.
             if full || n > 1 && bar.is_above(heat.gain) {
-                dropped.push(Dropped::of(heat.hypothesis, heat.gain, true));
+                dropped.push(Dropped::of(heat.hypothesis, heat.gain, Stage::Fitted));
                 continue;
             }
             let Hypothesis { name, place, .. } = heat.hypothesis;
             n += 1;
             progress(&format!("fitting {name} {place} to all ({n} of {FINALISTS})"));
-            let Some((problem, found)) = self.fitted_to_all(&heat, null) else { continue };
+            let Some((problem, found)) = self.fitted_to_all(&heat, null) else {
+                dropped.push(Dropped::of(heat.hypothesis, heat.gain, Stage::Astray));
+                continue;
+            };
             let gain = null.expansion.misfit() - found.expansion.misfit();
             done += work(&problem);
             bar.raise(gain, &problem, &found)?;
@@ -297,7 +315,7 @@ impl<'o> Contest<'o> {
         Ok(contenders)
     }
 
-    /// Nothing where it cannot be simulated under all conditions, or comes to happen where nothing can be seen.
+    /// Nothing where it cannot be simulated under all conditions, or comes to what [`Stage::Astray`] says.
     fn fitted_to_all(&self, heat: &Heat, null: &Found) -> Option<(Problem<'o>, Found)> {
         let problem = self.problem(&self.rig, self.all, &heat.start)?;
         let rig = problem.rig_at(&heat.found.point.coordinates).ok()?;
@@ -315,7 +333,7 @@ impl<'o> Contest<'o> {
         // Before a recording, or at its ends, an impact stands for the jump that the ends are.
         let effect = problem.rig_at(&found.point.coordinates).ok()?.effects.pop()?;
         let inside = |time_s: f64| self.all.iter().all(|o| o.condition.is_within(time_s, EDGE));
-        effect.number("time_s").is_none_or(inside).then_some((problem, found))
+        (effect.number("time_s").is_none_or(inside) && effect.is_plausible()).then_some((problem, found))
     }
 
     /// A hypothesis beside a rig, the contest's with its unknown parameters at other values.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use super::acquisition::Fault;
-use super::compete::{Contender, Dropped};
+use super::compete::{Contender, Dropped, Stage};
 use super::explain::{Choice, Explanation, LEAST_MERIT};
 use super::outcome::{Cause, Fit, Fitted, HeldOut, Parameter, Rejected};
 use super::prove::Proof;
@@ -165,13 +165,18 @@ pub fn rejected(explanation: &Explanation, failure: Option<Failure>) -> Vec<Reje
         };
         say(contender.name, &contender.place, why);
     }
-    for Dropped { name, place, gain, fitted } in &explanation.dropped {
-        let how = if *fitted { "fitted to a few recordings" } else { "at the first look" };
-        say(
-            name,
-            place,
-            format!("{how} promises {:.0} in ln L on all, less than those that were fitted to them", gain.max(0.0)),
-        );
+    for Dropped { name, place, gain, at } in &explanation.dropped {
+        let promises = format!("promises {:.0} in ln L on all", gain.max(0.0));
+        let why = match at {
+            Stage::FirstLook => format!("at the first look {promises}, less than those that were fitted to them"),
+            Stage::Fitted => {
+                format!("fitted to a few recordings {promises}, less than those that were fitted to them")
+            }
+            Stage::Astray => {
+                format!("{promises}, but only with numbers that no such cause has or where it cannot be run")
+            }
+        };
+        say(name, place, why);
     }
     out
 }

@@ -64,6 +64,12 @@ impl EffectEntry {
         }
     }
 
+    /// Whether all its numbers are plausible, as [`effect::Parameter::is_plausible`] has it.
+    pub fn is_plausible(&self) -> bool {
+        let parameters = self.definition().map_or(&[][..], |d| d.parameters);
+        parameters.iter().all(|p| self.number(p.name).is_none_or(|value| p.is_plausible(value)))
+    }
+
     /// Whether it is fixed to the shaft at an angle of its own.
     pub fn is_on_shaft(&self) -> bool {
         self.turned_on_shaft(0.0).is_some()

@@ -61,6 +61,9 @@ impl Applies {
     }
 }
 
+/// How much wider than where a search looks is not far outside.
+const FAR: f64 = 2.0;
+
 /// A parameter of an effect.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
@@ -166,6 +169,22 @@ impl Parameter {
     pub const fn usually(mut self, usual: Usual) -> Self {
         self.usual = usual;
         self
+    }
+
+    /// Whether a value is not far outside of where a search looks. What has a dimension grows with the machine; what has none,
+    /// such as a ratio or the share of a turn that a pit takes, does not.
+    pub fn is_plausible(&self, value: f64) -> bool {
+        let (low, high) = self.plausible;
+        let of_any_machine = self.unit.is_empty() || matches!(self.holds, Holds::Number(Domain::Between(..)));
+        let near = match self.scale {
+            Scale::Log => (low / FAR..=high * FAR).contains(&value.abs()),
+            Scale::Linear => {
+                let beyond = 0.5 * (FAR - 1.0) * (high - low);
+                (low - beyond..=high + beyond).contains(&value)
+            }
+            Scale::Each => true,
+        };
+        near || !of_any_machine
     }
 
     /// Whether a diagnosis states it.

@@ -52,6 +52,22 @@ fn golden_registry_is_the_vocabulary() {
     assert_eq!(got.concat(), expected.concat());
 }
 
+/// Half as much again as a search would try of what has no dimension, and any size of what has one.
+#[test]
+fn numbers_without_a_dimension_are_implausible_far_from_where_a_search_looks() {
+    let with = |name: &str, key: &str, value: f64| EffectEntry::new(name, &[(key, value)]).is_plausible();
+    for (name, key, good, bad) in [
+        ("ball-defect", "width_rad", 0.4, 0.9),
+        ("structural-resonance", "gain", -45.0, -106.0),
+        ("structural-resonance", "damping_ratio", 0.45, 0.99),
+        ("cage-slip", "fraction", -0.4, 0.8),
+        ("sensor-gain", "value", 0.06, 24.0),
+    ] {
+        assert!(with(name, key, good) && !with(name, key, bad), "{name} {key}");
+    }
+    assert!(with("constant-force", "force_n", 1e6) && with("ball-defect", "spin_rad", 40.0));
+}
+
 /// Each parameter in the middle of where a search would look, the first of its names.
 fn middle(definition: &Definition, kind: &str) -> EffectEntry {
     let mut entry = EffectEntry::new(definition.name, &[]);
