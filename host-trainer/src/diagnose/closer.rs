@@ -129,8 +129,11 @@ pub fn timed(backdrop: &Backdrop, rig: &Rig, promise: &Promise, least: f64) -> R
     if best.gain <= least {
         return Ok(Promise { angles: apart, ..best });
     }
-    // Angles that were found with it missing may be off by it, or, where more than the balls' passing tells them, right.
-    let mut angles = vec![best.angles.clone(), apart];
+    // Angles that were found with it missing are off by it, where nothing but the balls' passing tells them.
+    let mut angles = vec![apart];
+    if !rig.effects.is_empty() {
+        angles.push(best.angles.clone());
+    }
     // What is strong is in no proportion to its strength.
     for (key, step, factor) in [(strength, 0.0, 1.1f64), ("time_s", 0.2 * sample_s, 1.0)] {
         let of = |k: i32| best.start.with(key, best.start.number(key) * factor.powi(k) + f64::from(k) * step);

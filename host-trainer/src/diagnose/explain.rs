@@ -96,11 +96,11 @@ impl<'o> Ground<'o> {
         Ok(self.problem.rig_at(&self.found.point.coordinates)?)
     }
 
-    /// All hypotheses in a contest; those in time or frequency start where the residual of a few recordings points.
-    fn hypotheses(&self, contest: &Contest) -> Result<Vec<Hypothesis>, RigError> {
-        let (problem, found) = contest.null(Part::Few)?;
-        let pointers = pointers::of(&contest.rig, &self.sets.few, &problem.expected(&found.point)?);
-        Ok(hypothesis::all(&contest.rig, self.sets.load_n, &pointers))
+    /// All hypotheses; those in time or frequency start where the residual of a few recordings points.
+    fn hypotheses(&self) -> Result<Vec<Hypothesis>, DiagnoseError> {
+        let (problem, found) = self.contest.null(Part::Few)?;
+        let pointers = pointers::of(&self.contest.rig, &self.sets.few, &problem.expected(&found.point)?);
+        Ok(hypothesis::all(&self.contest.rig, self.sets.load_n, &pointers))
     }
 
     /// The causes that explain what the rig leaves, two at most.
@@ -108,22 +108,24 @@ impl<'o> Ground<'o> {
     /// # Errors
     /// What the simulation refuses of the rig without any of them.
     pub fn explain(&self, progress: &dyn Fn(&str)) -> Result<Explanation<'o>, DiagnoseError> {
-        let hypotheses = self.hypotheses(&self.contest)?;
+        let hypotheses = self.hypotheses()?;
         let Ranking { contenders, dropped } = self.contest.run(&hypotheses, f64::NEG_INFINITY, progress)?;
         let Some(best) = self.best(contenders.clone()) else {
             return Ok(Explanation { contenders, dropped, ..Explanation::nothing(self.excess) });
         };
         let single = self.nearer(best, progress);
-        let mut pair = self.second(&single, progress)?;
+        let mut pair = self.second(&single, &hypotheses, progress)?;
         let left = pair.as_ref().map_or(&single, |pair| &pair.last).left;
+        // Beside friction every look takes long.
         if left.is_more_than_chance()
             && self.excess.explained(&left) < EXPLAINED
+            && !heeds_scatter(&single.cause.rig()?)
             && let Some(other) = self.another(&single)?
         {
-            let beside_other = self.second(&self.nearer(other, progress), progress)?;
+            let beside_other = self.second(&self.nearer(other, progress), &hypotheses, progress)?;
             pair = pair.into_iter().chain(beside_other).min_by(|a, b| a.last.left.nats.total_cmp(&b.last.left.nats));
         }
-        let pair = pair.map(|pair| self.exchanged(pair, &single.left, progress)).transpose()?;
+        let pair = pair.map(|pair| self.exchanged(pair, &single.left, &hypotheses, progress)).transpose()?;
         let kept = pair.and_then(|pair| self.reduced(pair, &single)).unwrap_or_else(|| vec![single]);
         Ok(Explanation { contenders, dropped, left: kept.last().map_or(self.excess, |last| last.left), kept })
     }
@@ -165,11 +167,18 @@ impl<'o> Ground<'o> {
         let rivals = first.rivals.iter().filter(|c| c.gain > ANOTHER_GAINS * first.cause.gain);
         let rivals = rivals.filter_map(|c| Some((like(c)?, c))).filter(|(like, _)| *like < ALIKE);
         let other = rivals.min_by(|a, b| a.0.total_cmp(&b.0)).and_then(|(_, c)| self.best(vec![c.clone()]));
-        Ok(other.map(|other| Choice { rivals: first.rivals.clone(), ..other }))
+        // Those that gain more alone lose where both causes are there.
+        let below = |other: &Choice| first.rivals.iter().filter(|c| c.merit <= other.cause.merit).cloned().collect();
+        Ok(other.map(|other| Choice { rivals: below(&other), ..other }))
     }
 
     /// A second cause beside the first; nothing where none is worth its parameters.
-    fn second(&self, first: &Choice<'o>, progress: &dyn Fn(&str)) -> Result<Option<Pair<'o>>, DiagnoseError> {
+    fn second(
+        &self,
+        first: &Choice<'o>,
+        hypotheses: &[Hypothesis],
+        progress: &dyn Fn(&str),
+    ) -> Result<Option<Pair<'o>>, DiagnoseError> {
         let (cause, left) = (&first.cause, &first.left);
         let explained = self.excess.explained(left);
         // The random part of friction is not exact, least of all where it holds a mass: what is less beside it is not to be told.
@@ -179,7 +188,7 @@ impl<'o> Ground<'o> {
         }
         let least = least_of_a_second(cause, left);
         progress("looking for a second cause");
-        let mut rivals = self.beside(&cause.problem, &cause.found.point, cause, least, progress)?;
+        let mut rivals = self.beside(&cause.problem, &cause.found.point, hypotheses, cause, least, progress)?;
         rivals.retain(|c| c.gain > least);
         let Some(best) = self.best(rivals) else { return Ok(None) };
         let last = self.nearer(best, progress);
@@ -196,6 +205,7 @@ impl<'o> Ground<'o> {
         &self,
         mut pair: Pair<'o>,
         left_by_first: &Excess,
+        hypotheses: &[Hypothesis],
         progress: &dyn Fn(&str),
     ) -> Result<Pair<'o>, DiagnoseError> {
         if self.excess.explained(left_by_first) > RIGHT {
@@ -210,7 +220,7 @@ impl<'o> Ground<'o> {
             let both = &pair.last.cause;
             let Some((problem, found)) = self.alone(both) else { break };
             let had = found.expansion.misfit() - both.found.expansion.misfit();
-            let mut rivals = self.beside(&problem, &found.point, both, RIVALS_PROMISE * had, progress)?;
+            let mut rivals = self.beside(&problem, &found.point, hypotheses, both, RIVALS_PROMISE * had, progress)?;
             rivals.retain(|c| c.cost() + LEAST_MERIT < both.cost());
             let Some(best) = self.best(rivals) else { break };
             pair = Pair { first: pair.last, last: self.nearer(best, progress) };
@@ -223,6 +233,7 @@ impl<'o> Ground<'o> {
         &self,
         problem: &Problem<'o>,
         point: &Point,
+        hypotheses: &[Hypothesis],
         cause: &Contender,
         least: f64,
         progress: &dyn Fn(&str),
@@ -230,13 +241,10 @@ impl<'o> Ground<'o> {
         let rig = problem.rig_at(&point.coordinates)?;
         let angles = Some(point.angles.clone());
         let contest = Contest { rig, unknown: problem.coordinates.clone(), angles, ..self.contest.clone() };
-        let ranking = || {
-            let mut others = self.hypotheses(&contest)?;
-            others.retain(|h| h.name != cause.name || h.place != cause.place);
-            contest.run(&others, least, progress)
-        };
+        let is_the_same = |h: &Hypothesis| h.name == cause.name && h.place == cause.place;
+        let others: Vec<_> = hypotheses.iter().filter(|h| !is_the_same(h)).cloned().collect();
         // With a cause that is not the right one the rig may not stand in every recording: then there is no other.
-        Ok(ranking().unwrap_or_default().contenders)
+        Ok(contest.run(&others, least, progress).unwrap_or_default().contenders)
     }
 
     /// A pair that takes away enough of what the first alone left; nothing where it does not. Where one has but stood in for

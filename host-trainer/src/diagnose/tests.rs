@@ -156,6 +156,33 @@ fn a_slow_search_goes_on_where_another_stops() {
     assert!((gap(&nearer) / 8e-6 - 1.0).abs() < 0.002, "{}", gap(&nearer));
 }
 
+/// Where another effect is sought beside that of a rig, which has been fitted alone.
+fn beside<'o, const N: usize>(sets: &'o Sets, rig: Rig, keys: [&str; N]) -> Contest<'o> {
+    let keys = keys.map(|key| format!("effect[1].{key}"));
+    let unknown = keys.iter().map(|key| Coordinate::of(&rig, key).unwrap()).collect();
+    let Sets { fitted: all, brief, few, which, .. } = sets;
+    let alone = Contest { all, brief, few, which, rig, unknown, angles: None };
+    let (problem, found) = alone.null(Part::All).unwrap();
+    Contest { rig: problem.rig_at(&found.point.coordinates).unwrap(), angles: Some(found.point.angles), ..alone }
+}
+
+/// Apart from a load step, the pulses of a pit do not lie where they did.
+#[test]
+fn a_load_step_beside_a_pit_is_met() {
+    let pit = [("depth_m", 1.2e-6), ("width_rad", 0.07), ("angle_rad", 1.0)];
+    let pitted = nominal().with_effect(EffectEntry::new("inner-race-defect", &pit));
+    let step = EffectEntry::new("load-step", &[("time_s", 0.2113), ("change_n", 120.0)]);
+    let sets = Sets::of(&recordings(&pitted.clone().with_effect(step), 14)).unwrap();
+    let contest = beside(&sets, pitted, ["depth_m", "width_rad", "angle_rad"]);
+    let pointers = Pointers { times_s: vec![0.21], ..Pointers::default() };
+    let mut hypotheses = hypothesis::all(&contest.rig, sets.load_n, &pointers);
+    hypotheses.retain(|h| h.name == "load-step");
+    let ranking = contest.run(&hypotheses, f64::NEG_INFINITY, &|_| ()).unwrap();
+    let rig = ranking.contenders[0].rig().unwrap();
+    let change = rig.effects[1].number("change_n").unwrap();
+    assert!((change / 120.0 - 1.0).abs() < 0.05, "{:?}", rig.effects);
+}
+
 /// The spin of a pitted ball goes with the angles: with that of all recordings and the angles of a part, a search starts where
 /// nothing fits.
 #[test]
@@ -164,13 +191,7 @@ fn what_is_beside_a_pitted_ball_is_met() {
     let pitted = nominal().with_effect(pit);
     let clearance = EffectEntry::new("excess-clearance", &[("radial_clearance_m", 6e-6)]);
     let sets = Sets::of(&recordings(&pitted.clone().with_effect(clearance), 12)).unwrap();
-    let keys = ["depth_m", "width_rad", "spin_rad"].map(|key| format!("effect[1].{key}"));
-    let unknown = keys.iter().map(|key| Coordinate::of(&pitted, key).unwrap()).collect();
-    let Sets { fitted: all, brief, few, which, .. } = &sets;
-    let mut contest = Contest { all, brief, few, which, rig: pitted, unknown, angles: None };
-    let (problem, found) = contest.null(Part::All).unwrap();
-    contest.rig = problem.rig_at(&found.point.coordinates).unwrap();
-    contest.angles = Some(found.point.angles);
+    let contest = beside(&sets, pitted, ["depth_m", "width_rad", "spin_rad"]);
     let hypotheses = hypothesis::all(&contest.rig, sets.load_n, &Pointers::default());
     let of_clearance: Vec<_> = hypotheses.into_iter().filter(|h| h.name == "excess-clearance").collect();
     let ranking = contest.run(&of_clearance, f64::NEG_INFINITY, &|_| ()).unwrap();
