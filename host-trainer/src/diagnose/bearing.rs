@@ -5,7 +5,8 @@
 //!    says whether chance could have left it.
 //! 3. Every hypothesis is brought as near as it can come ([`compete`](super::compete)), on recordings without the last.
 //!    The best is kept where it gains more than its parameters are worth. A second one is sought in the same way in what
-//!    it leaves, and then either anew beside the other ([`explain`](super::explain)).
+//!    it leaves, and then either anew beside the other; where both leave much, another comes first
+//!    ([`explain`](super::explain)).
 //! 4. What is kept stands where it gains more on the recording that took no part than chance gives
 //!    ([`prove`](super::prove)), errs little more there, and takes away most of what there was to explain. Where something
 //!    is left and nothing stands, nothing in the vocabulary explains it.

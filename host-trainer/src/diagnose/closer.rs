@@ -126,27 +126,28 @@ pub fn timed(backdrop: &Backdrop, rig: &Rig, promise: &Promise, least: f64) -> R
     let Some(strength) = best.start.strength() else { return Ok(best) };
     let with = rig.clone().with_effect(best.start.effect.clone());
     let apart = align::angles_apart(rig, &with, backdrop.observed, &best.angles)?;
-    if best.gain <= least {
-        return Ok(Promise { angles: apart, ..best });
-    }
     // Angles that were found with it missing are off by it, where nothing but the balls' passing tells them.
-    let mut angles = vec![apart];
+    let mut angles = vec![apart.clone()];
     if !rig.effects.is_empty() {
         angles.push(best.angles.clone());
     }
-    // What is strong is in no proportion to its strength.
-    for (key, step, factor) in [(strength, 0.0, 1.1f64), ("time_s", 0.2 * sample_s, 1.0)] {
-        let of = |k: i32| best.start.with(key, best.start.number(key) * factor.powi(k) + f64::from(k) * step);
-        let with = |start: Start| {
-            let hypothesis = best.hypothesis;
-            let given = |angles: &Vec<[f64; 2]>| Angles::Given(angles.clone());
-            angles.iter().map(|a| Try { hypothesis, start: start.clone(), angles: given(a) }).collect::<Vec<_>>()
-        };
-        let tries: Vec<Try> = (-10..=10).map(of).flat_map(with).collect();
-        best = evaluate(backdrop, rig, &tries, Strength::Given)?.into_iter().next().unwrap_or(best);
-        angles = vec![best.angles.clone()];
+    best.angles = apart;
+    if best.gain > least {
+        // What is strong is in no proportion to its strength.
+        for (key, step, factor) in [(strength, 0.0, 1.1f64), ("time_s", 0.2 * sample_s, 1.0)] {
+            let of = |k: i32| best.start.with(key, best.start.number(key) * factor.powi(k) + f64::from(k) * step);
+            let tries = given(best.hypothesis, (-10..=10).map(of), &angles);
+            best = evaluate(backdrop, rig, &tries, Strength::Given)?.into_iter().next().unwrap_or(best);
+            angles = vec![best.angles.clone()];
+        }
     }
     Ok(best)
+}
+
+/// Every start with each of these angles.
+fn given(hypothesis: usize, starts: impl Iterator<Item = Start>, angles: &[Vec<[f64; 2]>]) -> Vec<Try> {
+    let with = |start: Start| angles.iter().map(move |angles| (start.clone(), Angles::Given(angles.clone())));
+    starts.flat_map(with).map(|(start, angles)| Try { hypothesis, start, angles }).collect()
 }
 
 /// Times at which the residual of all recordings together is most like what the effect changes, of either sign: a matched

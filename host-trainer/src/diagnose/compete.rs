@@ -21,7 +21,7 @@ const MOST_WORK: usize = 4;
 /// Of either, those of one name at most: a race may be wavy in some thirty ways.
 const SEARCHED_OF_A_NAME: usize = 4;
 const FINALISTS_OF_A_NAME: usize = 2;
-/// Of those that are searched, the first so many that promise most are searched slowly too, likewise.
+/// Of those that are searched, the first so many that promise most are searched slowly too, where a step a sample does.
 const SLOWLY: usize = 5;
 /// A search of a part of the recordings.
 const QUICK: Limits = Limits { steps: 6, gain: 1.0, change: 0.5 };
@@ -104,12 +104,12 @@ pub struct Dropped {
     /// What it gained in ln L, as it would be on all recordings.
     pub gain: f64,
     /// Where that was.
-    pub at: Stage,
+    pub at: Exit,
 }
 
 /// Where a hypothesis is left behind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Stage {
+pub enum Exit {
     /// At the first look.
     FirstLook,
     /// Fitted to a few recordings.
@@ -119,7 +119,7 @@ pub enum Stage {
 }
 
 impl Dropped {
-    fn of(hypothesis: &Hypothesis, gain: f64, at: Stage) -> Self {
+    fn of(hypothesis: &Hypothesis, gain: f64, at: Exit) -> Self {
         Self { name: hypothesis.name, place: hypothesis.place.clone(), gain, at }
     }
 }
@@ -258,7 +258,7 @@ impl<'o> Contest<'o> {
             let crowd = heats.iter().filter(|h| h.hypothesis.name == hypothesis.name).count();
             let full = n >= LEAST_SEARCHED && done >= SEARCHED || crowd >= SEARCHED_OF_A_NAME;
             if full || promise.gain < least || bar.is_above(promise.gain) {
-                dropped.push(Dropped::of(hypothesis, promise.gain, Stage::FirstLook));
+                dropped.push(Dropped::of(hypothesis, promise.gain, Exit::FirstLook));
                 continue;
             }
             n += 1;
@@ -270,7 +270,7 @@ impl<'o> Contest<'o> {
             let gain = (misfit - found.expansion.misfit()) * scale;
             let Some(effect) = problem.rig_at(&found.point.coordinates)?.effects.pop() else { continue };
             if !effect.is_plausible() {
-                dropped.push(Dropped::of(hypothesis, gain, Stage::Astray));
+                dropped.push(Dropped::of(hypothesis, gain, Exit::Astray));
                 continue;
             }
             bar.raise(gain, &problem, &found)?;
@@ -296,14 +296,14 @@ impl<'o> Contest<'o> {
             let full = n >= LEAST_FINALISTS && done >= FINALISTS || crowd >= FINALISTS_OF_A_NAME;
             // Two at least: the best is told from another by what either gains on all.
             if full || n > 1 && bar.is_above(heat.gain) {
-                dropped.push(Dropped::of(heat.hypothesis, heat.gain, Stage::Fitted));
+                dropped.push(Dropped::of(heat.hypothesis, heat.gain, Exit::Fitted));
                 continue;
             }
             let Hypothesis { name, place, .. } = heat.hypothesis;
             n += 1;
             progress(&format!("fitting {name} {place} to all ({n} of {FINALISTS})"));
             let Some((problem, found)) = self.fitted_to_all(&heat, null) else {
-                dropped.push(Dropped::of(heat.hypothesis, heat.gain, Stage::Astray));
+                dropped.push(Dropped::of(heat.hypothesis, heat.gain, Exit::Astray));
                 continue;
             };
             let gain = null.expansion.misfit() - found.expansion.misfit();
@@ -315,7 +315,7 @@ impl<'o> Contest<'o> {
         Ok(contenders)
     }
 
-    /// Nothing where it cannot be simulated under all conditions, or comes to what [`Stage::Astray`] says.
+    /// Nothing where it cannot be simulated under all conditions, or comes to what [`Exit::Astray`] says.
     fn fitted_to_all(&self, heat: &Heat, null: &Found) -> Option<(Problem<'o>, Found)> {
         let problem = self.problem(&self.rig, self.all, &heat.start)?;
         let rig = problem.rig_at(&heat.found.point.coordinates).ok()?;

@@ -145,10 +145,14 @@ impl<'o> Ground<'o> {
         Some(Choice { cause, rivals, left })
     }
 
+    /// Whether what leaves this explains much and yet not all.
+    fn is_worth_more(&self, left: &Excess) -> bool {
+        left.is_more_than_chance() && (WORTH_MORE..EXACT).contains(&self.excess.explained(left))
+    }
+
     /// The same, brought nearer where the search for it has stopped short of what it can explain.
     fn nearer(&self, choice: Choice<'o>, progress: &dyn Fn(&str)) -> Choice<'o> {
-        let explained = self.excess.explained(&choice.left);
-        if !choice.left.is_more_than_chance() || !(WORTH_MORE..EXACT).contains(&explained) {
+        if !self.is_worth_more(&choice.left) {
             return choice;
         }
         progress(&format!("fitting {} {} once more, slowly", choice.cause.name, choice.cause.place));
@@ -212,8 +216,7 @@ impl<'o> Ground<'o> {
             return Ok(pair);
         }
         for _ in 0..EXCHANGES {
-            let left = pair.last.left;
-            if !(WORTH_MORE..EXACT).contains(&self.excess.explained(&left)) || !left.is_more_than_chance() {
+            if !self.is_worth_more(&pair.last.left) {
                 break;
             }
             progress("looking for the first cause again, beside the second");

@@ -57,11 +57,12 @@ impl Start {
 
     /// The same so many times as strong, between a fiftieth and fifty times; what has a phase may be the other way round.
     pub fn scaled(&self, by: f64) -> Option<Self> {
-        let key = self.strength()?;
+        let key = self.strength().filter(|_| (0.02..50.0).contains(&by.abs()))?;
         let scaled = self.with(key, self.nothing + (self.number(key) - self.nothing) * by.abs());
-        let turned = self.effect.number("phase_rad").filter(|_| by < 0.0);
-        let within = (0.02..50.0).contains(&by.abs()) && (by > 0.0 || turned.is_some());
-        within.then(|| turned.map_or_else(|| scaled.clone(), |phase| scaled.with("phase_rad", phase + PI)))
+        if by > 0.0 {
+            return Some(scaled);
+        }
+        Some(scaled.with("phase_rad", self.effect.number("phase_rad")? + PI))
     }
 
     /// The same with another number.
@@ -176,8 +177,8 @@ impl Builder {
     }
 }
 
-/// Thirds of half a turn, rad.
-const THIRDS: [f64; 3] = [0.0, FRAC_PI_3, 2.0 * FRAC_PI_3];
+/// Phases that are tried, rad; half a turn on is the other way round, which [`Start::scaled`] comes to.
+const PHASES: [f64; 3] = [0.0, FRAC_PI_3, 2.0 * FRAC_PI_3];
 
 /// As many numbers from one to another, evenly in the logarithm.
 fn ladder(from: f64, to: f64, count: u32) -> Vec<f64> {
@@ -231,8 +232,8 @@ fn pits(b: &mut Builder, sizes: &Sizes) {
 }
 
 fn races(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
-    // The inner race's phase is the shaft's angle, which is sought; half a turn on is the other way round.
-    for (name, phases) in [("outer-race-waviness", THIRDS.as_slice()), ("inner-race-waviness", &[0.0])] {
+    // The inner race's phase is the shaft's angle, which is sought.
+    for (name, phases) in [("outer-race-waviness", PHASES.as_slice()), ("inner-race-waviness", &[0.0])] {
         for lobes in 2..=(2 * rig.bearing.balls + 3) {
             let of = |share: f64, phase: f64| {
                 let amplitude = share * sizes.contact;
@@ -247,7 +248,7 @@ fn races(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
     let nominal = rig.excitation.unbalance_kg_m;
     b.add_from(nominal, "unbalance", "", &["unbalance_kg_m"], [0.3, 2.5, 10.0].map(of).to_vec());
     let of = |phase: f64| entry("misalignment", &[("force_n", 0.03 * sizes.load), ("phase_rad", phase)]);
-    b.add("misalignment", "", &["force_n", "phase_rad"], THIRDS.map(of).to_vec());
+    b.add("misalignment", "", &["force_n", "phase_rad"], PHASES.map(of).to_vec());
     let clearance = rig.bearing.radial_clearance_m;
     let of = |more: f64| entry("excess-clearance", &[("radial_clearance_m", clearance + more * sizes.contact)]);
     // Waveforms differ from one twentieth of it to the next.

@@ -48,31 +48,29 @@ impl<'o> Backdrop<'o> {
         angles: Vec<[f64; 2]>,
         expected: Vec<Expected>,
     ) -> Result<Self, RigError> {
-        let by_mean_slopes = if heeds_scatter(rig) {
-            let each = observed.iter().zip(&expected);
-            let asked = each.map(|(o, e)| Asked { rig, condition: o.condition, known: Some(e.noise.scatter) });
-            let noises = noises(&asked.collect::<Vec<_>>()).into_iter();
-            Some(noises.map(|noise| Ok(noise?.variance)).collect::<Result<_, RigError>>()?)
-        } else {
-            None
-        };
-        Ok(Self { observed, angles, expected, by_mean_slopes })
+        let mut backdrop = Self { observed, angles, expected, by_mean_slopes: None };
+        if heeds_scatter(rig) {
+            let noises = noises(&backdrop.asked(rig, true).collect::<Vec<_>>()).into_iter();
+            backdrop.by_mean_slopes = Some(noises.map(|noise| Ok(noise?.variance)).collect::<Result<_, RigError>>()?);
+        }
+        Ok(backdrop)
+    }
+
+    /// A rig under each recording's condition, by mean slopes in the noise that is expected without the effect or by its own.
+    fn asked<'a>(&'a self, rig: &'a Rig, by_mean_slopes: bool) -> impl Iterator<Item = Asked<'a>> {
+        let each = self.observed.iter().zip(&self.expected);
+        each.map(move |(o, e)| Asked { rig, condition: o.condition, known: by_mean_slopes.then_some(e.noise.scatter) })
     }
 
     /// Random parts of rigs that differ by one effect; nothing of one that cannot be run. Where mean slopes are not enough for
     /// this rig, they are enough for the ratio of the two.
     fn noises_of(&self, rigs: &[&Rig]) -> Vec<Option<Vec<Noise>>> {
-        let asked = |rig| {
-            let each = self.observed.iter().zip(&self.expected);
-            each.map(move |(o, e)| {
-                let known = self.by_mean_slopes.as_ref().map(|_| e.noise.scatter);
-                Asked { rig, condition: o.condition, known }
-            })
-        };
-        let found = noises(&rigs.iter().copied().flat_map(asked).collect::<Vec<_>>());
-        let of_rig = |found: &[Result<Noise, RigError>]| -> Option<Vec<Noise>> {
-            let mut found: Vec<Noise> =
-                found.iter().map(|noise| noise.as_ref().ok().cloned()).collect::<Option<_>>()?;
+        let asked = rigs.iter().flat_map(|rig| self.asked(rig, self.by_mean_slopes.is_some()));
+        let mut noises = noises(&asked.collect::<Vec<_>>()).into_iter();
+        let mut of_next = || -> Option<Vec<Noise>> {
+            // All of a rig's are taken, whichever was refused.
+            let found: Vec<_> = noises.by_ref().take(self.observed.len()).collect();
+            let mut found: Vec<Noise> = found.into_iter().collect::<Result<_, _>>().ok()?;
             for ((after, before), e) in found.iter_mut().zip(self.by_mean_slopes.iter().flatten()).zip(&self.expected) {
                 after.scatter = e.noise.scatter;
                 for ((after, before), own) in after.variance.iter_mut().zip(before).zip(&e.noise.variance) {
@@ -81,7 +79,7 @@ impl<'o> Backdrop<'o> {
             }
             Some(found)
         };
-        found.chunks(self.observed.len()).map(of_rig).collect()
+        rigs.iter().map(|_| of_next()).collect()
     }
 
     /// What it says of their random parts.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use super::acquisition::Fault;
-use super::compete::{Contender, Dropped, Stage};
+use super::compete::{Contender, Dropped, Exit};
 use super::explain::{Choice, Explanation, LEAST_MERIT};
 use super::outcome::{Cause, Fit, Fitted, HeldOut, Parameter, Rejected};
 use super::prove::Proof;
@@ -168,11 +168,11 @@ pub fn rejected(explanation: &Explanation, failure: Option<Failure>) -> Vec<Reje
     for Dropped { name, place, gain, at } in &explanation.dropped {
         let promises = format!("promises {:.0} in ln L on all", gain.max(0.0));
         let why = match at {
-            Stage::FirstLook => format!("at the first look {promises}, less than those that were fitted to them"),
-            Stage::Fitted => {
+            Exit::FirstLook => format!("at the first look {promises}, less than those that were fitted to them"),
+            Exit::Fitted => {
                 format!("fitted to a few recordings {promises}, less than those that were fitted to them")
             }
-            Stage::Astray => {
+            Exit::Astray => {
                 format!("{promises}, but only with numbers that no such cause has or where it cannot be run")
             }
         };

@@ -15,7 +15,7 @@ use super::{
     bearing::{self, Impulse, Linear, Prepared, Tangent, Visited},
     config::{BearingRig, Rig},
     error::RigError,
-    plan::{Acquisition, DOFS, Scatter, Stage},
+    plan::{Acquisition, DOFS, Plan, Scatter, Stage},
     simulate::{
         OperatingCondition, Start, bearing_of, fewest_substeps, in_order, plan_in, plan_of, shortest_settling_s,
         side_by_side,
@@ -64,44 +64,44 @@ pub struct Asked<'a> {
 ///
 /// As [`simulate`](super::simulate()), of each its own.
 pub fn random_parts(asked: &[Asked]) -> Vec<Result<RandomPart, RigError>> {
-    let states = states_needed(asked);
-    asked.par_iter().zip(states).map(|(of, states)| random_part(of, states)).collect()
+    asked.par_iter().zip(states(asked)).map(|(of, states)| random_part(of, states)).collect()
 }
 
-/// States along runs of those that are linearised there without more ado, side by side.
-fn states_needed(asked: &[Asked]) -> Vec<Option<Result<Vec<Visited>, RigError>>> {
-    let mut runs = Vec::new();
-    let mut needed = |of: &Asked| {
-        let plan = plan_of(of.rig);
-        if plan.forces.is_empty() || plan.heeds_scatter && of.known.is_none() {
-            return None;
-        }
-        let scatter = of.known.filter(|_| plan.heeds_scatter);
-        let along = of.rig.check().and_then(|()| Along::of(of.rig, &of.condition, scatter, LINEARISED_AT));
-        Some(along.map(|along| runs.push(along)))
-    };
-    let needed: Vec<Option<Result<(), RigError>>> = asked.iter().map(&mut needed).collect();
-    let mut visited = visited(runs).into_iter();
-    let states = |needed: Option<Result<(), RigError>>| match needed? {
-        Ok(()) => visited.next(),
-        Err(e) => Some(Err(e)),
-    };
-    needed.into_iter().map(states).collect()
+impl Asked<'_> {
+    /// The scatter that is known, where force laws are others in it.
+    fn heeded(&self, plan: &Plan) -> Option<Scatter> {
+        self.known.filter(|_| plan.heeds_scatter)
+    }
+
+    /// The run along which it is linearised without more ado; nothing of one that is linearised otherwise, or refused.
+    fn along(&self) -> Option<Along> {
+        self.rig.check().ok()?;
+        let plan = plan_of(self.rig);
+        let is_needed = !plan.forces.is_empty() && (self.known.is_some() || !plan.heeds_scatter);
+        is_needed.then(|| Along::of(self.rig, &self.condition, self.heeded(&plan), LINEARISED_AT).ok())?
+    }
 }
 
-fn random_part(
-    &Asked { rig, condition, known }: &Asked,
-    states: Option<Result<Vec<Visited>, RigError>>,
-) -> Result<RandomPart, RigError> {
+/// States along those runs, side by side.
+fn states(asked: &[Asked]) -> Vec<Option<Result<Vec<Visited>, RigError>>> {
+    let (which, runs): (Vec<usize>, Vec<Along>) =
+        asked.iter().enumerate().filter_map(|(n, of)| Some((n, of.along()?))).unzip();
+    let mut states: Vec<_> = asked.iter().map(|_| None).collect();
+    which.into_iter().zip(visited(runs)).for_each(|(n, visited)| states[n] = Some(visited));
+    states
+}
+
+fn random_part(of: &Asked, states: Option<Result<Vec<Visited>, RigError>>) -> Result<RandomPart, RigError> {
+    let Asked { rig, condition, .. } = of;
     rig.check()?;
-    let (plan, condition) = (plan_of(rig), &condition);
+    let plan = plan_of(rig);
     let machine = &bearing_of(&plan.machine)?;
     let impulse = |tangent: &Tangent| {
         Linear::new(machine, tangent, condition.sample_rate_hz, 1).impulse(condition.samples, DECAYED, &[])
     };
     let mut impulses = match states {
         Some(states) => {
-            let forces = plan_in(rig, known.filter(|_| plan.heeds_scatter)).forces;
+            let forces = plan_in(rig, of.heeded(&plan)).forces;
             vec![impulse(&bearing::along(machine, &forces, &states?))]
         }
         None if plan.heeds_scatter => in_scatter(rig, machine, condition, impulse)?,

@@ -1,4 +1,4 @@
-//! Fourier transforms of the sizes and kinds that this module needs, from real ones.
+//! Fourier transforms of real signals, and what is used beside them.
 
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 

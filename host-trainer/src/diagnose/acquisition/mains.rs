@@ -85,10 +85,10 @@ fn ratio(w: &Whitened, hz: f64) -> f64 {
     here / levels.get(levels.len() / 2).copied().unwrap_or(1.0).max(0.7)
 }
 
-/// Samples between two exact evaluations of an angle.
+/// Samples of a block.
 const BLOCK: usize = 64;
 
-/// Σ x e^{−2πi·turns·t} over the samples: of blocks by one rotation after another, and of those by theirs.
+/// Σ x e^{−2πi·turns·t} over the samples, block by block: all have the same angles from their beginnings on.
 fn turned(samples: &[f64], turns: f64) -> Complex<f64> {
     let within: [Complex<f64>; BLOCK] = std::array::from_fn(|i| Complex::from_polar(1.0, -TAU * turns * i as f64));
     let of_block = |(n, block): (usize, &[f64])| {

@@ -61,7 +61,7 @@ impl Applies {
     }
 }
 
-/// How much wider than where a search looks is not far outside.
+/// Times as wide as where a search looks, from which on a number is far outside.
 const FAR: f64 = 2.0;
 
 /// A parameter of an effect.

@@ -52,7 +52,7 @@ fn golden_registry_is_the_vocabulary() {
     assert_eq!(got.concat(), expected.concat());
 }
 
-/// Half as much again as a search would try of what has no dimension, and any size of what has one.
+/// Within twice the range that a search looks in, or beyond it; of what has a dimension any size.
 #[test]
 fn numbers_without_a_dimension_are_implausible_far_from_where_a_search_looks() {
     let with = |name: &str, key: &str, value: f64| EffectEntry::new(name, &[(key, value)]).is_plausible();
