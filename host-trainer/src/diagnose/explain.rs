@@ -126,8 +126,10 @@ impl<'o> Ground<'o> {
             pair = pair.into_iter().chain(beside_other).min_by(|a, b| a.last.left.nats.total_cmp(&b.last.left.nats));
         }
         let pair = pair.map(|pair| self.exchanged(pair, &single.left, &hypotheses, progress)).transpose()?;
-        let kept = pair.and_then(|pair| self.reduced(pair, &single)).unwrap_or_else(|| vec![single]);
-        Ok(Explanation { contenders, dropped, left: kept.last().map_or(self.excess, |last| last.left), kept })
+        let kept = pair.and_then(|pair| self.reduced(pair, &single)).unwrap_or_else(|| vec![single.clone()]);
+        let last = kept.last().unwrap_or(&single);
+        let gain = self.found.expansion.misfit() - last.cause.found.expansion.misfit();
+        Ok(Explanation { contenders, dropped, left: last.left, gain, kept })
     }
 
     /// The best contender that gains enough and can be run everywhere: a rig that stands only as long as nothing shakes it is
@@ -335,12 +337,14 @@ pub struct Explanation<'o> {
     pub kept: Vec<Choice<'o>>,
     /// What the last leaves, beyond what recordings of its rig would show.
     pub left: Excess,
+    /// What all of them together gain in ln L.
+    pub gain: f64,
 }
 
 impl<'o> Explanation<'o> {
     /// No cause.
     pub fn nothing(left: Excess) -> Self {
-        Self { contenders: Vec::new(), dropped: Vec::new(), kept: Vec::new(), left }
+        Self { contenders: Vec::new(), dropped: Vec::new(), kept: Vec::new(), left, gain: 0.0 }
     }
 
     /// The rig with all causes, as a problem and what was found; nothing where there are none.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use super::acquisition::Fault;
-use super::compete::{Contender, Dropped, Exit};
+use super::compete::{Dropped, Exit};
 use super::explain::{Choice, Explanation, LEAST_MERIT};
 use super::outcome::{Cause, Fit, Fitted, HeldOut, Parameter, Rejected};
 use super::prove::Proof;
@@ -76,7 +76,7 @@ pub fn causes(
             probability: choice.probability(),
             interval95: parameters.keys().filter_map(|key| Some((key.clone(), estimate(key)?.interval95))).collect(),
             parameters,
-            evidence: evidence(&choice.cause, explanation, proof),
+            evidence: evidence(choice, explanation, proof),
             equation: effect.equation(KIND),
         }
     };
@@ -93,14 +93,14 @@ fn stated(effect: &EffectEntry) -> BTreeMap<String, Parameter> {
     all.map(|(key, value)| (key.clone(), value.into())).collect()
 }
 
-/// What the cause gains, and the next best explanation.
-fn evidence(contender: &Contender, explanation: &Explanation, proof: Option<&Proof>) -> String {
-    let next = explanation.contenders.iter().find(|c| !explanation.keeps(c.name));
+/// What the cause gains, and the next best of those that it was chosen among.
+fn evidence(choice: &Choice, explanation: &Explanation, proof: Option<&Proof>) -> String {
+    let next = choice.rivals.iter().find(|c| !explanation.keeps(c.name));
     let beside = next.map_or(String::new(), |n| format!("; the next best, {}, gains {:.0}", n.name, n.gain));
     let on = proof.map_or(String::new(), |p| {
         format!(", and {:.0} on what took no part ({})", p.before - p.after, by_chance(p.p_value))
     });
-    format!("ln L gains {:.0} on the fitted recordings{on}{beside}.", contender.gain)
+    format!("ln L gains {:.0} on the fitted recordings{on}{beside}.", choice.cause.gain)
 }
 
 /// What speaks against the best explanation.
@@ -145,7 +145,7 @@ impl Failure {
 
 /// Every other name of the contest, and why it lost; `failure` is what speaks against the causes that were kept.
 pub fn rejected(explanation: &Explanation, failure: Option<Failure>) -> Vec<Rejected> {
-    let top = explanation.kept.first().map_or(0.0, |first| first.cause.gain);
+    let causes = if explanation.kept.len() > 1 { "the causes together gain" } else { "the cause gains" };
     let mut out: Vec<Rejected> = Vec::new();
     let mut say = |name: &str, place: &str, why: String| {
         let told = failure.is_none() && explanation.keeps(name) || out.iter().any(|r| r.name == name);
@@ -157,7 +157,7 @@ pub fn rejected(explanation: &Explanation, failure: Option<Failure>) -> Vec<Reje
     for contender in &explanation.contenders {
         let gain = contender.gain;
         let why = match failure {
-            None => format!("gains {gain:.0} in ln L where the cause gains {top:.0}"),
+            None => format!("gains {gain:.0} in ln L where {causes} {:.0}", explanation.gain),
             Some(_) if contender.merit < LEAST_MERIT => {
                 format!("gains {gain:.1} in ln L, no more than its parameters are worth")
             }
@@ -193,5 +193,48 @@ pub fn fit(proof: Option<Proof>, stands: bool, held_out: String) -> (Fit, Vec<He
     } else {
         let traces = proof.traces.into_iter().map(|t| HeldOut { after: t.before.clone(), ..t }).collect();
         (Fit { after: fit.before, ..fit }, traces)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::compete::Contender;
+    use crate::diagnose::explain::Ground;
+    use crate::diagnose::sets::Sets;
+    use crate::diagnose::tests::recordings;
+    use crate::rig::test_support::nominal;
+
+    /// A wrong explanation may gain more alone than either of the right two does.
+    #[test]
+    fn what_lost_to_two_causes_is_set_against_both() {
+        let sets = Sets::of(&recordings(&nominal(), 3)).unwrap();
+        let ground = Ground::of(&nominal(), &sets, 3).unwrap();
+        let contender = |name: &'static str, gain: f64| Contender {
+            name,
+            place: String::new(),
+            problem: ground.problem.clone(),
+            found: ground.found.clone(),
+            merit: gain,
+            gain,
+        };
+        let choice = |all: &[(&'static str, f64)]| {
+            let rivals: Vec<_> = all.iter().map(|(name, gain)| contender(name, *gain)).collect();
+            Choice { cause: rivals[0].clone(), rivals, left: ground.excess }
+        };
+        let explanation = Explanation {
+            contenders: choice(&[("sensor-gain", 930.0), ("ball-defect", 720.0)]).rivals,
+            kept: vec![
+                choice(&[("ball-defect", 720.0), ("unbalance", 400.0)]),
+                choice(&[("load-step", 280.0), ("shock", 90.0)]),
+            ],
+            gain: 1000.0,
+            ..Explanation::nothing(ground.excess)
+        };
+        let [lost] = &rejected(&explanation, None)[..] else { panic!() };
+        assert_eq!(lost.why, "gains 930 in ln L where the causes together gain 1000");
+        let says = |n: usize| evidence(&explanation.kept[n], &explanation, None);
+        assert_eq!(says(0), "ln L gains 720 on the fitted recordings; the next best, unbalance, gains 400.");
+        assert_eq!(says(1), "ln L gains 280 on the fitted recordings; the next best, shock, gains 90.");
     }
 }
