@@ -12,6 +12,8 @@
 //! (D. R. Brillinger, "Time Series", 1981, section 5) are
 //! g_a = Σ −2 Re(E* ∂_a D)/S + (1 − |E|²/S) ∂_a ln S, and I_ab = Σ 2 Re(∂_a D* ∂_b D)/S + ∂_a ln S ∂_b ln S.
 
+use std::iter;
+
 use rayon::prelude::*;
 use realfft::num_complex::Complex;
 
@@ -53,16 +55,17 @@ pub struct Silent<'a> {
     pub scatter: Scatter,
 }
 
-/// The random part of a recording of this length: sensor noise, and the process force through the structure.
+/// The random part of each recording by each of these rigs, recording after recording.
 ///
 /// # Errors
-/// What the rig's check refuses.
-pub fn noise(rig: &Rig, condition: &OperatingCondition) -> Result<Noise, RigError> {
-    // One in, one out.
-    noises(&[Asked { rig, condition: *condition, known: None }]).swap_remove(0)
+/// As [`simulate`](crate::rig::simulate()).
+pub fn noises_in(rigs: &[&Rig], observed: &[Observed]) -> Result<Vec<Noise>, RigError> {
+    let each = observed.iter().flat_map(|o| rigs.iter().zip(iter::repeat(o.condition)));
+    let asked: Vec<_> = each.map(|(rig, condition)| Asked { rig, condition, known: None }).collect();
+    noises(&asked).into_iter().collect()
 }
 
-/// The same of many.
+/// The random part of a recording of this length: sensor noise, and the process force through the structure.
 ///
 /// # Errors
 /// Of each its own.

@@ -1,5 +1,6 @@
 //! Recordings, a rig and what is sought of it: likelihood, gradient and information at a point.
 
+use std::iter;
 use std::ops::Range;
 
 use faer::Mat;
@@ -8,7 +9,7 @@ use realfft::num_complex::Complex;
 
 use super::align;
 use super::coordinate::{ANGLE_STEP, Coordinate};
-use super::likelihood::{Expected, Noise, Silent, judged, means, misfit, noise};
+use super::likelihood::{Expected, Noise, Silent, judged, means, misfit, noises_in};
 use super::observed::{Coefficients, Observed};
 use super::tachometer::Reading;
 use crate::rig::{Rig, RigError};
@@ -148,7 +149,7 @@ impl<'o> Problem<'o> {
     }
 
     fn noise(&self, rig: &Rig) -> Result<Vec<Noise>, RigError> {
-        self.observed.par_iter().map(|o| noise(rig, &o.condition)).collect()
+        noises_in(&[rig], self.observed)
     }
 
     /// What the rig says of each recording.
@@ -206,23 +207,19 @@ impl<'o> Problem<'o> {
             .collect::<Result<_, _>>()?;
         // Of each recording: as it is, with each coordinate that moves D moved, with each angle moved.
         let mean_of: Vec<usize> = (0..moved.len()).filter(|a| self.coordinates[*a].moves_mean).collect();
-        // The noise of each recording: as it is, and with each coordinate that moves S moved.
-        let of_recording = |o: &Observed| -> Result<_, RigError> {
-            let of = |(a, rig): (usize, &Rig)| {
-                self.coordinates[a].moves_variance.then(|| noise(rig, &o.condition)).transpose()
-            };
-            let moved = moved.iter().enumerate().map(of).collect::<Result<Vec<_>, _>>()?;
-            Ok((noise(&base, &o.condition)?, moved))
-        };
-        let noises: Vec<(Noise, Vec<Option<Noise>>)> =
-            self.observed.par_iter().map(of_recording).collect::<Result<_, _>>()?;
+        // The noise of each recording: as it is, with each coordinate that moves S moved.
+        let variance_of: Vec<usize> = (0..moved.len()).filter(|a| self.coordinates[*a].moves_variance).collect();
+        let rigs: Vec<&Rig> = iter::once(&base).chain(variance_of.iter().map(|a| &moved[*a])).collect();
+        let noises = noises_in(&rigs, self.observed)?;
+        let noises: Vec<&[Noise]> = noises.chunks(rigs.len()).collect();
         let mut runs = Vec::new();
-        for ((o, &[cage, shaft]), (at, there)) in self.observed.iter().zip(&point.angles).zip(&noises) {
-            let as_it_is = Silent { rig: &base, condition: o.condition, angles: [cage, shaft], scatter: at.scatter };
+        for ((o, &[cage, shaft]), noises) in self.observed.iter().zip(&point.angles).zip(&noises) {
+            let scatter = noises[0].scatter;
+            let as_it_is = Silent { rig: &base, condition: o.condition, angles: [cage, shaft], scatter };
             runs.push(as_it_is);
             runs.extend(mean_of.iter().map(|a| {
-                let scatter = there[*a].as_ref().unwrap_or(at).scatter;
-                Silent { rig: &moved[*a], scatter, ..as_it_is }
+                let own = variance_of.iter().position(|b| a == b).map_or(scatter, |place| noises[1 + place].scatter);
+                Silent { rig: &moved[*a], scatter: own, ..as_it_is }
             }));
             runs.push(Silent { angles: [cage + ANGLE_STEP, shaft], ..as_it_is });
             runs.push(Silent { angles: [cage, shaft + ANGLE_STEP], ..as_it_is });
@@ -236,8 +233,8 @@ impl<'o> Problem<'o> {
             .enumerate()
             .zip(means.par_chunks(mean_of.len() + 3))
             .zip(&noises)
-            .map(|(((index, o), means), (at, there))| {
-                let at = &at.variance;
+            .map(|(((index, o), means), noises)| {
+                let at = &noises[0].variance;
                 let mut local = Local::new(count + 2);
                 let tachometer = self.of_tachometer(o, |t| t.gradient(point.angles[index][1]));
                 local.scores.push(vec![0.0; count + 2]);
@@ -253,11 +250,10 @@ impl<'o> Problem<'o> {
                         let moved = &means[mean_of.len() + 1 + angle][channel];
                         slopes[count + angle].mean = quotient(&means[0][channel], moved, ANGLE_STEP);
                     }
-                    for (a, there) in there.iter().enumerate() {
-                        let Some(there) = there else { continue };
+                    for (a, there) in variance_of.iter().zip(&noises[1..]) {
                         let pairs = at[channel].iter().zip(&there.variance[channel]);
-                        slopes[a].log_variance =
-                            pairs.map(|(s, t)| (t / s).ln() / self.coordinates[a].step()).collect();
+                        slopes[*a].log_variance =
+                            pairs.map(|(s, t)| (t / s).ln() / self.coordinates[*a].step()).collect();
                     }
                     local.add(judged(x, self.band), x, &means[0][channel], &at[channel], &slopes);
                 }

@@ -3,7 +3,7 @@ use std::f64::consts::TAU;
 use realfft::num_complex::Complex;
 
 use super::coordinate::Coordinate;
-use super::likelihood::{Silent, judged, mean_power, means, noise, noises};
+use super::likelihood::{Noise, Silent, judged, mean_power, means, noises};
 use super::observed::Observed;
 use super::problem::{Point, Problem};
 use super::search::search_from_rig;
@@ -30,6 +30,10 @@ fn observed_with_tachometers(rig: &Rig, loads: &[f64], seed: u64) -> Vec<Observe
 fn problem<'o>(observed: &'o [Observed], rig: &Rig, keys: &[&str]) -> Problem<'o> {
     let coordinates = keys.iter().map(|k| Coordinate::of(rig, k).unwrap()).collect();
     Problem::new(observed, rig.clone(), coordinates)
+}
+
+fn alone(of: &Asked) -> Noise {
+    noises(&[*of]).swap_remove(0).unwrap()
 }
 
 #[test]
@@ -158,7 +162,7 @@ fn invariant_friction_in_noise_is_as_many_runs_show() {
         let start = |seed| Start { cage_angle0_rad: angles[0], shaft_angle0_rad: angles[1], ..Start::seeded(seed) };
         let runs: Vec<Run> = (0..RUNS).map(|i| Run { rig: &rig, condition: at, start: start(100 + i) }).collect();
         let many: Vec<Observed> = simulate_many(&runs).unwrap().iter().map(|r| Observed::of(r).unwrap()).collect();
-        let noise = noise(&rig, &at).unwrap();
+        let noise = alone(&Asked { rig: &rig, condition: at, known: None });
         let silent = Silent { rig: &rig, condition: at, angles, scatter: noise.scatter };
         let expected = means(&[silent]).unwrap().remove(0).unwrap();
         for bins in [1..100, 100..200, 200..400, 400..800] {
@@ -184,16 +188,16 @@ fn invariant_the_noise_of_one_of_many_is_to_the_bit_what_it_is_alone() {
     let with = |name: &str, key: &str, value: f64| {
         nominal().with_effect(EffectEntry::new(name, &[(key, value)]).with_text("component", "outer"))
     };
-    let known = Some(noise(&with("coulomb-friction", "force_n", 0.3), &at).unwrap().scatter);
+    let rubs = with("coulomb-friction", "force_n", 0.3);
+    let known = Some(alone(&Asked { rig: &rubs, condition: at, known: None }).scatter);
     let springs = [1e14, 3e14, 1e15].map(|cubic| (with("hardening-stiffness", "cubic_n_per_m3", cubic), None));
     let frictions = [0.15, 0.2, 0.3, 0.5].map(|force| (with("coulomb-friction", "force_n", force), known));
     let mut rigs = [springs.as_slice(), &frictions].concat();
-    rigs.push((with("coulomb-friction", "force_n", 0.3), None));
+    rigs.push((rubs, None));
     rigs.push((nominal(), None));
     let asked: Vec<Asked> = rigs.iter().map(|(rig, known)| Asked { rig, condition: at, known: *known }).collect();
     for (of, together) in asked.iter().zip(noises(&asked)) {
-        let alone = noises(&[*of]).swap_remove(0).unwrap();
-        let together = together.unwrap();
+        let (alone, together) = (alone(of), together.unwrap());
         assert_eq!((together.variance, together.scatter), (alone.variance, alone.scatter), "{:?}", of.rig.effects);
     }
 }
@@ -207,7 +211,7 @@ fn invariant_a_housing_that_friction_holds_is_as_many_runs_show() {
     let rig = nominal().with_effect(EffectEntry::new("coulomb-friction", &speed).with_text("component", "outer"));
     let runs: Vec<Run> = (0..RUNS).map(|i| Run { rig: &rig, condition: at, start: Start::seeded(i) }).collect();
     let many: Vec<Observed> = simulate_many(&runs).unwrap().iter().map(|r| Observed::of(r).unwrap()).collect();
-    let noise = noise(&rig, &at).unwrap();
+    let noise = alone(&Asked { rig: &rig, condition: at, known: None });
     for bins in [600..1200, 1200..2400, 2400..4800] {
         // Runs begin at other angles: what repeats in them stands out of the rest, whose median it does not move.
         let power = |o: &Observed, k: usize| o.spectra[1].as_ref().unwrap()[k].norm_sqr() / noise.variance[1][k];

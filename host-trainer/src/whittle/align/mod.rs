@@ -17,7 +17,7 @@ use crate::recording::Recording;
 use crate::rig::simulate::{fewest_substeps, plan_of, shortest_settling_s, simulate_all};
 use crate::rig::{EffectEntry, OperatingCondition, Rig, RigError, Run, Start, simulate_many};
 use crate::signal::transform::{forward_plan, inverse_plan};
-use crate::whittle::likelihood::{Expected, Noise, Silent, means, misfit, noise};
+use crate::whittle::likelihood::{Expected, Noise, Silent, means, misfit, noises_in};
 use crate::whittle::observed::{CHANNELS, Coefficients, Observed};
 use crate::whittle::tachometer::Reading;
 
@@ -149,7 +149,7 @@ pub fn angles_apart(
     observed: &[Observed],
     angles: &[[f64; 2]],
 ) -> Result<Vec<[f64; 2]>, RigError> {
-    let noise: Vec<_> = observed.iter().map(|o| noise(without, &o.condition)).collect::<Result<_, _>>()?;
+    let noise = noises_in(&[without], observed)?;
     let of = |rig| -> Result<Vec<[Coefficients; 2]>, RigError> {
         means(&silent(rig, observed, &noise, angles))?.into_iter().collect()
     };
