@@ -57,7 +57,7 @@ fn golden_registry_is_the_vocabulary() {
 fn numbers_without_a_dimension_are_implausible_far_from_where_a_search_looks() {
     let with = |name: &str, key: &str, value: f64| EffectEntry::new(name, &[(key, value)]).is_plausible();
     for (name, key, good, bad) in [
-        ("ball-defect", "width_rad", 0.4, 0.9),
+        ("ball-defect", "width_rad", 0.35, 0.5),
         ("structural-resonance", "gain", -45.0, -106.0),
         ("structural-resonance", "damping_ratio", 0.45, 0.99),
         ("cage-slip", "fraction", -0.4, 0.8),
