@@ -43,6 +43,8 @@ const RIVALS_PROMISE: f64 = 0.3;
 const RIGHT: f64 = 0.99;
 /// The same of a pair: of wrong ones that left more than chance the nearest left 0.18 %, of right ones the furthest 0.06 %.
 const EXACT: f64 = 0.999;
+/// Share of the excess from which nothing is sought beside friction: what its random part leaves out is some hundredths.
+const RIGHT_OF_FRICTION: f64 = 0.95;
 /// Share of the excess that the first cause must take away for a second to be sought: of two that take all of it away
 /// together the greater takes half, or, where they overlap, somewhat less.
 const WORTH_A_SECOND: f64 = 0.2;
@@ -188,7 +190,7 @@ impl<'o> Ground<'o> {
         let (cause, left) = (&first.cause, &first.left);
         let explained = self.excess.explained(left);
         // The random part of friction is not exact, least of all where it holds a mass: what is less beside it is not to be told.
-        let is_its_own = (explained > RIGHT || !left.is_more_than_chance()) && heeds_scatter(&cause.rig()?);
+        let is_its_own = (explained > RIGHT_OF_FRICTION || !left.is_more_than_chance()) && heeds_scatter(&cause.rig()?);
         if explained < WORTH_A_SECOND || is_its_own {
             return Ok(None);
         }
