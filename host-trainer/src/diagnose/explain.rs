@@ -43,8 +43,9 @@ const RIVALS_PROMISE: f64 = 0.3;
 const RIGHT: f64 = 0.99;
 /// The same of a pair: of wrong ones that left more than chance the nearest left 0.18 %, of right ones the furthest 0.06 %.
 const EXACT: f64 = 0.999;
-/// Share of the excess from which nothing is sought beside friction: what its random part leaves out is some hundredths.
-const RIGHT_OF_FRICTION: f64 = 0.95;
+/// Recordings of a rig with friction that tell what it leaves: it holds and lets go in bursts, so that one leaves far more than
+/// another.
+const REPLICATES: u64 = 4;
 /// Share of the excess that the first cause must take away for a second to be sought: of two that take all of it away
 /// together the greater takes half, or, where they overlap, somewhat less.
 const WORTH_A_SECOND: f64 = 0.2;
@@ -189,8 +190,8 @@ impl<'o> Ground<'o> {
     ) -> Result<Option<Pair<'o>>, DiagnoseError> {
         let (cause, left) = (&first.cause, &first.left);
         let explained = self.excess.explained(left);
-        // The random part of friction is not exact, least of all where it holds a mass: what is less beside it is not to be told.
-        let is_its_own = (explained > RIGHT_OF_FRICTION || !left.is_more_than_chance()) && heeds_scatter(&cause.rig()?);
+        // The random part of friction is not exact, least of all where it holds a mass: beside what stands by itself nothing is told.
+        let is_its_own = (explained > EXPLAINED || !left.is_more_than_chance()) && heeds_scatter(&cause.rig()?);
         if explained < WORTH_A_SECOND || is_its_own {
             return Ok(None);
         }
@@ -380,6 +381,10 @@ fn residuals(problem: &Problem, found: &Found) -> Result<Vec<Whitened>, Diagnose
 fn replicated(problem: &Problem, found: &Found, seed: u64) -> Result<Excess, DiagnoseError> {
     let rig = problem.rig_at(&found.point.coordinates)?;
     let expected = problem.expected(&found.point)?;
-    let observed = replicate(&rig, problem.observed, &found.point.angles, seed)?;
-    Ok(excess(&whitened(&observed, &expected)))
+    let count = if heeds_scatter(&rig) { REPLICATES } else { 1 };
+    let of = |n: u64| {
+        let observed = replicate(&rig, problem.observed, &found.point.angles, seed.wrapping_add(n))?;
+        Ok::<_, DiagnoseError>(excess(&whitened(&observed, &expected)))
+    };
+    Ok(Excess::mean(&(0..count).map(of).collect::<Result<Vec<_>, _>>()?))
 }

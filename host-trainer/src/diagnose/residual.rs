@@ -91,6 +91,12 @@ impl Excess {
         self.deviations > EXCESS || self.peaks > PEAKS
     }
 
+    /// The mean of several.
+    pub fn mean(all: &[Self]) -> Self {
+        let mean = |of: fn(&Self) -> f64| all.iter().map(of).sum::<f64>() / all.len().max(1) as f64;
+        Self { nats: mean(|e| e.nats), deviations: mean(|e| e.deviations), peaks: mean(|e| e.peaks) }
+    }
+
     /// What is left beyond what noise of the rig's own kind leaves.
     pub fn beyond(self, noise: Self) -> Self {
         Self {
