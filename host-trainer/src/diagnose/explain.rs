@@ -43,8 +43,8 @@ const RIVALS_PROMISE: f64 = 0.3;
 const RIGHT: f64 = 0.99;
 /// The same of a pair: of wrong ones that left more than chance the nearest left 0.18 %, of right ones the furthest 0.06 %.
 const EXACT: f64 = 0.999;
-/// Recordings of a rig with friction that tell what it leaves: it holds and lets go in bursts, so that one leaves far more than
-/// another.
+/// Replicates of a rig with friction that tell what it leaves: it holds and lets go in bursts, so that one leaves far more than
+/// another. Of any other rig one does.
 const REPLICATES: u64 = 4;
 /// Share of the excess that the first cause must take away for a second to be sought: of two that take all of it away
 /// together the greater takes half, or, where they overlap, somewhat less.
@@ -191,8 +191,8 @@ impl<'o> Ground<'o> {
         let (cause, left) = (&first.cause, &first.left);
         let explained = self.excess.explained(left);
         // The random part of friction is not exact, least of all where it holds a mass: beside what stands by itself nothing is told.
-        let is_its_own = (explained > EXPLAINED || !left.is_more_than_chance()) && heeds_scatter(&cause.rig()?);
-        if explained < WORTH_A_SECOND || is_its_own {
+        let stands_alone = (explained > EXPLAINED || !left.is_more_than_chance()) && heeds_scatter(&cause.rig()?);
+        if explained < WORTH_A_SECOND || stands_alone {
             return Ok(None);
         }
         let least = least_of_a_second(cause, left);

@@ -12,8 +12,6 @@
 //! (D. R. Brillinger, "Time Series", 1981, section 5) are
 //! g_a = Σ −2 Re(E* ∂_a D)/S + (1 − |E|²/S) ∂_a ln S, and I_ab = Σ 2 Re(∂_a D* ∂_b D)/S + ∂_a ln S ∂_b ln S.
 
-use std::iter;
-
 use rayon::prelude::*;
 use realfft::num_complex::Complex;
 
@@ -60,15 +58,15 @@ pub struct Silent<'a> {
 /// # Errors
 /// As [`simulate`](crate::rig::simulate()).
 pub fn noises_in(rigs: &[&Rig], observed: &[Observed]) -> Result<Vec<Noise>, RigError> {
-    let each = observed.iter().flat_map(|o| rigs.iter().zip(iter::repeat(o.condition)));
-    let asked: Vec<_> = each.map(|(rig, condition)| Asked { rig, condition, known: None }).collect();
-    noises(&asked).into_iter().collect()
+    let asked =
+        observed.iter().flat_map(|o| rigs.iter().map(move |rig| Asked { rig, condition: o.condition, known: None }));
+    noises(&asked.collect::<Vec<_>>()).into_iter().collect()
 }
 
-/// The random part of a recording of this length: sensor noise, and the process force through the structure.
+/// Random parts of recordings: sensor noise, and the process force through the structure.
 ///
 /// # Errors
-/// Of each its own.
+/// Of each its own, as [`random_parts`].
 pub fn noises(asked: &[Asked]) -> Vec<Result<Noise, RigError>> {
     let parts = random_parts(asked);
     asked.par_iter().zip(parts).map(|(of, part)| Ok(seen(of.rig, &of.condition, part?))).collect()

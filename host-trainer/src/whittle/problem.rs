@@ -211,9 +211,8 @@ impl<'o> Problem<'o> {
         let variance_of: Vec<usize> = (0..moved.len()).filter(|a| self.coordinates[*a].moves_variance).collect();
         let rigs: Vec<&Rig> = iter::once(&base).chain(variance_of.iter().map(|a| &moved[*a])).collect();
         let noises = noises_in(&rigs, self.observed)?;
-        let noises: Vec<&[Noise]> = noises.chunks(rigs.len()).collect();
         let mut runs = Vec::new();
-        for ((o, &[cage, shaft]), noises) in self.observed.iter().zip(&point.angles).zip(&noises) {
+        for ((o, &[cage, shaft]), noises) in self.observed.iter().zip(&point.angles).zip(noises.chunks(rigs.len())) {
             let scatter = noises[0].scatter;
             let as_it_is = Silent { rig: &base, condition: o.condition, angles: [cage, shaft], scatter };
             runs.push(as_it_is);
@@ -232,7 +231,7 @@ impl<'o> Problem<'o> {
             .par_iter()
             .enumerate()
             .zip(means.par_chunks(mean_of.len() + 3))
-            .zip(&noises)
+            .zip(noises.par_chunks(rigs.len()))
             .map(|(((index, o), means), noises)| {
                 let at = &noises[0].variance;
                 let mut local = Local::new(count + 2);

@@ -32,6 +32,7 @@ fn problem<'o>(observed: &'o [Observed], rig: &Rig, keys: &[&str]) -> Problem<'o
     Problem::new(observed, rig.clone(), coordinates)
 }
 
+/// The noise of one.
 fn alone(of: &Asked) -> Noise {
     noises(&[*of]).swap_remove(0).unwrap()
 }

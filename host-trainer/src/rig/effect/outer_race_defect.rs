@@ -7,7 +7,8 @@ use super::{Applies, Definition, Parameter, Scale, pit::Pit};
 use crate::rig::config::Domain;
 
 pub(super) const DEPTH: Parameter = Parameter::number("depth_m", "m", Domain::NotNegative, (1e-7, 1e-4), Scale::Log);
-/// What is wider is no pit but a wave: those of 0.028 in that Case Western Reserve University has made span 0.18 rad of a ball.
+/// A search looks up to the widest pits that Case Western Reserve University has made on a ball, 0.028 in or 0.18 rad. What is far
+/// wider is no pit but a wave.
 pub(super) const WIDTH: Parameter =
     Parameter::number("width_rad", "rad", Domain::Between(0.0, 6.3), (5e-3, 0.2), Scale::Log);
 
