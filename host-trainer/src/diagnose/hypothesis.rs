@@ -292,10 +292,10 @@ fn springs(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
         let gaps = (8..=26).map(|k| 0.05 * f64::from(k));
         let stops = gaps.flat_map(|gap| [0.05, 0.4, 3.0].map(|s| of(gap, s)));
         b.add("end-stop-contact", vertical, &["stiffness_n_per_m", "gap_m"], stops.collect());
-        let of =
-            |share: f64| entry("constant-force", &[("force_n", share * sizes.load)]).with_text("component", vertical);
-        b.add("constant-force", vertical, &["force_n"], both_ways(0.01, 0.4, 5).into_iter().map(of).collect());
     }
+    // On the housing it does the same, k_outer/k_inner times as great and the other way: the springs are straight.
+    let of = |share: f64| entry("constant-force", &[("force_n", share * sizes.load)]).with_text("component", "inner-y");
+    b.add("constant-force", "inner-y", &["force_n"], both_ways(0.01, 0.4, 5).into_iter().map(of).collect());
 }
 
 fn linear(b: &mut Builder, rig: &BearingRig) {
