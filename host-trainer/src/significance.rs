@@ -1,7 +1,9 @@
-//! Whether a gain on blocks that took no part is more than chance.
+//! Whether a gain on blocks that took no part, or any of many tests, is more than chance.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::function::erf::erfc;
 
 /// Permutations.
 const FLIPS: usize = 4999;
@@ -35,14 +37,35 @@ pub fn deviations(before: &[f64], after: &[f64]) -> f64 {
     if square > 0.0 { total / square.sqrt() } else { 0.0 }
 }
 
-/// Which of some p-values stand out at this rate of false discoveries (Y. Benjamini, Y. Hochberg, J. R. Stat. Soc. B 57
-/// (1995) 289–300).
+/// Probability that a normal deviate is at least as many standard deviations from 0, on either side.
+pub fn two_sided(deviations: f64) -> f64 {
+    erfc(deviations.abs() / std::f64::consts::SQRT_2)
+}
+
+/// The same where the standard deviation is that of `count` samples (Student's t); 1 where those are fewer than two.
+pub fn two_sided_of_few(deviations: f64, count: usize) -> f64 {
+    match StudentsT::new(0.0, 1.0, count.saturating_sub(1) as f64) {
+        Ok(t) => 2.0 * t.sf(deviations.abs()),
+        Err(_) => 1.0,
+    }
+}
+
+/// Of each of some p-values the least rate of false discoveries at which it stands out (Y. Benjamini, Y. Hochberg, J. R.
+/// Stat. Soc. B 57 (1995) 289–300), its q-value.
+pub fn false_discovery_rates(p_values: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..p_values.len()).collect();
+    order.sort_by(|a, b| p_values[*b].total_cmp(&p_values[*a]));
+    let (mut rates, mut least) = (vec![1.0; p_values.len()], 1.0f64);
+    for (rank, index) in (1..=p_values.len()).rev().zip(order) {
+        least = least.min(p_values[index] * p_values.len() as f64 / rank as f64);
+        rates[index] = least;
+    }
+    rates
+}
+
+/// Which of some p-values stand out at this rate of false discoveries.
 pub fn discoveries(p_values: &[f64], rate: f64) -> Vec<bool> {
-    let mut sorted = p_values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let count = sorted.len() as f64;
-    let limit = sorted.iter().enumerate().rev().find(|(i, p)| **p <= rate * (*i + 1) as f64 / count).map(|(_, p)| *p);
-    p_values.iter().map(|p| limit.is_some_and(|limit| *p <= limit)).collect()
+    false_discovery_rates(p_values).into_iter().map(|q| q <= rate).collect()
 }
 
 /// How often each model leaves least when blocks are drawn anew with replacement: the share of the evidence it has.
@@ -75,6 +98,16 @@ mod tests {
         assert!((1..=22).contains(&told), "{told}");
     }
 
+    #[test]
+    fn literature_tails() {
+        for (z, p) in [(1.96, 0.05), (3.0, 0.0027), (5.5, 3.8e-8)] {
+            assert!((two_sided(z) / p - 1.0).abs() < 0.02, "{z}: {}", two_sided(z));
+        }
+        // Student's table: 7 degrees of freedom, 2.365.
+        assert!((two_sided_of_few(-2.365, 8) - 0.05).abs() < 1e-4);
+        assert_eq!(two_sided_of_few(9.0, 1), 1.0);
+    }
+
     /// The example of Benjamini and Hochberg, section 3.2: 4 of 15 are found at 0.05.
     #[test]
     fn literature_discoveries() {
@@ -83,5 +116,9 @@ mod tests {
             0.7590, 1.0,
         ];
         assert_eq!(discoveries(&p, 0.05).iter().filter(|d| **d).count(), 4);
+        // The fourth stands at 15/4 of its p, whatever the order.
+        let turned: Vec<f64> = p.iter().rev().copied().collect();
+        assert!((false_discovery_rates(&turned)[11] - 0.0095 * 15.0 / 4.0).abs() < 1e-12);
+        assert_eq!(false_discovery_rates(&[]), Vec::<f64>::new());
     }
 }

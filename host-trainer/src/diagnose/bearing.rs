@@ -12,10 +12,10 @@
 //!    is left and nothing stands, nothing in the vocabulary explains it.
 
 use super::acquisition::Acquired;
+use super::evidence;
 use super::explain::{EXPLAINED, Explanation, Ground};
 use super::outcome::{Cause, Diagnosis, Location, Outcome, SCHEMA, Verdict};
 use super::prove::{Proof, prove, shown};
-use super::residual::tests;
 use super::sets::Sets;
 use super::statement::{self, Failure};
 use super::{DiagnoseError, Task};
@@ -80,7 +80,7 @@ fn measure(task: &Task, progress: &dyn Fn(&str)) -> Result<Measure, DiagnoseErro
 
 /// Whether an explanation stands.
 struct Judgement {
-    /// What it does to recordings that took no part; `None` where nothing was kept, or cannot be run there.
+    /// What it does to recordings that took no part; `None` where it cannot be run there.
     proof: Option<Proof>,
     /// What speaks against it.
     failure: Option<Failure>,
@@ -97,7 +97,8 @@ impl Judgement {
                 // A rig that cannot be run under the condition that was held out is not proved.
                 prove(&ground.rig()?, &last.rig()?, &ground.sets.held_out, ground.seed).ok()
             }
-            None => None,
+            // What is held out is shown all the same.
+            None => prove(&ground.rig()?, &ground.rig()?, &ground.sets.held_out, ground.seed).ok(),
         };
         let explained = if left.is_more_than_chance() { excess.explained(&left) } else { 1.0 };
         let failure = failure(explained, proof.as_ref());
@@ -152,9 +153,10 @@ fn outcome(
     corrected.effects.extend(acquired.faults().rev().map(|fault| fault.effect.clone()));
     let faulty = acquired.faults().next().is_some();
     let verdict = if faulty { Verdict::Mismatch } else { verdict };
+    let tests = evidence::of_residual(ground)?;
     let location = match verdict {
         Verdict::NoMismatch => Location::default(),
-        _ => locate::locate(rig, &corrected, &ground.sets.fitted, &ground.residuals),
+        _ => locate::locate(rig, &corrected, &tests),
     };
     let (fit, held_out) = if faulty {
         progress("showing it on what took no part");
@@ -169,7 +171,7 @@ fn outcome(
         _ => Vec::new(),
     };
     let diagnosis = Diagnosis { schema: SCHEMA.into(), verdict, causes, rejected, location, fit };
-    Ok(Outcome { diagnosis, rig: corrected, held_out, tests: tests(&ground.residuals), fitted, caveats })
+    Ok(Outcome { diagnosis, rig: corrected, held_out, tests, fitted, caveats })
 }
 
 #[cfg(test)]

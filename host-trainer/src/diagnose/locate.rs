@@ -1,35 +1,39 @@
 //! Where a mismatch is: in time, frequency, order, angle, state and channel.
 
-use super::outcome::Location;
-use super::residual::{Whitened, bands, blocks};
+use super::outcome::{Aspect, Location, Test};
 use crate::rig::Rig;
-use crate::whittle::observed::{CHANNELS, Observed};
 
-/// Standard deviations from which a band or a block counts.
-const STANDS_OUT: f64 = 5.0;
-/// Power of a line over the residual's mean that counts, and how many orders are named.
-const LINE: f64 = 25.0;
-const ORDERS: usize = 6;
+/// Share of the most telling test's standard deviations from which another of its aspect counts.
+const TELLING: f64 = 0.1;
+/// How many orders are named, of the signal and of its envelope each.
+const ORDERS: usize = 4;
 
-/// Where the residual of the rig as it was stands out.
-pub fn locate(before: &Rig, corrected: &Rig, observed: &[Observed], residuals: &[Whitened]) -> Location {
-    let of = |channel: usize| residuals.iter().filter(|w| w.channel == channel).collect::<Vec<_>>();
-    let power = |channel: usize| {
-        let of = of(channel);
-        of.iter().flat_map(|w| &w.signal).map(|v| v * v - 1.0).sum::<f64>() / of.len().max(1) as f64
+/// Where the tests that stand out say that recordings differ, in the channel that shows it most; and what the causes that the
+/// corrected rig has beside the rig as it was say of it.
+pub fn locate(before: &Rig, corrected: &Rig, tests: &[Test]) -> Location {
+    let standing: Vec<&Test> = tests.iter().filter(|t| t.stands_out()).collect();
+    let new = || corrected.effects.iter().skip(before.effects.len());
+    let told = standing.iter().find(|t| !t.channel.is_empty()).map(|t| t.channel);
+    // What a sensor does has been taken out before.
+    let channel = told.or_else(|| new().find_map(|effect| effect.text("channel"))).unwrap_or_default();
+    let of = |aspect: Aspect| -> Vec<[f64; 2]> {
+        let all = || standing.iter().filter(|t| t.aspect == aspect && t.channel == channel);
+        let most = all().map(|t| t.deviations.abs()).fold(0.0, f64::max);
+        let mut at: Vec<[f64; 2]> =
+            all().filter(|t| t.deviations.abs() >= TELLING * most).filter_map(|t| t.at).collect();
+        at.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        at
     };
-    let channel = usize::from(power(1) > power(0));
-    let worst = of(channel);
-    let standing = |m: f64, n: f64| (m - 1.0) * n.sqrt() > STANDS_OUT;
-    let frequency_hz = bands(&worst).into_iter().filter(|(_, m, n)| standing(*m, *n as f64)).map(|(hz, ..)| hz);
-    let all = blocks(&worst);
-    let usual = median(all.iter().map(|(_, m, _)| *m));
-    // Where every block stands out there is no time to it.
-    let time_s = all.into_iter().filter(|(_, m, n)| standing(m / usual.max(1.0), 0.5 * *n as f64)).map(|(s, ..)| s);
-    let new = corrected.effects.iter().skip(before.effects.len());
+    let orders = |aspect: Aspect| {
+        let found = standing.iter().filter(move |t| t.aspect == aspect && t.channel == channel).filter_map(|t| t.at);
+        found.map(|[order, _]| (1e3 * order).round() / 1e3).take(ORDERS)
+    };
+    let mut order: Vec<f64> = orders(Aspect::Order).chain(orders(Aspect::Envelope)).collect();
+    order.sort_by(f64::total_cmp);
+    order.dedup();
     let mut angle_rad = Vec::new();
     let mut states = Vec::new();
-    for effect in new {
+    for effect in new() {
         if let (Some(angle), Some(width)) = (effect.number("angle_rad"), effect.number("width_rad")) {
             angle_rad.push([angle - 0.5 * width, angle + 0.5 * width]);
         }
@@ -37,20 +41,22 @@ pub fn locate(before: &Rig, corrected: &Rig, observed: &[Observed], residuals: &
             states.push(format!("motion of {component}"));
         }
     }
+    if angle_rad.is_empty() {
+        angle_rad = joined(of(Aspect::ShaftAngle));
+    }
+    states.extend(standing.iter().find(|t| is_state(t) && t.channel == channel).map(|t| t.what.clone()));
     Location {
-        time_s: joined(time_s.collect()),
-        frequency_hz: joined(frequency_hz.collect()),
-        order: orders(observed, &worst),
+        time_s: joined(of(Aspect::Time)),
+        frequency_hz: joined(of(Aspect::Spectrum)),
+        order,
         angle_rad,
-        state: states.join(", "),
-        channel: CHANNELS[channel].into(),
+        state: states.join("; "),
+        channel: channel.into(),
     }
 }
 
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(1.0)
+fn is_state(test: &Test) -> bool {
+    matches!(test.aspect, Aspect::Displacement | Aspect::Velocity)
 }
 
 /// Neighbours as one.
@@ -63,23 +69,4 @@ fn joined(intervals: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
         }
     }
     out
-}
-
-/// Orders of the shaft at which the residual has its highest lines in the first recording.
-fn orders(observed: &[Observed], residuals: &[&Whitened]) -> Vec<f64> {
-    let Some(w) = residuals.first() else { return Vec::new() };
-    let shaft_hz = observed.get(w.recording).map_or(1.0, |o| o.condition.shaft_hz);
-    let step = w.sample_rate_hz / w.signal.len() as f64;
-    let mut lines: Vec<(f64, f64)> = Vec::new();
-    for k in 2..w.spectrum.len().saturating_sub(2) {
-        let here = w.spectrum[k].norm_sqr();
-        let around = |j: usize| w.spectrum[j].norm_sqr();
-        if here > LINE && here > around(k - 1) && here >= around(k + 1) {
-            lines.push((here, k as f64 * step / shaft_hz));
-        }
-    }
-    lines.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut orders: Vec<f64> = lines.into_iter().take(ORDERS).map(|(_, o)| (1e3 * o).round() / 1e3).collect();
-    orders.sort_by(f64::total_cmp);
-    orders
 }

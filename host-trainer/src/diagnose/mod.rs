@@ -20,13 +20,18 @@
 //! | [`explain`] | what the rig leaves, and the one or two causes that explain it |
 //! | `statement` | what the contest has found, as causes, rejected explanations and a fit |
 //! | [`prove`] | what a correction does to recordings that took no part |
+//! | [`statistics`] | what is asked of a residual, number by number |
+//! | [`evidence`] | whether, and where: tests, each against what chance gives |
+//! | [`beside`] | the same of real recordings, beside the healthy machine's |
 //! | [`locate`] | where the mismatch is |
 
 pub mod acquisition;
 pub mod bearing;
+pub mod beside;
 pub mod closer;
 pub mod compete;
 mod error;
+pub mod evidence;
 pub mod explain;
 pub mod faults;
 pub mod hypothesis;
@@ -41,6 +46,7 @@ pub mod screen;
 pub mod sdof;
 pub mod sets;
 mod statement;
+pub mod statistics;
 #[cfg(test)]
 mod tests;
 pub mod write;

@@ -122,16 +122,90 @@ pub struct HeldOut {
     pub after: Vec<f64>,
 }
 
-/// A test of the residual: whether, and where.
+/// What a test looks at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Aspect {
+    /// The mean.
+    Mean,
+    /// Skewness and kurtosis.
+    Moments,
+    /// Power in a band.
+    Spectrum,
+    /// Power in a stretch of time beside the rest.
+    Time,
+    /// A line at an order of the shaft beside what is around it.
+    Order,
+    /// The same in the spectrum of the squared signal.
+    Envelope,
+    /// Power at an angle of the shaft beside the rest.
+    ShaftAngle,
+    /// Power at a place of the balls in their pitch beside the rest.
+    CageAngle,
+    /// Power where the channel's position is in a range, beside the rest.
+    Displacement,
+    /// The same of its velocity.
+    Velocity,
+    /// How power goes with the load of recordings.
+    Load,
+    /// How power goes with their speed.
+    Speed,
+    /// The comb of lines that a pit gives the envelope.
+    Comb,
+    /// A force as of a term of the library.
+    Force,
+}
+
+/// A test: whether, and where.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Test {
-    /// What is tested, such as `ay, power in 3200 to 3600 Hz`.
+    /// What it looks at.
+    pub aspect: Aspect,
+    /// In which channel; empty where that is not asked.
+    pub channel: &'static str,
+    /// From where to where: Hz, s, order, rad, m or m/s as its aspect says.
+    pub at: Option<[f64; 2]>,
+    /// What is tested, such as `ay, power from 3200 to 3600 Hz`.
     pub what: String,
-    /// The statistic, in standard deviations of what replicates of the rig give.
+    /// The statistic, in standard deviations of what chance gives.
     pub deviations: f64,
     /// Probability of as much by chance, before any correction for how many tests there are.
     pub p_value: f64,
+    /// The least rate of false discoveries at which it stands out of all tests.
+    pub q_value: f64,
 }
+
+impl Aspect {
+    /// What tests of the aspect look at, in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Mean => "mean",
+            Self::Moments => "skewness and kurtosis",
+            Self::Spectrum => "power in bands",
+            Self::Time => "power over time",
+            Self::Order => "lines at orders of the shaft",
+            Self::Envelope => "lines of the envelope",
+            Self::ShaftAngle => "power over the shaft's angle",
+            Self::CageAngle => "power over the balls' place",
+            Self::Displacement => "power over position",
+            Self::Velocity => "power over velocity",
+            Self::Load => "dependence on load",
+            Self::Speed => "dependence on speed",
+            Self::Comb => "comb of a pit",
+            Self::Force => "forces",
+        }
+    }
+}
+
+impl Test {
+    /// Whether it stands out of all tests at [`FALSE`].
+    pub fn stands_out(&self) -> bool {
+        self.q_value <= FALSE
+    }
+}
+
+/// Rate of false discoveries among tests that stand out.
+pub const FALSE: f64 = 0.01;
 
 /// A parameter of the rig that was fitted along: name, value, 95 % interval.
 pub type Fitted = (String, f64, [f64; 2]);
@@ -145,7 +219,7 @@ pub struct Outcome {
     pub rig: Rig,
     /// Recordings that took no part.
     pub held_out: Vec<HeldOut>,
-    /// Tests of the residual of the rig without causes, the most telling first.
+    /// Tests of what the rig leaves without causes, the most telling first.
     pub tests: Vec<Test>,
     /// Unknown parameters of the rig.
     pub fitted: Vec<Fitted>,

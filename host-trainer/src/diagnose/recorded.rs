@@ -12,8 +12,9 @@ use rand::RngExt;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::outcome::{Cause, Diagnosis, Fit, HeldOut, Location, Outcome, Rejected, SCHEMA, Verdict};
+use super::outcome::{Aspect, Cause, Diagnosis, Fit, HeldOut, Location, Outcome, Rejected, SCHEMA, Test, Verdict};
 use super::{DiagnoseError, Task};
+use super::{beside, evidence, locate};
 use crate::calibrate::bearing::{Options, PathChoice, calibrate, identify};
 use crate::calibrate::distance::log_spectral;
 use crate::calibrate::split::Split;
@@ -22,6 +23,7 @@ use crate::rig::kinematics::Orders;
 use crate::rig::simulate::simulate_all;
 use crate::rig::{EffectEntry, Rig, Run, Start};
 use crate::signal::band::{LineBand, band_for_lines};
+use crate::signal::characteristic::Family;
 use crate::whittle::coordinate::NOISE;
 use crate::whittle::observed::{CHANNELS, Observed, accelerations};
 
@@ -147,11 +149,19 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<Outcome, Diagnos
     let clear = levels[best] > LINES_PER_S.ln()
         && levels[best] > levels[next] + TIMES.ln()
         && usual.as_ref().is_none_or(|u| levels[best] > u[best] + TIMES.ln());
+    let tests = match baseline {
+        Some(baseline) => {
+            progress("setting them beside the baseline");
+            beside::tests(&machine.bearing.geometry(), baseline, recordings)?
+        }
+        None => recordings.first().map_or_else(Vec::new, |first| combs(first, &orders)),
+    };
     let proof = if clear { sized(rig, KINDS[best], &orders, &split, seed, progress)? } else { None };
     let stands = proof.as_ref().is_some_and(|p| p.after + 2.0 * p.floor < p.before && p.p_value < 1e-3);
+    let apart_db = distance(rig, baseline.unwrap_or(&split.fitted), seed)?;
     let verdict = match (stands, baseline) {
         (true, _) => Verdict::Mismatch,
-        (false, Some(baseline)) if !differs(rig, baseline, recordings, seed)? => Verdict::NoMismatch,
+        (false, Some(_)) if distance(rig, recordings, seed)? <= apart_db + DIFFERS_DB => Verdict::NoMismatch,
         (false, _) => Verdict::Unexplained,
     };
     let rejected = ranked.iter().filter(|k| !(stands && **k == best)).map(|k| Rejected {
@@ -162,48 +172,95 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<Outcome, Diagnos
             usual.as_ref().map_or(String::new(), |u| format!(", {:.1} in the baseline", u[*k].exp()))
         ),
     });
-    let mut diagnosis = Diagnosis {
-        schema: SCHEMA.into(),
-        verdict,
-        causes: Vec::new(),
-        rejected: rejected.collect(),
-        location: Location::default(),
-        fit: Fit {
-            metric: METRIC.into(),
-            held_out: split.describe(),
-            before: 0.0,
-            after: 0.0,
-            noise_floor: 0.0,
-            p_value: 1.0,
-        },
-    };
+    let rejected = rejected.collect();
     let mut caveats = vec![
         "The structure between bearing and sensor is not the rig's: recordings were judged by the rhythm of their envelope, \
          and the size of a pit follows from a path that was identified, not measured."
             .to_owned(),
     ];
-    let (mut corrected, mut held_out) = (rig.clone(), Vec::new());
-    if let (true, Some(proof)) = (stands, proof) {
-        corrected = rig.clone().with_effect(proof.effect.clone());
-        diagnosis.fit = Fit {
+    let schema = SCHEMA.into();
+    if let Some(proof) = proof.filter(|_| stands) {
+        let fit = Fit {
+            metric: "strength of the comb in the envelope, difference to what was measured, dB".into(),
+            held_out: split.describe(),
             before: proof.before,
             after: proof.after,
             noise_floor: proof.floor,
             p_value: proof.p_value,
-            ..diagnosis.fit
         };
-        diagnosis.location = Location {
+        let location = Location {
             frequency_hz: vec![[proof.band.band_hz.start, proof.band.band_hz.end]],
             order: lines(KINDS[best], &orders).iter().map(|o| o * proof.band.scale).collect(),
             channel: CHANNELS[proof.channel].into(),
             ..Location::default()
         };
-        diagnosis.causes.push(cause(&proof, &levels, best, next));
-        held_out = proof.traces;
-    } else {
-        caveats.push("Other effects than pits are not sought in recordings of this kind.".into());
+        let causes = vec![cause(&proof, &levels, best, next)];
+        let diagnosis = Diagnosis { schema, verdict, causes, rejected, location, fit };
+        let corrected = rig.clone().with_effect(proof.effect);
+        return Ok(Outcome { diagnosis, rig: corrected, held_out: proof.traces, tests, fitted: Vec::new(), caveats });
     }
-    Ok(Outcome { diagnosis, rig: corrected, held_out, tests: Vec::new(), fitted: Vec::new(), caveats })
+    caveats.push("Other effects than pits are not sought in recordings of this kind.".into());
+    if let Some(baseline) = baseline.filter(|b| b.len() < FEW) {
+        caveats.push(format!(
+            "Recordings of the healthy machine: {}. What changes from one to the next is not known by so few, and a difference \
+             may be of the mounting or the day.",
+            baseline.len()
+        ));
+    }
+    let before = distance(rig, &split.held_out, seed)?;
+    let fit = Fit {
+        metric: "log-spectral distance, dB".into(),
+        held_out: split.describe(),
+        before,
+        after: before,
+        noise_floor: apart_db,
+        p_value: 1.0,
+    };
+    let location = match verdict {
+        Verdict::NoMismatch => Location::default(),
+        _ => locate::locate(rig, rig, &tests),
+    };
+    let held_out = match simulated(rig, &split.held_out, seed)? {
+        Some(made) => traces(&split.held_out, &made, &made),
+        None => Vec::new(),
+    };
+    let diagnosis = Diagnosis { schema, verdict, causes: Vec::new(), rejected, location, fit };
+    Ok(Outcome { diagnosis, rig: rig.clone(), held_out, tests, fitted: Vec::new(), caveats })
+}
+
+/// Recordings of the healthy machine from which what changes between them is known.
+const FEW: usize = 6;
+
+/// How surely a recording's envelope shows the comb of each kind of pit, against noise: a healthy bearing has some of it.
+fn combs(recording: &Recording, orders: &Orders) -> Vec<Test> {
+    let of = |kind: &&str| {
+        let Comb { lines: found, channel, .. } = comb(recording, kind, orders)?;
+        let (hz, channel) = (&found.band_hz, CHANNELS[channel]);
+        Some(Test {
+            aspect: Aspect::Comb,
+            channel,
+            at: Some([hz.start, hz.end]),
+            what: format!(
+                "{channel}, {} and what belongs to it in the envelope of {:.0} to {:.0} Hz",
+                family(kind).name(),
+                hz.start,
+                hz.end
+            ),
+            deviations: (found.strength - 1.0) * (found.ratios.len() as f64).sqrt(),
+            p_value: found.log_p_value.exp(),
+            q_value: 1.0,
+        })
+    };
+    evidence::ranked(KINDS.iter().filter_map(of).collect())
+}
+
+/// What the comb of a kind is made of.
+fn family(kind: &str) -> Family {
+    match kind {
+        "outer-race-defect" => Family::Outer,
+        "inner-race-defect" => Family::Inner,
+        _ => Family::Ball,
+    }
 }
 
 fn cause(proof: &SizedPit, levels: &[f64], best: usize, next: usize) -> Cause {
@@ -223,8 +280,6 @@ fn cause(proof: &SizedPit, levels: &[f64], best: usize, next: usize) -> Cause {
         equation: proof.effect.equation("bearing-5dof"),
     }
 }
-
-const METRIC: &str = "strength of the comb in the envelope, difference to what was measured, dB";
 
 /// A pit with a size, and what it does to recordings that took no part.
 struct SizedPit {
@@ -274,8 +329,23 @@ fn sized(
     let apart = |made: &[Recording]| db * (level(made, kind, orders) - measured).abs();
     let shown = split.held_out.iter().filter_map(|r| comb(r, kind, orders)).max_by(|a, b| a.level.total_cmp(&b.level));
     let Some(shown) = shown else { return Ok(None) };
+    let floor = db * (level(&again, kind, orders) - level(&new, kind, orders)).abs();
+    Ok(Some(SizedPit {
+        effect,
+        before: apart(&old),
+        after: apart(&new),
+        floor,
+        p_value: shown.lines.log_p_value.exp().max(f64::MIN_POSITIVE),
+        band: shown.lines,
+        channel: shown.channel,
+        traces: traces(&split.held_out, &old, &new),
+    }))
+}
+
+/// Recordings that took no part beside two runs of them.
+fn traces(held_out: &[Recording], old: &[Recording], new: &[Recording]) -> Vec<HeldOut> {
     let mut traces = Vec::new();
-    for ((recording, old), new) in split.held_out.iter().zip(&old).zip(&new) {
+    for ((recording, old), new) in held_out.iter().zip(old).zip(new) {
         for (channel, found) in accelerations(recording).into_iter().enumerate() {
             let Some(found) = found else { continue };
             let of = |r: &Recording| r.channel(CHANNELS[channel]).map_or_else(Vec::new, |c| c.samples.clone());
@@ -288,17 +358,7 @@ fn sized(
             });
         }
     }
-    let floor = db * (level(&again, kind, orders) - level(&new, kind, orders)).abs();
-    Ok(Some(SizedPit {
-        effect,
-        before: apart(&old),
-        after: apart(&new),
-        floor,
-        p_value: shown.lines.log_p_value.exp().max(f64::MIN_POSITIVE),
-        band: shown.lines,
-        channel: shown.channel,
-        traces,
-    }))
+    traces
 }
 
 /// Runs of a rig under the conditions of recordings; `None` where it diverges.
@@ -312,20 +372,16 @@ fn simulated(rig: &Rig, recordings: &[Recording], seed: u64) -> Result<Option<Ve
     Ok(simulate_all(&runs)?.into_iter().collect::<Result<Vec<_>, _>>().ok())
 }
 
-/// Whether recordings are further from the rig of the baseline than the baseline is.
-fn differs(rig: &Rig, baseline: &[Recording], recordings: &[Recording], seed: u64) -> Result<bool, DiagnoseError> {
-    let distance = |of: &[Recording]| -> Result<f64, DiagnoseError> {
-        let Some(made) = simulated(rig, of, seed)? else { return Ok(f64::INFINITY) };
-        let mut all = Vec::new();
-        for (recording, made) in of.iter().zip(&made) {
-            for (channel, found) in accelerations(recording).into_iter().enumerate() {
-                let other = made.channel(CHANNELS[channel]);
-                if let (Some(a), Some(b)) = (found, other) {
-                    all.extend(log_spectral(&a.samples, &b.samples, recording.sample_rate_hz));
-                }
+/// Log-spectral distance of recordings to the rig's own, dB.
+fn distance(rig: &Rig, of: &[Recording], seed: u64) -> Result<f64, DiagnoseError> {
+    let Some(made) = simulated(rig, of, seed)? else { return Ok(f64::INFINITY) };
+    let mut all = Vec::new();
+    for (recording, made) in of.iter().zip(&made) {
+        for (channel, found) in accelerations(recording).into_iter().enumerate() {
+            if let (Some(a), Some(b)) = (found, made.channel(CHANNELS[channel])) {
+                all.extend(log_spectral(&a.samples, &b.samples, recording.sample_rate_hz));
             }
         }
-        Ok(all.iter().sum::<f64>() / all.len().max(1) as f64)
-    };
-    Ok(distance(recordings)? > distance(baseline)? + DIFFERS_DB)
+    }
+    Ok(all.iter().sum::<f64>() / all.len().max(1) as f64)
 }

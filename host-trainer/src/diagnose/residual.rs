@@ -1,13 +1,10 @@
 //! What a rig leaves of recordings, in units of its own noise, and how much of it chance would leave.
 
-use std::f64::consts::TAU;
-
 use realfft::num_complex::Complex;
 
-use super::outcome::Test;
 use crate::signal::transform::inverse_plan;
 use crate::whittle::likelihood::{Expected, judged};
-use crate::whittle::observed::{CHANNELS, Observed};
+use crate::whittle::observed::Observed;
 
 /// Bins of a band of the excess, and what n (m − 1 − ln m) is on average for the mean m of n of them, and its variance:
 /// n (ln n − ψ(n)) and, by simulation, 0.522.
@@ -21,9 +18,6 @@ const EXCESS: f64 = 6.0;
 const PEAKS: f64 = 15.0;
 /// How much more than one replicate's peaks those of the recordings may be.
 const NOISE_PEAKS: f64 = 2.0;
-/// Bands and blocks of time that are tested one by one.
-const BANDS: usize = 32;
-const BLOCKS: usize = 40;
 
 /// The residual of one channel of one recording over the standard deviation that the rig gives it.
 #[derive(Clone, Debug)]
@@ -140,88 +134,6 @@ fn mean_square(bins: &[Complex<f64>]) -> f64 {
     bins.iter().map(|w| w.norm_sqr()).sum::<f64>() / bins.len().max(1) as f64
 }
 
-/// Tests of the residual one by one: power in bands and in blocks of time, and kurtosis; the most telling first.
-pub fn tests(residuals: &[Whitened]) -> Vec<Test> {
-    let mut out = Vec::new();
-    for (channel, name) in CHANNELS.into_iter().enumerate() {
-        let of: Vec<&Whitened> = residuals.iter().filter(|w| w.channel == channel).collect();
-        if of.is_empty() {
-            continue;
-        }
-        for (hz, m, n) in bands(&of) {
-            push(
-                &mut out,
-                format!("{name}, power from {:.0} to {:.0} Hz", hz[0], hz[1]),
-                (m - 1.0) * (n as f64).sqrt(),
-            );
-        }
-        for (s, m, n) in blocks(&of) {
-            push(
-                &mut out,
-                format!("{name}, power from {:.3} to {:.3} s", s[0], s[1]),
-                (m - 1.0) * (0.5 * n as f64).sqrt(),
-            );
-        }
-        let samples: f64 = of.iter().map(|w| w.signal.len() as f64).sum();
-        let kurtosis = of.iter().flat_map(|w| &w.signal).map(|v| v.powi(4)).sum::<f64>()
-            / samples
-            / (of.iter().flat_map(|w| &w.signal).map(|v| v * v).sum::<f64>() / samples).powi(2);
-        push(&mut out, format!("{name}, kurtosis {kurtosis:.2}"), (kurtosis - 3.0) * (samples / 24.0).sqrt());
-    }
-    out.sort_by(|a, b| b.deviations.abs().total_cmp(&a.deviations.abs()));
-    out
-}
-
-fn push(out: &mut Vec<Test>, what: String, deviations: f64) {
-    out.push(Test { what, deviations, p_value: two_sided(deviations) });
-}
-
-/// Band in Hz, mean square and count of bins, over all recordings of a channel.
-pub fn bands(of: &[&Whitened]) -> Vec<([f64; 2], f64, usize)> {
-    let mut out = vec![([0.0; 2], 0.0, 0); BANDS];
-    for w in of {
-        let bins = judged(&w.spectrum, 1.0);
-        let step = w.sample_rate_hz / w.signal.len() as f64;
-        for k in bins.clone() {
-            let band = (k - bins.start) * BANDS / bins.len();
-            let (hz, sum, count) = &mut out[band];
-            *hz = [band, band + 1].map(|b| (bins.start as f64 + (b * bins.len()) as f64 / BANDS as f64) * step);
-            *sum += w.spectrum[k].norm_sqr();
-            *count += 1;
-        }
-    }
-    out.into_iter().filter(|(.., n)| *n > 0).map(|(hz, sum, n)| (hz, sum / n as f64, n)).collect()
-}
-
-/// Interval in s, mean square and count of samples, over all recordings of a channel.
-pub fn blocks(of: &[&Whitened]) -> Vec<([f64; 2], f64, usize)> {
-    let longest = of.iter().map(|w| w.signal.len() as f64 / w.sample_rate_hz).fold(0.0, f64::max);
-    let mut out = vec![(0.0, 0usize); BLOCKS];
-    for w in of {
-        for (i, v) in w.signal.iter().enumerate() {
-            let block = (i as f64 / w.sample_rate_hz / longest * BLOCKS as f64) as usize;
-            let (sum, count) = &mut out[block.min(BLOCKS - 1)];
-            *sum += v * v;
-            *count += 1;
-        }
-    }
-    let at = |k: usize| k as f64 / BLOCKS as f64 * longest;
-    let filled = out.into_iter().enumerate().filter(|(_, (_, n))| *n > 0);
-    filled.map(|(k, (sum, n))| ([at(k), at(k + 1)], sum / n as f64, n)).collect()
-}
-
-/// Probability that a normal deviate is at least as many standard deviations from 0, on either side (M. Abramowitz,
-/// I. A. Stegun, "Handbook of Mathematical Functions", 26.2.17; beyond 5 the asymptotic series 26.2.12).
-pub fn two_sided(deviations: f64) -> f64 {
-    let z = deviations.abs();
-    let density = (-0.5 * z * z).exp() / TAU.sqrt();
-    let t = 1.0 / (1.0 + 0.231_641_9 * z);
-    let polynomial =
-        t * (0.319_381_530 + t * (-0.356_563_782 + t * (1.781_477_937 + t * (-1.821_255_978 + t * 1.330_274_429))));
-    let tail = if z > 5.0 { density / z * (1.0 - 1.0 / (z * z)) } else { density * polynomial };
-    (2.0 * tail).min(1.0)
-}
-
 #[cfg(test)]
 mod tests_of_residuals {
     use super::*;
@@ -264,8 +176,6 @@ mod tests_of_residuals {
     fn a_band_with_twice_the_power_stands_out() {
         let w = noise(1, |k| if (1000..1400).contains(&k) { 2.0f64.sqrt() } else { 1.0 });
         assert!(excess(std::slice::from_ref(&w)).deviations > 4.0);
-        let first = &tests(&[w])[0];
-        assert!(first.what.contains("power from") && first.deviations > 4.0, "{first:?}");
     }
 
     #[test]
@@ -276,12 +186,5 @@ mod tests_of_residuals {
         line.spectrum[1200] = Complex::new(9.0, 0.0);
         let line = excess(&[line]);
         assert!(line.deviations < EXCESS && line.peaks > PEAKS && line.is_more_than_chance(), "{line:?}");
-    }
-
-    #[test]
-    fn literature_normal_tails() {
-        for (z, p) in [(1.96, 0.05), (3.0, 0.0027), (5.5, 3.8e-8)] {
-            assert!((two_sided(z) / p - 1.0).abs() < 0.02, "{z}: {}", two_sided(z));
-        }
     }
 }

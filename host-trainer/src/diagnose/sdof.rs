@@ -4,11 +4,14 @@
 use std::collections::BTreeMap;
 
 use super::faults;
-use super::outcome::{Cause, Diagnosis, Fit, HeldOut, Location, Outcome, Parameter, Rejected, SCHEMA, Test, Verdict};
+use super::outcome::{
+    Aspect, Cause, Diagnosis, Fit, HeldOut, Location, Outcome, Parameter, Rejected, SCHEMA, Test, Verdict,
+};
 use super::{DiagnoseError, Task};
-use crate::force_balance::{self, Finding, FoundCause, HeldOutTrace, Where, diagnose_sdof};
+use crate::force_balance::{self, Finding, FoundCause, HeldOutTrace, ResidualTest, Where, diagnose_sdof};
 use crate::recording::Recording;
 use crate::rig::EffectEntry;
+use crate::significance::false_discovery_rates;
 
 /// Share of what can be explained below which the rest is worth a caveat.
 const MOST: f64 = 0.97;
@@ -61,15 +64,21 @@ fn outcome(told: bool, recordings: &[Recording], finding: Finding, seed: u64) ->
     Outcome {
         diagnosis,
         held_out,
-        tests: finding
-            .tests
-            .into_iter()
-            .map(|t| Test { what: t.what, deviations: t.deviations, p_value: t.p_value })
-            .collect(),
+        tests: tests(finding.tests, channel),
         fitted: finding.own.iter().map(|p| (p.name.clone(), p.value, interval(p))).collect(),
         caveats,
         rig: finding.rig,
     }
+}
+
+fn tests(found: Vec<ResidualTest>, channel: &'static str) -> Vec<Test> {
+    let p_values: Vec<f64> = found.iter().map(|t| t.p_value).collect();
+    let rates = false_discovery_rates(&p_values).into_iter();
+    let of = |(t, q_value): (ResidualTest, f64)| {
+        let ResidualTest { what, deviations, p_value } = t;
+        Test { aspect: Aspect::Force, channel, at: None, what, deviations, p_value, q_value }
+    };
+    found.into_iter().zip(rates).map(of).collect()
 }
 
 fn cause(found: &FoundCause) -> Cause {

@@ -1,6 +1,6 @@
 use super::compete::{Contender, Contest, Part};
 use super::hypothesis::{self, Pointers};
-use super::outcome::{Outcome, Parameter, Verdict};
+use super::outcome::{Aspect, Outcome, Parameter, Test, Verdict};
 use super::sets::Sets;
 use super::{Task, diagnose};
 use crate::recording::{LoadOptions, Recording, Unit, load, reference_data};
@@ -48,6 +48,12 @@ fn null_a_healthy_rig_is_quiet() {
     let outcome = of(&nominal(), 1);
     assert_eq!(outcome.diagnosis.verdict, Verdict::NoMismatch, "{:?}", outcome.diagnosis);
     assert!(outcome.diagnosis.causes.is_empty() && outcome.rig.effects.is_empty());
+    let standing = outcome.tests.iter().filter(|t| t.stands_out()).count();
+    assert!(outcome.tests.len() > 200 && standing <= 2, "{standing} of {}", outcome.tests.len());
+    // What was held out is shown all the same, and no error is no more than its noise.
+    let fit = &outcome.diagnosis.fit;
+    assert!(fit.noise_floor > 0.0 && fit.before.abs() < 5.0 * fit.noise_floor && fit.p_value == 1.0, "{fit:?}");
+    assert!(!outcome.held_out.is_empty());
 }
 
 #[test]
@@ -68,6 +74,11 @@ fn a_pit_is_named_sized_and_proved() {
     assert!(fit.after < 0.05 * fit.before && fit.p_value < 0.001, "{fit:?}");
     assert!(!outcome.held_out.is_empty());
     assert!(outcome.diagnosis.rejected.iter().all(|r| r.name != "outer-race-defect"));
+    // It strikes once for every ball that passes.
+    let (location, bpfo) = (&outcome.diagnosis.location, nominal().bearing().unwrap().bearing.geometry().orders().bpfo);
+    assert!(location.order.iter().any(|o| (o / bpfo - (o / bpfo).round()).abs() < 2e-3), "{location:?}");
+    let at_its_place = |t: &Test| t.aspect == Aspect::CageAngle && t.stands_out();
+    assert!(outcome.tests.iter().any(at_its_place) && !location.frequency_hz.is_empty(), "{location:?}");
 }
 
 #[test]

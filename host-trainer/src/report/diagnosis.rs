@@ -6,9 +6,11 @@ use super::held_out::{self, Quantity, Rigs};
 use super::number::{by_chance, chance, significant, with_interval};
 use super::{Cell, Document, Section, Tone};
 use crate::diagnose::Task;
-use crate::diagnose::outcome::{Cause, HeldOut, Outcome, Parameter, Test, Verdict};
+use crate::diagnose::outcome::{Aspect, Cause, FALSE, HeldOut, Outcome, Parameter, Test, Verdict};
 use crate::diagnose::write::{self, StoreError};
 use crate::plot::DrawError;
+use crate::plot::comparison::{self, Curve, Names};
+use crate::plot::style::LATE;
 use crate::recording::Recording;
 use crate::rig::{Model, Rig};
 
@@ -37,7 +39,7 @@ pub fn document(task: &Task, outcome: &Outcome) -> Result<Document, DrawError> {
     let causes = outcome.diagnosis.causes.iter().enumerate().map(|(index, c)| cause(index, c));
     document = document.sections(causes).section(fit(before, outcome));
     Ok(document.sections(
-        [alternatives(outcome), place(outcome), tests(outcome), fitted(before, outcome), caveats(outcome)]
+        [alternatives(outcome), place(outcome)?, tests(outcome), fitted(before, outcome), caveats(outcome)]
             .into_iter()
             .flatten(),
     ))
@@ -86,12 +88,20 @@ pub fn verdict(outcome: &Outcome) -> (Tone, String) {
         Verdict::Unexplained => {
             let text = format!(
                 "The machine differs from the rig, and no cause of the vocabulary says how: the held-out error is {} where \
-                 noise alone would leave {} ({chance}).",
-                numbers[0], numbers[2]
+                 noise alone would leave {}.{}",
+                numbers[0],
+                numbers[2],
+                most_telling(outcome)
             );
             (Tone::Open, text)
         }
     }
+}
+
+/// What shows most that something differs, as a sentence of its own.
+fn most_telling(outcome: &Outcome) -> String {
+    let first = outcome.tests.first().filter(|t| t.stands_out());
+    first.map_or_else(String::new, |t| format!(" It shows most in {} ({}).", t.what, by_chance(t.p_value)))
 }
 
 /// A cause with its numbers, for a sentence.
@@ -199,43 +209,107 @@ fn alternatives(outcome: &Outcome) -> Option<Section> {
     (!rows.is_empty()).then(|| section.table("", &["cause", "why it does not stand"], rows))
 }
 
-fn place(outcome: &Outcome) -> Option<Section> {
+/// Where it shows: in words, with the p-value of each, and drawn.
+fn place(outcome: &Outcome) -> Result<Option<Section>, DrawError> {
     let location = &outcome.diagnosis.location;
-    let spans = |list: &[[f64; 2]]| {
-        let one = |[from, to]: &[f64; 2]| format!("{} to {}", significant(*from, 3), significant(*to, 3));
-        list.iter().map(one).collect::<Vec<_>>().join(", ")
+    let span = |[from, to]: [f64; 2]| format!("{} to {}", significant(from, 3), significant(to, 3));
+    let spans = |name, list: &[[f64; 2]], aspect: Aspect| -> Vec<(&str, String, Option<f64>)> {
+        list.iter().map(|at| (name, span(*at), p_within(outcome, &[aspect], *at))).collect()
     };
-    let orders: Vec<String> = location.order.iter().map(|o| significant(*o, 4)).collect();
-    let rows: Vec<Vec<Cell>> = [
-        ("time, s", spans(&location.time_s)),
-        ("frequency, Hz", spans(&location.frequency_hz)),
-        ("order of the shaft", orders.join(", ")),
-        ("angle, rad", spans(&location.angle_rad)),
-        ("state", location.state.clone()),
-        ("channel", location.channel.clone()),
-    ]
-    .into_iter()
-    .filter(|(_, text)| !text.is_empty())
-    .map(|(name, text)| vec![Cell::text(name), Cell::text(text)])
-    .collect();
+    let order = |o: &f64| {
+        ("order of the shaft", significant(*o, 4), p_within(outcome, &[Aspect::Order, Aspect::Envelope], [*o, *o]))
+    };
+    let said = |name, text: &String| (name, text.clone(), None);
+    let rows = [
+        spans("time, s", &location.time_s, Aspect::Time),
+        spans("frequency, Hz", &location.frequency_hz, Aspect::Spectrum),
+        location.order.iter().map(order).collect(),
+        spans("angle, rad", &location.angle_rad, Aspect::ShaftAngle),
+        vec![said("state", &location.state), said("channel", &location.channel)],
+    ];
+    let rows: Vec<Vec<Cell>> = rows
+        .into_iter()
+        .flatten()
+        .filter(|(_, text, _)| !text.is_empty())
+        .map(|(name, text, p)| {
+            vec![Cell::text(name), Cell::text(text), Cell::number(p.map_or_else(String::new, chance))]
+        })
+        .collect();
     let shown = outcome.diagnosis.verdict != Verdict::NoMismatch && !rows.is_empty();
-    shown.then(|| Section::new("Where it shows").table("", &[], rows))
+    if !shown {
+        return Ok(None);
+    }
+    let mut section =
+        Section::new("Where it shows").table("", &["", "where", "p of the most telling test there"], rows);
+    for (aspect, x) in [(Aspect::Spectrum, "frequency, Hz"), (Aspect::Time, "time, s")] {
+        let of = |t: &&Test| t.aspect == aspect && t.channel == location.channel;
+        let mut at: Vec<([f64; 2], f64)> =
+            outcome.tests.iter().filter(of).filter_map(|t| Some((t.at?, t.deviations))).collect();
+        at.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
+        let (Some(first), Some(last)) = (at.first(), at.last()) else { continue };
+        let range = first.0[0]..last.0[1];
+        let points = at.iter().flat_map(|([from, to], y)| [(*from, *y), (*to, *y)]).collect();
+        let curve = Curve { name: "without causes", points, color: LATE };
+        let names = Names { x, y: "standard deviations" };
+        section = section.figure(
+            comparison::svg(&[curve], range, names, &[])?,
+            format!("{}: {}, in standard deviations of what chance gives.", location.channel, aspect.words()),
+        );
+    }
+    Ok(Some(section))
+}
+
+/// p of the most telling test of these aspects that lies within an interval.
+fn p_within(outcome: &Outcome, aspects: &[Aspect], [from, to]: [f64; 2]) -> Option<f64> {
+    let slack = 1e-3 * to.abs();
+    let within = |t: &&Test| {
+        aspects.contains(&t.aspect)
+            && t.channel == outcome.diagnosis.location.channel
+            && t.at.is_some_and(|[low, high]| low >= from - slack && high <= to + slack)
+    };
+    outcome.tests.iter().filter(within).map(|t| t.p_value).min_by(f64::total_cmp)
 }
 
 fn tests(outcome: &Outcome) -> Option<Section> {
-    let row = |t: &Test| {
+    let all = &outcome.tests;
+    let standing = all.iter().filter(|t| t.stands_out()).count();
+    let section = Section::new("What was looked for, before any cause was sought").paragraph(format!(
+        "{standing} of {} tests stand out at a rate of false discoveries of {:.0} %. Standard deviations are those of the same \
+         test by chance; p is of one test alone, q the rate of false discoveries at which it stands out of all.",
+        all.len(),
+        100.0 * FALSE
+    ));
+    let mut aspects: Vec<Aspect> = Vec::new();
+    // The most telling aspect first.
+    for test in all.iter().filter(|t| t.aspect != Aspect::Force) {
+        if !aspects.contains(&test.aspect) {
+            aspects.push(test.aspect);
+        }
+    }
+    let numbers = |t: &Test| {
         let deviations = format!("{:.1}", t.deviations).replace('-', "−");
-        vec![Cell::text(&t.what), Cell::number(deviations), Cell::number(chance(t.p_value))]
+        [deviations, chance(t.p_value), chance(t.q_value)].map(Cell::number)
     };
-    let rows: Vec<Vec<Cell>> = outcome.tests.iter().take(MOST_TESTS).map(row).collect();
-    let caption = match outcome.tests.len() {
+    let of_aspect = |aspect: &Aspect| {
+        let of: Vec<&Test> = all.iter().filter(|t| t.aspect == *aspect).collect();
+        let standing = of.iter().filter(|t| t.stands_out()).count();
+        let first = of.first()?;
+        let words =
+            [Cell::text(aspect.words()), Cell::number(format!("{standing} of {}", of.len())), Cell::text(&first.what)];
+        Some(words.into_iter().chain(numbers(first)).collect())
+    };
+    let rows: Vec<Vec<Cell>> = aspects.iter().filter_map(of_aspect).collect();
+    if !rows.is_empty() {
+        let head = ["what is looked at", "stand out", "the most telling", "standard deviations", "p", "q"];
+        return Some(section.table("", &head, rows));
+    }
+    let row = |t: &Test| std::iter::once(Cell::text(&t.what)).chain(numbers(t)).collect();
+    let rows: Vec<Vec<Cell>> = all.iter().take(MOST_TESTS).map(row).collect();
+    let caption = match all.len() {
         all if all > MOST_TESTS => format!("The most telling {MOST_TESTS} of {all} tests."),
         _ => String::new(),
     };
-    let section = Section::new("What was looked for in the residual of the rig without causes").paragraph(
-        "Standard deviations are those of the same test by chance; p is before any correction for how many tests there are.",
-    );
-    (!rows.is_empty()).then(|| section.table(caption, &["test", "standard deviations", "p by chance"], rows))
+    (!rows.is_empty()).then(|| section.table(caption, &["test", "standard deviations", "p", "q"], rows))
 }
 
 fn fitted(before: &Rig, outcome: &Outcome) -> Option<Section> {
@@ -271,7 +345,15 @@ mod tests {
             before: signal(0.4),
             after: signal(0.9),
         };
-        let test = |k: u32| Test { what: format!("band <{k}>"), deviations: 9.0 - f64::from(k), p_value: 1e-12 };
+        let test = |k: u32| Test {
+            aspect: Aspect::Spectrum,
+            channel: "ay",
+            at: Some([200.0 * f64::from(k), 200.0 * f64::from(k + 1)]),
+            what: format!("band <{k}>"),
+            deviations: 9.0 - f64::from(k),
+            p_value: 1e-12,
+            q_value: if k < 9 { 1e-10 } else { 0.5 },
+        };
         Outcome {
             diagnosis: Diagnosis {
                 schema: SCHEMA.into(),
@@ -305,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bearing_has_spectra_causes_and_at_most_twelve_tests() {
+    fn a_bearing_has_spectra_causes_and_the_most_telling_test_of_each_aspect() {
         let cause = Cause {
             name: "outer-race-defect".into(),
             probability: 0.998,
@@ -323,8 +405,10 @@ mod tests {
         // The channel that shows it most is drawn.
         assert!(html.contains("r04-ay: power spectral density") && !html.contains("r04-ax: power"));
         assert!(
-            html.contains("most telling 12 of 20") && html.contains("band &lt;11&gt;") && !html.contains("lt;12&gt;")
+            html.contains("9 of 20 tests stand out") && html.contains("band &lt;0&gt;") && !html.contains("lt;1&gt;")
         );
+        // The band that is named has the p-value of the test within it, and both are drawn.
+        assert!(html.contains("1400 to 1600") && html.contains("ay: power in bands, in standard deviations"));
     }
 
     #[test]

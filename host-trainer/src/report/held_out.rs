@@ -144,10 +144,12 @@ fn acceleration(section: Section, held: &HeldOut, rigs: Rigs<'_>, location: &Loc
     let courses: Vec<Curve<'_>> =
         signals.iter().map(|(name, samples, color)| curve(held, name, samples, *color, &shown)).collect();
     let names = Names { x: "time, s", y: "acceleration, m/s²" };
-    Ok(section.figure(
-        comparison::svg(&courses, range, names, &[])?,
-        format!("{}: where {} comes nearer than {} by most.", held.name, rigs.after, rigs.before),
-    ))
+    let caption = if held.before == held.after {
+        format!("{}: where {} leaves most.", held.name, rigs.after)
+    } else {
+        format!("{}: where {} comes nearer than {} by most.", held.name, rigs.after, rigs.before)
+    };
+    Ok(section.figure(comparison::svg(&courses, range, names, &[])?, caption))
 }
 
 fn marks(location: &Location) -> Vec<Mark> {
@@ -159,13 +161,15 @@ fn marks(location: &Location) -> Vec<Mark> {
     location.frequency_hz.iter().take(3).flat_map(edges).collect()
 }
 
-/// The window in which the gain of the corrected rig is greatest.
+/// The window in which the gain of the corrected rig is greatest, or, without a correction, what is left.
 fn loudest(held: &HeldOut) -> Range<usize> {
     let count = held.measured.len();
     let width = ZOOM.min(count);
+    let corrected = held.before != held.after;
     let gain = |from: usize| -> f64 {
         let square = |of: &[f64], k: usize| (held.measured[k] - of[k]).powi(2);
-        (from..from + width).map(|k| square(&held.before, k) - square(&held.after, k)).sum()
+        let after = |k: usize| if corrected { square(&held.after, k) } else { 0.0 };
+        (from..from + width).map(|k| square(&held.before, k) - after(k)).sum()
     };
     let starts = (0..=count - width).step_by((width / 2).max(1));
     let start = starts.max_by(|a, b| gain(*a).total_cmp(&gain(*b))).unwrap_or(0);

@@ -56,7 +56,7 @@ pub(super) fn inverse_complex(bins: &[Complex<f64>]) -> Vec<Complex<f64>> {
 }
 
 /// Median; values are put in another order. `None` where there are none.
-pub(super) fn median(values: &mut [f64]) -> Option<f64> {
+pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     let middle = values.len() / 2;
     if values.is_empty() {
         return None;

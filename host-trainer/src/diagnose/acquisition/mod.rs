@@ -4,9 +4,9 @@
 mod mains;
 
 use super::DiagnoseError;
-use super::residual::two_sided;
 use crate::recording::Recording;
 use crate::rig::{EffectEntry, Rig};
+use crate::significance::two_sided;
 use crate::whittle::observed::{CHANNELS, Observed, accelerations};
 
 /// Samples of a channel at its greatest value from which its range has been too small; of noise there is one, rounded to

@@ -1,0 +1,420 @@
+//! What is asked of a residual, number by number: how much of it there is in each band, stretch of time, order, angle and range of
+//! the state.
+//!
+//! Every number is a standard normal deviate, nearly, where the residual is white noise of unit variance. What chance really gives
+//! is for [`evidence`](super::evidence) to say.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use super::outcome::Aspect;
+use super::residual::{EDGE, Whitened};
+use crate::report::number::significant;
+use crate::rig::OperatingCondition;
+use crate::rig::kinematics::Geometry;
+use crate::signal::characteristic::{Speeds, list};
+use crate::signal::lines::{floor, half_width};
+use crate::signal::transform::{inverse_plan, median};
+use crate::whittle::likelihood::judged;
+use crate::whittle::observed::{CHANNELS, coefficients};
+
+/// Bands, stretches of time, parts of a turn and of the balls' pitch, ranges of the state.
+const BANDS: usize = 32;
+const STRETCHES: usize = 40;
+const ANGLES: usize = 12;
+const STATES: usize = 8;
+/// Harmonics of each of the bearing's frequencies.
+const HARMONICS: u32 = 3;
+/// Values to either side of a line that count as it.
+const BESIDE: usize = 1;
+/// Frequency from which an acceleration is integrated, Hz: below it is the drift of noise.
+const INTEGRATED_FROM_HZ: f64 = 20.0;
+/// Samples whose mean square is one value of how power comes and goes.
+const BLOCK: usize = 64;
+/// Of a normal deviate the median distance from 0.
+const MEDIAN_DEVIATION: f64 = 0.6745;
+/// Segments that a recording is cut into for what does not depend on time; how many there must be of all, and samples in each.
+const SEGMENTS: usize = 8;
+const LEAST_SEGMENTS: usize = 6;
+const LEAST_SAMPLES: usize = 8;
+/// Parts of a recording whose means tell how well its mean is known.
+const PARTS: usize = 20;
+
+/// The residual of one channel of one recording, with what it may depend on.
+#[derive(Clone, Copy, Debug)]
+pub struct Look<'a> {
+    /// The residual.
+    pub whitened: &'a Whitened,
+    /// The channel as it was recorded, m/s².
+    pub samples: &'a [f64],
+    /// Under what.
+    pub condition: OperatingCondition,
+    /// Angle of the cage at the first sample, rad, where the balls' passing tells it.
+    pub cage: Option<f64>,
+    /// The same of the shaft.
+    pub shaft: Option<f64>,
+}
+
+/// One number.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Statistic {
+    /// What it looks at.
+    pub aspect: Aspect,
+    /// In which channel.
+    pub channel: &'static str,
+    /// From where to where, as its aspect says.
+    pub at: Option<[f64; 2]>,
+    /// In words.
+    pub what: String,
+    /// The number.
+    pub value: f64,
+}
+
+/// Those of all channels; recordings are taken together. As many, and in the same order, for all recordings of the same conditions.
+pub fn statistics(looks: &[Look], geometry: &Geometry) -> Vec<Statistic> {
+    let mut out = Vec::new();
+    for (channel, name) in CHANNELS.into_iter().enumerate() {
+        let of: Vec<Look> = looks.iter().filter(|l| l.whitened.channel == channel).copied().collect();
+        if !of.is_empty() {
+            Channel { name, of, out: &mut out }.all(geometry);
+        }
+    }
+    out
+}
+
+/// The looks at one channel, and where its numbers go.
+struct Channel<'a, 'o> {
+    name: &'static str,
+    of: Vec<Look<'a>>,
+    out: &'o mut Vec<Statistic>,
+}
+
+impl Channel<'_, '_> {
+    fn all(&mut self, geometry: &Geometry) {
+        self.moments();
+        self.bands();
+        self.lines(Aspect::Order, geometry);
+        self.lines(Aspect::Envelope, geometry);
+        self.places(geometry);
+        self.conditions();
+    }
+
+    fn push(&mut self, aspect: Aspect, at: Option<[f64; 2]>, what: &str, value: f64) {
+        let what = format!("{}, {what}", self.name);
+        self.out.push(Statistic { aspect, channel: self.name, at, what, value });
+    }
+
+    fn moments(&mut self) {
+        let mean = self.of.iter().map(|l| mean_in_deviations(l.samples)).sum::<f64>() / (self.of.len() as f64).sqrt();
+        self.push(Aspect::Mean, None, "mean", mean);
+        let all: Vec<f64> = self.of.iter().flat_map(|l| inner(&l.whitened.signal)).copied().collect();
+        let count = all.len().max(1) as f64;
+        let middle = all.iter().sum::<f64>() / count;
+        let power = |n: i32| all.iter().map(|v| (v - middle).powi(n)).sum::<f64>() / count;
+        let variance = power(2).max(f64::MIN_POSITIVE);
+        let (skewness, kurtosis) = (power(3) / variance.powf(1.5), power(4) / (variance * variance));
+        self.push(Aspect::Moments, None, "skewness", skewness * (count / 6.0).sqrt());
+        self.push(Aspect::Moments, None, "kurtosis", (kurtosis - 3.0) * (count / 24.0).sqrt());
+    }
+
+    fn bands(&mut self) {
+        let mut all = vec![([0.0; 2], 0.0, 0usize); BANDS];
+        for w in self.of.iter().map(|l| l.whitened) {
+            let bins = judged(&w.spectrum, 1.0);
+            let step = w.sample_rate_hz / w.signal.len() as f64;
+            for k in bins.clone() {
+                let band = (k - bins.start) * BANDS / bins.len();
+                let (hz, sum, count) = &mut all[band];
+                *hz = [band, band + 1].map(|b| (bins.start as f64 + (b * bins.len()) as f64 / BANDS as f64) * step);
+                *sum += w.spectrum[k].norm_sqr();
+                *count += 1;
+            }
+        }
+        for (hz, sum, count) in all.into_iter().filter(|(.., count)| *count > 0) {
+            let what = format!("power from {:.0} to {:.0} Hz", hz[0], hz[1]);
+            self.push(Aspect::Spectrum, Some(hz), &what, power_in_deviations(sum / count as f64, count as f64));
+        }
+    }
+
+    /// Lines at the bearing's frequencies, over what is around them.
+    fn lines(&mut self, aspect: Aspect, geometry: &Geometry) {
+        let all: Vec<Vec<f64>> = self
+            .of
+            .iter()
+            .map(|l| {
+                let squared;
+                let spectrum = if aspect == Aspect::Envelope {
+                    squared = coefficients(&squared_less_mean(&l.whitened.signal));
+                    &squared
+                } else {
+                    &l.whitened.spectrum
+                };
+                over_floor(&spectrum.iter().map(|x| x.norm_sqr()).collect::<Vec<_>>(), step_hz(l))
+            })
+            .collect();
+        let orders = Speeds { shaft_hz: 1.0, geometry: Some(*geometry), slip: 0.0 };
+        for line in list(&orders, f64::INFINITY, HARMONICS, 0) {
+            let (mut sum, mut count) = (0.0, 0usize);
+            for (l, ratios) in self.of.iter().zip(&all) {
+                let at = (line.frequency_hz * l.condition.shaft_hz / step_hz(l)).round() as usize;
+                // The mean and what leaks from it are no line.
+                let here = ratios.get(at.saturating_sub(BESIDE).max(2)..=at + BESIDE).unwrap_or_default();
+                sum += here.iter().sum::<f64>();
+                count += here.len();
+            }
+            if count > 0 {
+                let spectrum = if aspect == Aspect::Envelope { "squared signal" } else { "signal" };
+                let what = format!("{} of the {spectrum}, order {:.3}", line.name, line.frequency_hz);
+                let value = power_in_deviations(sum / count as f64, count as f64);
+                self.push(aspect, Some([line.frequency_hz; 2]), &what, value);
+            }
+        }
+    }
+
+    /// Power in stretches of time, parts of a turn and ranges of the state, beside what it is elsewhere.
+    fn places(&mut self, geometry: &Geometry) {
+        self.times();
+        let turned = |from: f64, hz: f64, l: &Look, i: usize| from + TAU * hz * i as f64 / l.condition.sample_rate_hz;
+        if self.of.iter().all(|l| l.shaft.is_some()) {
+            let angle =
+                |l: &Look, i: usize| turned(l.shaft.unwrap_or_default(), l.condition.shaft_hz, l, i).rem_euclid(TAU);
+            self.place(Aspect::ShaftAngle, "while the shaft is at", "rad", &evenly(ANGLES, TAU), angle);
+        }
+        if self.of.iter().all(|l| l.cage.is_some()) {
+            let (pitch, ftf) = (TAU / geometry.balls as f64, geometry.orders().ftf);
+            let angle = |l: &Look, i: usize| {
+                turned(l.cage.unwrap_or_default(), ftf * l.condition.shaft_hz, l, i).rem_euclid(pitch)
+            };
+            self.place(Aspect::CageAngle, "while a ball is at", "rad of its pitch", &evenly(ANGLES, pitch), angle);
+        }
+        for (aspect, times, words, unit) in
+            [(Aspect::Velocity, 1, "at velocities from", "m/s"), (Aspect::Displacement, 2, "at positions from", "m")]
+        {
+            let motions: Vec<Vec<f64>> = self.of.iter().map(|l| integrated(l, times)).collect();
+            let mut all: Vec<f64> = motions.iter().flat_map(|m| inner(m)).copied().collect();
+            all.sort_by(f64::total_cmp);
+            let Some(last) = all.len().checked_sub(1) else { continue };
+            let edges: Vec<f64> = (0..=STATES).map(|k| all[k * last / STATES]).collect();
+            let recordings: Vec<usize> = self.of.iter().map(|l| l.whitened.recording).collect();
+            let of = |l: &Look, i: usize| {
+                let at = recordings.iter().position(|r| *r == l.whitened.recording).unwrap_or_default();
+                motions[at][i]
+            };
+            self.place(aspect, words, unit, &edges, of);
+        }
+    }
+
+    /// Power in stretches of time, over the median of all of them.
+    fn times(&mut self) {
+        let longest_s = self.of.iter().map(duration_s).fold(0.0, f64::max);
+        let edges = evenly(STRETCHES, longest_s);
+        let mut all = vec![Power::default(); STRETCHES];
+        for l in &self.of {
+            for (i, v) in inside(&l.whitened.signal) {
+                all[between(&edges, i as f64 / l.condition.sample_rate_hz)].add(*v);
+            }
+        }
+        let mut means: Vec<f64> = all.iter().filter(|p| p.count > 0).map(Power::mean).collect();
+        let Some(usual) = median(&mut means).filter(|m| *m > 0.0) else { return };
+        let uneven = unevenness(&self.of);
+        for (power, ends) in all.iter().zip(edges.windows(2)) {
+            // Half as many degrees of freedom to a real number.
+            let freedom = 0.5 * power.count as f64 / uneven;
+            let value = if power.count > 0 { power_in_deviations(power.mean() / usual, freedom) } else { 0.0 };
+            self.push_place(Aspect::Time, "from", "s", ends, value);
+        }
+    }
+
+    /// Power where `of` a sample is between two of the edges, over that of the segment of time around: the median over segments,
+    /// so that what happens once is of its time and of nothing else.
+    fn place(&mut self, aspect: Aspect, words: &str, unit: &str, edges: &[f64], of: impl Fn(&Look, usize) -> f64) {
+        let mut shares: Vec<Vec<(f64, usize)>> = vec![Vec::new(); edges.len() - 1];
+        for l in &self.of {
+            let length = inner(&l.whitened.signal).len().div_ceil(SEGMENTS).max(1);
+            let samples: Vec<(usize, &f64)> = inside(&l.whitened.signal).collect();
+            for segment in samples.chunks(length) {
+                let (mut all, mut each) = (Power::default(), vec![Power::default(); shares.len()]);
+                for (i, v) in segment {
+                    all.add(**v);
+                    each[between(edges, of(l, *i))].add(**v);
+                }
+                for (share, power) in shares.iter_mut().zip(&each).filter(|(_, p)| p.count >= LEAST_SAMPLES) {
+                    share.push((power.mean() / all.mean().max(f64::MIN_POSITIVE), power.count));
+                }
+            }
+        }
+        for (share, ends) in shares.iter().zip(edges.windows(2)) {
+            self.push_place(aspect, words, unit, ends, median_in_deviations(share));
+        }
+    }
+
+    fn push_place(&mut self, aspect: Aspect, words: &str, unit: &str, ends: &[f64], value: f64) {
+        let what = format!("power {words} {} to {} {unit}", significant(ends[0], 3), significant(ends[1], 3));
+        self.push(aspect, Some([ends[0], ends[1]]), &what, value);
+    }
+
+    /// How the power of recordings goes with their load and their speed, where these differ.
+    fn conditions(&mut self) {
+        let powers: Vec<(f64, f64)> = self
+            .of
+            .iter()
+            .map(|l| {
+                let bins = &l.whitened.spectrum[judged(&l.whitened.spectrum, 1.0)];
+                let count = bins.len().max(1) as f64;
+                ((bins.iter().map(|x| x.norm_sqr()).sum::<f64>() / count).max(f64::MIN_POSITIVE).ln(), count)
+            })
+            .collect();
+        let of = |value: fn(&OperatingCondition) -> f64| -> Vec<f64> {
+            self.of.iter().map(|l| value(&l.condition)).collect()
+        };
+        for (aspect, what, values) in [
+            (Aspect::Load, "power over load", of(|c| c.load_n)),
+            (Aspect::Speed, "power over speed", of(|c| c.shaft_hz)),
+        ] {
+            let middle = values.iter().sum::<f64>() / values.len() as f64;
+            let scatter = values.iter().zip(&powers).map(|(v, (_, n))| (v - middle).powi(2) / n).sum::<f64>().sqrt();
+            if scatter > 0.0 {
+                let slope: f64 = values.iter().zip(&powers).map(|(v, (power, _))| (v - middle) * power).sum();
+                self.push(aspect, None, what, slope / scatter);
+            }
+        }
+    }
+}
+
+/// Orders of the shaft at which a residual has its highest lines, each over what is around it, the highest first.
+pub fn highest_lines(look: &Look, most: usize) -> Vec<(f64, f64)> {
+    let spectrum = &look.whitened.spectrum;
+    let powers: Vec<f64> = spectrum.iter().map(|x| x.norm_sqr()).collect();
+    let ratios = over_floor(&powers, step_hz(look));
+    let peaks =
+        (2..ratios.len().saturating_sub(2)).filter(|k| ratios[*k] > ratios[k - 1] && ratios[*k] >= ratios[k + 1]);
+    let mut lines: Vec<(f64, f64)> =
+        peaks.map(|k| (k as f64 * step_hz(look) / look.condition.shaft_hz, ratios[k])).collect();
+    lines.sort_by(|a, b| b.1.total_cmp(&a.1));
+    lines.truncate(most);
+    lines
+}
+
+fn step_hz(look: &Look) -> f64 {
+    look.condition.sample_rate_hz / look.whitened.signal.len() as f64
+}
+
+fn duration_s(look: &Look) -> f64 {
+    look.whitened.signal.len() as f64 / look.condition.sample_rate_hz
+}
+
+/// A recording ends elsewhere than it began; its Fourier series has that as a jump at both ends.
+fn inner(signal: &[f64]) -> &[f64] {
+    signal.get(EDGE..signal.len().saturating_sub(EDGE)).unwrap_or_default()
+}
+
+fn over_floor(powers: &[f64], step_hz: f64) -> Vec<f64> {
+    let floor = floor(powers, half_width(step_hz));
+    powers.iter().zip(floor).map(|(p, f)| if f > 0.0 { p / f } else { 0.0 }).collect()
+}
+
+fn squared_less_mean(signal: &[f64]) -> Vec<f64> {
+    let inside = inner(signal);
+    let mean = inside.iter().map(|v| v * v).sum::<f64>() / inside.len().max(1) as f64;
+    let last = signal.len().saturating_sub(EDGE);
+    let of = |(i, v): (usize, &f64)| if (EDGE..last).contains(&i) { v * v - mean } else { 0.0 };
+    signal.iter().enumerate().map(of).collect()
+}
+
+/// A mean square of `count` complex numbers of mean square 1, as a deviate (E. B. Wilson, M. M. Hilferty, "The distribution of
+/// chi-square", PNAS 17 (1931) 684–688).
+fn power_in_deviations(mean: f64, count: f64) -> f64 {
+    (mean.max(0.0).cbrt() - 1.0 + 1.0 / (9.0 * count)) * 3.0 * count.sqrt()
+}
+
+/// The mean of a recording in standard deviations, as its parts tell it.
+fn mean_in_deviations(samples: &[f64]) -> f64 {
+    let length = samples.len() / PARTS;
+    if length == 0 {
+        return 0.0;
+    }
+    let means: Vec<f64> =
+        samples.chunks_exact(length).take(PARTS).map(|p| p.iter().sum::<f64>() / length as f64).collect();
+    let mean = means.iter().sum::<f64>() / PARTS as f64;
+    let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (PARTS - 1) as f64;
+    if variance > 0.0 { mean / (variance / PARTS as f64).sqrt() } else { 0.0 }
+}
+
+/// How many times as much as that of white noise the power of short blocks varies, at least once: what is coloured has fewer
+/// degrees of freedom than samples. Half of the blocks decide, so that what happens once does not.
+fn unevenness(looks: &[Look]) -> f64 {
+    let of = |signal: &[f64]| -> Vec<f64> {
+        inner(signal).chunks_exact(BLOCK).map(|b| b.iter().map(|v| v * v).sum::<f64>() / BLOCK as f64).collect()
+    };
+    let mut blocks: Vec<f64> = looks.iter().flat_map(|l| of(&l.whitened.signal)).collect();
+    let Some(usual) = median(&mut blocks).filter(|m| *m > 0.0) else { return 1.0 };
+    let mut apart: Vec<f64> = blocks.iter().map(|b| (b / usual - 1.0).abs()).collect();
+    let deviation = median(&mut apart).unwrap_or_default() / MEDIAN_DEVIATION;
+    (deviation * deviation * BLOCK as f64 / 2.0).max(1.0)
+}
+
+/// The channel's velocity or, integrated twice, position.
+fn integrated(look: &Look, times: i32) -> Vec<f64> {
+    let mut bins = coefficients(look.samples);
+    let step = TAU * look.condition.sample_rate_hz / look.samples.len() as f64;
+    for (k, bin) in bins.iter_mut().enumerate() {
+        let omega = k as f64 * step;
+        let last = k + 1 == look.samples.len().div_ceil(2) + usize::from(look.samples.len().is_multiple_of(2));
+        let j = realfft::num_complex::Complex::new(0.0, omega);
+        *bin = if omega < TAU * INTEGRATED_FROM_HZ || last { Default::default() } else { *bin / j.powi(times) };
+    }
+    let inverse = inverse_plan(look.samples.len());
+    let mut out = inverse.make_output_vec();
+    // Both buffers are made to the transform's measure.
+    inverse.process(&mut bins, &mut out).unwrap_or_default();
+    let scale = (look.samples.len() as f64).sqrt().recip();
+    out.iter_mut().for_each(|v| *v *= scale);
+    out
+}
+
+/// Mean square of some samples.
+#[derive(Clone, Copy, Debug, Default)]
+struct Power {
+    sum: f64,
+    count: usize,
+}
+
+impl Power {
+    fn add(&mut self, v: f64) {
+        self.sum += v * v;
+        self.count += 1;
+    }
+
+    fn mean(&self) -> f64 {
+        self.sum / self.count.max(1) as f64
+    }
+}
+
+/// Shares of power that are 1 on average, each with its count of samples, as a deviate: their median over how it scatters, by the
+/// shares themselves and no less than white noise makes it. 0 of a few.
+fn median_in_deviations(shares: &[(f64, usize)]) -> f64 {
+    if shares.len() < LEAST_SEGMENTS {
+        return 0.0;
+    }
+    let mut values: Vec<f64> = shares.iter().map(|(share, _)| *share).collect();
+    let middle = median(&mut values).unwrap_or(1.0);
+    let mut apart: Vec<f64> = values.iter().map(|v| (v - middle).abs()).collect();
+    let white = shares.iter().map(|(_, count)| 2.0 / *count as f64).sum::<f64>() / shares.len() as f64;
+    let scatter = (median(&mut apart).unwrap_or_default() / MEDIAN_DEVIATION).max(white.sqrt());
+    // The variance of a median is π/2 that of a mean.
+    (middle - 1.0) / scatter * (shares.len() as f64 / FRAC_PI_2).sqrt()
+}
+
+fn evenly(count: usize, until: f64) -> Vec<f64> {
+    (0..=count).map(|k| until * k as f64 / count as f64).collect()
+}
+
+/// Between which two edges a value is.
+fn between(edges: &[f64], value: f64) -> usize {
+    edges.partition_point(|edge| *edge <= value).clamp(1, edges.len() - 1) - 1
+}
+
+/// Samples that are not at a recording's ends, with their places.
+fn inside(signal: &[f64]) -> impl Iterator<Item = (usize, &f64)> {
+    let last = signal.len().saturating_sub(EDGE);
+    signal.iter().enumerate().take(last).skip(EDGE)
+}
