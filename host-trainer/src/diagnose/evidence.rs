@@ -230,6 +230,9 @@ mod tests {
         let turned = |t: f64| (SHAFT_HZ * t).rem_euclid(1.0);
         let found = standing(&|_, t, v| if turned(t) < 0.08 { 1.6 * v } else { v }, Aspect::ShaftAngle);
         assert!(found.len() == 1 && found[0][0] == 0.0, "{found:?}");
+        // A stretch of time is less than a turn.
+        let found = standing(&|_, t, v| if turned(t) < 0.08 { 8.0 * v } else { v }, Aspect::Time);
+        assert_eq!(found, Vec::<[f64; 2]>::new());
         let burst = |_: usize, t: f64, v: f64| if (0.400..0.403).contains(&t) { 40.0 * v } else { v };
         for aspect in [Aspect::ShaftAngle, Aspect::CageAngle, Aspect::Velocity, Aspect::Displacement] {
             assert_eq!(standing(&burst, aspect), Vec::<[f64; 2]>::new(), "{aspect:?}");

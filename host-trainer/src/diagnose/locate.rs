@@ -5,6 +5,8 @@ use crate::rig::Rig;
 
 /// Share of the most telling test's standard deviations from which another of its aspect counts.
 const TELLING: f64 = 0.1;
+/// Share of an order by which two lines differ that are the same.
+const SAME_LINE: f64 = 5e-3;
 /// How many orders are named, of the signal and of its envelope each.
 const ORDERS: usize = 4;
 
@@ -17,7 +19,9 @@ pub fn locate(before: &Rig, corrected: &Rig, tests: &[Test]) -> Location {
     // What a sensor does has been taken out before.
     let channel = told.or_else(|| new().find_map(|effect| effect.text("channel"))).unwrap_or_default();
     let of = |aspect: Aspect| -> Vec<[f64; 2]> {
-        let all = || standing.iter().filter(|t| t.aspect == aspect && t.channel == channel);
+        // Of angles those with more power: there is less at all others.
+        let counts = |t: &&&Test| aspect != Aspect::ShaftAngle || t.deviations > 0.0;
+        let all = || standing.iter().filter(|t| t.aspect == aspect && t.channel == channel).filter(counts);
         let most = all().map(|t| t.deviations.abs()).fold(0.0, f64::max);
         let mut at: Vec<[f64; 2]> =
             all().filter(|t| t.deviations.abs() >= TELLING * most).filter_map(|t| t.at).collect();
@@ -30,7 +34,7 @@ pub fn locate(before: &Rig, corrected: &Rig, tests: &[Test]) -> Location {
     };
     let mut order: Vec<f64> = orders(Aspect::Order).chain(orders(Aspect::Envelope)).collect();
     order.sort_by(f64::total_cmp);
-    order.dedup();
+    order.dedup_by(|next, last| *next - *last < SAME_LINE * *next);
     let mut angle_rad = Vec::new();
     let mut states = Vec::new();
     for effect in new() {

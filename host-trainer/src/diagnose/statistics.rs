@@ -216,11 +216,19 @@ impl Channel<'_, '_> {
         let mut means: Vec<f64> = all.iter().filter(|p| p.count > 0).map(Power::mean).collect();
         let Some(usual) = median(&mut means).filter(|m| *m > 0.0) else { return };
         let uneven = unevenness(&self.of);
-        for (power, ends) in all.iter().zip(edges.windows(2)) {
-            // Half as many degrees of freedom to a real number.
-            let freedom = 0.5 * power.count as f64 / uneven;
-            let value = if power.count > 0 { power_in_deviations(power.mean() / usual, freedom) } else { 0.0 };
-            self.push_place(Aspect::Time, "from", "s", ends, value);
+        let deviates: Vec<f64> = all
+            .iter()
+            .map(|power| {
+                // Half as many degrees of freedom to a real number.
+                let freedom = 0.5 * power.count as f64 / uneven;
+                if power.count > 0 { power_in_deviations(power.mean() / usual, freedom) } else { 0.0 }
+            })
+            .collect();
+        // What comes again and again makes all stretches uneven, and none of them a place.
+        let mut sizes: Vec<f64> = deviates.iter().map(|d| d.abs()).collect();
+        let scatter = (median(&mut sizes).unwrap_or_default() / MEDIAN_DEVIATION).max(1.0);
+        for (deviate, ends) in deviates.iter().zip(edges.windows(2)) {
+            self.push_place(Aspect::Time, "from", "s", ends, deviate / scatter);
         }
     }
 
