@@ -74,3 +74,45 @@ fn joined(intervals: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rig::EffectEntry;
+    use crate::rig::test_support::nominal;
+
+    fn test(aspect: Aspect, channel: &'static str, at: [f64; 2], deviations: f64, q_value: f64) -> Test {
+        let what = format!("{channel}, {}", aspect.words());
+        Test { aspect, channel, at: Some(at), what, deviations, p_value: 0.1 * q_value, q_value }
+    }
+
+    #[test]
+    fn a_mismatch_is_where_the_tests_of_one_channel_stand_out() {
+        let tests = [
+            test(Aspect::Spectrum, "ay", [400.0, 800.0], 90.0, 1e-30),
+            test(Aspect::Spectrum, "ay", [800.0, 1200.0], -20.0, 1e-20),
+            // Less than a tenth as telling; another channel; nothing.
+            test(Aspect::Spectrum, "ay", [2000.0, 2400.0], 8.0, 1e-10),
+            test(Aspect::Spectrum, "ax", [4000.0, 4400.0], 30.0, 1e-20),
+            test(Aspect::Time, "ay", [0.5, 0.525], 2.0, 0.5),
+            test(Aspect::Order, "ay", [3.585, 3.585], 12.0, 1e-12),
+            test(Aspect::Envelope, "ay", [3.587, 3.587], 12.0, 1e-12),
+            test(Aspect::Order, "ay", [1.0, 1.0], 9.0, 1e-9),
+            test(Aspect::ShaftAngle, "ay", [0.5, 1.0], 9.0, 1e-9),
+            test(Aspect::ShaftAngle, "ay", [1.0, 1.5], -9.0, 1e-9),
+        ];
+        let found = locate(&nominal(), &nominal(), &tests);
+        assert_eq!(found.channel, "ay");
+        assert_eq!(found.frequency_hz, [[400.0, 1200.0]]);
+        assert_eq!((found.time_s, found.order, found.angle_rad), (vec![], vec![1.0, 3.585], vec![[0.5, 1.0]]));
+    }
+
+    #[test]
+    fn what_a_cause_says_of_its_place_counts_though_no_test_stands_out() {
+        let friction = EffectEntry::new("coulomb-friction", &[("force_n", 1.0)]).with_text("component", "outer");
+        let bias = EffectEntry::new("sensor-bias", &[("value", 0.1)]).with_text("channel", "ax");
+        let found = locate(&nominal(), &nominal().with_effect(friction).with_effect(bias), &[]);
+        assert_eq!((found.state.as_str(), found.channel.as_str()), ("motion of outer", "ax"));
+        assert!(found.frequency_hz.is_empty() && found.order.is_empty());
+    }
+}

@@ -6,12 +6,14 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+use realfft::num_complex::Complex;
+
 use super::outcome::Aspect;
 use super::residual::{EDGE, Whitened};
 use crate::report::number::significant;
 use crate::rig::OperatingCondition;
 use crate::rig::kinematics::Geometry;
-use crate::signal::characteristic::{Speeds, list};
+use crate::signal::characteristic::{Characteristic, Speeds, list};
 use crate::signal::lines::{floor, half_width};
 use crate::signal::transform::{inverse_plan, median};
 use crate::whittle::likelihood::judged;
@@ -71,54 +73,59 @@ pub struct Statistic {
 
 /// Those of all channels; recordings are taken together. As many, and in the same order, for all recordings of the same conditions.
 pub fn statistics(looks: &[Look], geometry: &Geometry) -> Vec<Statistic> {
-    let mut out = Vec::new();
-    for (channel, name) in CHANNELS.into_iter().enumerate() {
-        let of: Vec<Look> = looks.iter().filter(|l| l.whitened.channel == channel).copied().collect();
-        if !of.is_empty() {
-            Channel { name, of, out: &mut out }.all(geometry);
-        }
-    }
-    out
+    let channels = CHANNELS.into_iter().enumerate().map(|(channel, name)| {
+        let looks = looks.iter().filter(|l| l.whitened.channel == channel).copied().collect();
+        Channel { name, looks }
+    });
+    channels.filter(|c| !c.looks.is_empty()).flat_map(|c| c.statistics(geometry)).collect()
 }
 
-/// The looks at one channel, and where its numbers go.
-struct Channel<'a, 'o> {
+/// The looks at one channel, at least one.
+struct Channel<'a> {
     name: &'static str,
-    of: Vec<Look<'a>>,
-    out: &'o mut Vec<Statistic>,
+    looks: Vec<Look<'a>>,
 }
 
-impl Channel<'_, '_> {
-    fn all(&mut self, geometry: &Geometry) {
-        self.moments();
-        self.bands();
-        self.lines(Aspect::Order, geometry);
-        self.lines(Aspect::Envelope, geometry);
-        self.places(geometry);
-        self.conditions();
+impl Channel<'_> {
+    fn statistics(&self, geometry: &Geometry) -> Vec<Statistic> {
+        [
+            self.moments(),
+            self.bands(),
+            self.lines(Aspect::Order, geometry),
+            self.lines(Aspect::Envelope, geometry),
+            self.times(),
+            self.shaft_angles(),
+            self.ball_places(geometry),
+            self.motions(Aspect::Velocity, 1, "at velocities from", "m/s"),
+            self.motions(Aspect::Displacement, 2, "at positions from", "m"),
+            self.conditions(),
+        ]
+        .concat()
     }
 
-    fn push(&mut self, aspect: Aspect, at: Option<[f64; 2]>, what: &str, value: f64) {
-        let what = format!("{}, {what}", self.name);
-        self.out.push(Statistic { aspect, channel: self.name, at, what, value });
+    fn statistic(&self, aspect: Aspect, at: Option<[f64; 2]>, what: &str, value: f64) -> Statistic {
+        Statistic { aspect, channel: self.name, at, what: format!("{}, {what}", self.name), value }
     }
 
-    fn moments(&mut self) {
-        let mean = self.of.iter().map(|l| mean_in_deviations(l.samples)).sum::<f64>() / (self.of.len() as f64).sqrt();
-        self.push(Aspect::Mean, None, "mean", mean);
-        let all: Vec<f64> = self.of.iter().flat_map(|l| inner(&l.whitened.signal)).copied().collect();
+    fn moments(&self) -> Vec<Statistic> {
+        let means = self.looks.iter().map(|l| mean_in_deviations(l.samples));
+        let mean = means.sum::<f64>() / (self.looks.len() as f64).sqrt();
+        let all: Vec<f64> = self.looks.iter().flat_map(|l| inner(&l.whitened.signal)).copied().collect();
         let count = all.len().max(1) as f64;
         let middle = all.iter().sum::<f64>() / count;
         let power = |n: i32| all.iter().map(|v| (v - middle).powi(n)).sum::<f64>() / count;
         let variance = power(2).max(f64::MIN_POSITIVE);
         let (skewness, kurtosis) = (power(3) / variance.powf(1.5), power(4) / (variance * variance));
-        self.push(Aspect::Moments, None, "skewness", skewness * (count / 6.0).sqrt());
-        self.push(Aspect::Moments, None, "kurtosis", (kurtosis - 3.0) * (count / 24.0).sqrt());
+        vec![
+            self.statistic(Aspect::Mean, None, "mean", mean),
+            self.statistic(Aspect::Moments, None, "skewness", skewness * (count / 6.0).sqrt()),
+            self.statistic(Aspect::Moments, None, "kurtosis", (kurtosis - 3.0) * (count / 24.0).sqrt()),
+        ]
     }
 
-    fn bands(&mut self) {
+    fn bands(&self) -> Vec<Statistic> {
         let mut all = vec![([0.0; 2], 0.0, 0usize); BANDS];
-        for w in self.of.iter().map(|l| l.whitened) {
+        for w in self.looks.iter().map(|l| l.whitened) {
             let bins = judged(&w.spectrum, 1.0);
             let step = w.sample_rate_hz / w.signal.len() as f64;
             for k in bins.clone() {
@@ -129,170 +136,148 @@ impl Channel<'_, '_> {
                 *count += 1;
             }
         }
-        for (hz, sum, count) in all.into_iter().filter(|(.., count)| *count > 0) {
+        let of = |(hz, sum, count): ([f64; 2], f64, usize)| {
             let what = format!("power from {:.0} to {:.0} Hz", hz[0], hz[1]);
-            self.push(Aspect::Spectrum, Some(hz), &what, power_in_deviations(sum / count as f64, count as f64));
-        }
+            self.statistic(Aspect::Spectrum, Some(hz), &what, power_in_deviations(sum / count as f64, count as f64))
+        };
+        all.into_iter().filter(|(.., count)| *count > 0).map(of).collect()
     }
 
     /// Lines at the bearing's frequencies, over what is around them.
-    fn lines(&mut self, aspect: Aspect, geometry: &Geometry) {
-        let all: Vec<Vec<f64>> = self
-            .of
-            .iter()
-            .map(|l| {
-                let squared;
-                let spectrum = if aspect == Aspect::Envelope {
-                    squared = coefficients(&squared_less_mean(&l.whitened.signal));
-                    &squared
-                } else {
-                    &l.whitened.spectrum
-                };
-                over_floor(&spectrum.iter().map(|x| x.norm_sqr()).collect::<Vec<_>>(), step_hz(l))
-            })
-            .collect();
+    fn lines(&self, aspect: Aspect, geometry: &Geometry) -> Vec<Statistic> {
+        let ratios = |l: &Look| {
+            if aspect == Aspect::Envelope {
+                over_floor(&coefficients(&squared_less_mean(&l.whitened.signal)), step_hz(l))
+            } else {
+                over_floor(&l.whitened.spectrum, step_hz(l))
+            }
+        };
+        let all: Vec<Vec<f64>> = self.looks.iter().map(ratios).collect();
+        let spectrum = if aspect == Aspect::Envelope { "squared signal" } else { "signal" };
         let orders = Speeds { shaft_hz: 1.0, geometry: Some(*geometry), slip: 0.0 };
-        for line in list(&orders, f64::INFINITY, HARMONICS, 0) {
+        let of = |line: Characteristic| {
             let (mut sum, mut count) = (0.0, 0usize);
-            for (l, ratios) in self.of.iter().zip(&all) {
+            for (l, ratios) in self.looks.iter().zip(&all) {
                 let at = (line.frequency_hz * l.condition.shaft_hz / step_hz(l)).round() as usize;
                 // The mean and what leaks from it are no line.
                 let here = ratios.get(at.saturating_sub(BESIDE).max(2)..=at + BESIDE).unwrap_or_default();
                 sum += here.iter().sum::<f64>();
                 count += here.len();
             }
-            if count > 0 {
-                let spectrum = if aspect == Aspect::Envelope { "squared signal" } else { "signal" };
-                let what = format!("{} of the {spectrum}, order {:.3}", line.name, line.frequency_hz);
-                let value = power_in_deviations(sum / count as f64, count as f64);
-                self.push(aspect, Some([line.frequency_hz; 2]), &what, value);
-            }
-        }
-    }
-
-    /// Power in stretches of time, parts of a turn and ranges of the state, beside what it is elsewhere.
-    fn places(&mut self, geometry: &Geometry) {
-        self.times();
-        let turned = |from: f64, hz: f64, l: &Look, i: usize| from + TAU * hz * i as f64 / l.condition.sample_rate_hz;
-        if self.of.iter().all(|l| l.shaft.is_some()) {
-            let angle =
-                |l: &Look, i: usize| turned(l.shaft.unwrap_or_default(), l.condition.shaft_hz, l, i).rem_euclid(TAU);
-            self.place(Aspect::ShaftAngle, "while the shaft is at", "rad", &evenly(ANGLES, TAU), angle);
-        }
-        if self.of.iter().all(|l| l.cage.is_some()) {
-            let (pitch, ftf) = (TAU / geometry.balls as f64, geometry.orders().ftf);
-            let angle = |l: &Look, i: usize| {
-                turned(l.cage.unwrap_or_default(), ftf * l.condition.shaft_hz, l, i).rem_euclid(pitch)
-            };
-            self.place(Aspect::CageAngle, "while a ball is at", "rad of its pitch", &evenly(ANGLES, pitch), angle);
-        }
-        for (aspect, times, words, unit) in
-            [(Aspect::Velocity, 1, "at velocities from", "m/s"), (Aspect::Displacement, 2, "at positions from", "m")]
-        {
-            let motions: Vec<Vec<f64>> = self.of.iter().map(|l| integrated(l, times)).collect();
-            let mut all: Vec<f64> = motions.iter().flat_map(|m| inner(m)).copied().collect();
-            all.sort_by(f64::total_cmp);
-            let Some(last) = all.len().checked_sub(1) else { continue };
-            let edges: Vec<f64> = (0..=STATES).map(|k| all[k * last / STATES]).collect();
-            let recordings: Vec<usize> = self.of.iter().map(|l| l.whitened.recording).collect();
-            let of = |l: &Look, i: usize| {
-                let at = recordings.iter().position(|r| *r == l.whitened.recording).unwrap_or_default();
-                motions[at][i]
-            };
-            self.place(aspect, words, unit, &edges, of);
-        }
+            let what = format!("{} of the {spectrum}, order {:.3}", line.name, line.frequency_hz);
+            let value = power_in_deviations(sum / count as f64, count as f64);
+            (count > 0).then(|| self.statistic(aspect, Some([line.frequency_hz; 2]), &what, value))
+        };
+        list(&orders, f64::INFINITY, HARMONICS, 0).into_iter().filter_map(of).collect()
     }
 
     /// Power in stretches of time, over the median of all of them.
-    fn times(&mut self) {
-        let longest_s = self.of.iter().map(duration_s).fold(0.0, f64::max);
+    fn times(&self) -> Vec<Statistic> {
+        let longest_s = self.looks.iter().map(duration_s).fold(0.0, f64::max);
         let edges = evenly(STRETCHES, longest_s);
         let mut all = vec![Power::default(); STRETCHES];
-        for l in &self.of {
+        for l in &self.looks {
             for (i, v) in inside(&l.whitened.signal) {
                 all[between(&edges, i as f64 / l.condition.sample_rate_hz)].add(*v);
             }
         }
         let mut means: Vec<f64> = all.iter().filter(|p| p.count > 0).map(Power::mean).collect();
-        let Some(usual) = median(&mut means).filter(|m| *m > 0.0) else { return };
-        let uneven = unevenness(&self.of);
-        let deviates: Vec<f64> = all
-            .iter()
-            .map(|power| {
-                // Half as many degrees of freedom to a real number.
-                let freedom = 0.5 * power.count as f64 / uneven;
-                if power.count > 0 { power_in_deviations(power.mean() / usual, freedom) } else { 0.0 }
-            })
-            .collect();
+        let Some(usual) = median(&mut means).filter(|m| *m > 0.0) else { return Vec::new() };
+        let uneven = unevenness(&self.looks);
+        let deviate = |power: &Power| {
+            // Half as many degrees of freedom to a real number.
+            let freedom = 0.5 * power.count as f64 / uneven;
+            if power.count > 0 { power_in_deviations(power.mean() / usual, freedom) } else { 0.0 }
+        };
+        let deviates: Vec<f64> = all.iter().map(deviate).collect();
         // What comes again and again makes all stretches uneven, and none of them a place.
-        let mut sizes: Vec<f64> = deviates.iter().map(|d| d.abs()).collect();
-        let scatter = (median(&mut sizes).unwrap_or_default() / MEDIAN_DEVIATION).max(1.0);
-        for (deviate, ends) in deviates.iter().zip(edges.windows(2)) {
-            self.push_place(Aspect::Time, "from", "s", ends, deviate / scatter);
-        }
+        let scatter = typical_size(deviates.iter().copied()).max(1.0);
+        let each = deviates.iter().zip(edges.windows(2));
+        each.map(|(deviate, ends)| self.place(Aspect::Time, "from", "s", ends, deviate / scatter)).collect()
     }
 
-    /// Power where `of` a sample is between two of the edges, over that of the segment of time around: the median over segments,
-    /// so that what happens once is of its time and of nothing else.
-    fn place(&mut self, aspect: Aspect, words: &str, unit: &str, edges: &[f64], of: impl Fn(&Look, usize) -> f64) {
+    /// Power at angles of the shaft, where tachometers tell it.
+    fn shaft_angles(&self) -> Vec<Statistic> {
+        let Some(from) = self.looks.iter().map(|l| l.shaft).collect::<Option<Vec<f64>>>() else { return Vec::new() };
+        let angle = |n: usize, i: usize| turned(from[n], &self.looks[n].condition, 1.0, i).rem_euclid(TAU);
+        self.places(Aspect::ShaftAngle, "while the shaft is at", "rad", &evenly(ANGLES, TAU), angle)
+    }
+
+    /// Power at places of the balls in their pitch.
+    fn ball_places(&self, geometry: &Geometry) -> Vec<Statistic> {
+        let Some(from) = self.looks.iter().map(|l| l.cage).collect::<Option<Vec<f64>>>() else { return Vec::new() };
+        let (pitch, ftf) = (TAU / geometry.balls as f64, geometry.orders().ftf);
+        let angle = |n: usize, i: usize| turned(from[n], &self.looks[n].condition, ftf, i).rem_euclid(pitch);
+        self.places(Aspect::CageAngle, "while a ball is at", "rad of its pitch", &evenly(ANGLES, pitch), angle)
+    }
+
+    /// Power in ranges of the channel's velocity or position, each as long in all.
+    fn motions(&self, aspect: Aspect, times: i32, words: &str, unit: &str) -> Vec<Statistic> {
+        let motions: Vec<Vec<f64>> = self.looks.iter().map(|l| integrated(l, times)).collect();
+        let mut all: Vec<f64> = motions.iter().flat_map(|m| inner(m)).copied().collect();
+        all.sort_by(f64::total_cmp);
+        let Some(last) = all.len().checked_sub(1) else { return Vec::new() };
+        let edges: Vec<f64> = (0..=STATES).map(|k| all[k * last / STATES]).collect();
+        self.places(aspect, words, unit, &edges, |n, i| motions[n][i])
+    }
+
+    /// Power where `of` a sample of a look is between two of the edges, over that of the segment of time around: the median over
+    /// segments, so that what happens once is of its time and of nothing else.
+    fn places(
+        &self,
+        aspect: Aspect,
+        words: &str,
+        unit: &str,
+        edges: &[f64],
+        of: impl Fn(usize, usize) -> f64,
+    ) -> Vec<Statistic> {
         let mut shares: Vec<Vec<(f64, usize)>> = vec![Vec::new(); edges.len() - 1];
-        for l in &self.of {
-            let length = inner(&l.whitened.signal).len().div_ceil(SEGMENTS).max(1);
+        for (n, l) in self.looks.iter().enumerate() {
             let samples: Vec<(usize, &f64)> = inside(&l.whitened.signal).collect();
-            for segment in samples.chunks(length) {
+            for segment in samples.chunks(samples.len().div_ceil(SEGMENTS).max(1)) {
                 let (mut all, mut each) = (Power::default(), vec![Power::default(); shares.len()]);
                 for (i, v) in segment {
                     all.add(**v);
-                    each[between(edges, of(l, *i))].add(**v);
+                    each[between(edges, of(n, *i))].add(**v);
                 }
                 for (share, power) in shares.iter_mut().zip(&each).filter(|(_, p)| p.count >= LEAST_SAMPLES) {
                     share.push((power.mean() / all.mean().max(f64::MIN_POSITIVE), power.count));
                 }
             }
         }
-        for (share, ends) in shares.iter().zip(edges.windows(2)) {
-            self.push_place(aspect, words, unit, ends, median_in_deviations(share));
-        }
+        let each = shares.iter().zip(edges.windows(2));
+        each.map(|(share, ends)| self.place(aspect, words, unit, ends, median_in_deviations(share))).collect()
     }
 
-    fn push_place(&mut self, aspect: Aspect, words: &str, unit: &str, ends: &[f64], value: f64) {
+    fn place(&self, aspect: Aspect, words: &str, unit: &str, ends: &[f64], value: f64) -> Statistic {
         let what = format!("power {words} {} to {} {unit}", significant(ends[0], 3), significant(ends[1], 3));
-        self.push(aspect, Some([ends[0], ends[1]]), &what, value);
+        self.statistic(aspect, Some([ends[0], ends[1]]), &what, value)
     }
 
     /// How the power of recordings goes with their load and their speed, where these differ.
-    fn conditions(&mut self) {
-        let powers: Vec<(f64, f64)> = self
-            .of
-            .iter()
-            .map(|l| {
-                let bins = &l.whitened.spectrum[judged(&l.whitened.spectrum, 1.0)];
-                let count = bins.len().max(1) as f64;
-                ((bins.iter().map(|x| x.norm_sqr()).sum::<f64>() / count).max(f64::MIN_POSITIVE).ln(), count)
-            })
-            .collect();
-        let of = |value: fn(&OperatingCondition) -> f64| -> Vec<f64> {
-            self.of.iter().map(|l| value(&l.condition)).collect()
+    fn conditions(&self) -> Vec<Statistic> {
+        let power = |l: &Look| {
+            let bins = &l.whitened.spectrum[judged(&l.whitened.spectrum, 1.0)];
+            let count = bins.len().max(1) as f64;
+            ((bins.iter().map(|x| x.norm_sqr()).sum::<f64>() / count).max(f64::MIN_POSITIVE).ln(), count)
         };
-        for (aspect, what, values) in [
-            (Aspect::Load, "power over load", of(|c| c.load_n)),
-            (Aspect::Speed, "power over speed", of(|c| c.shaft_hz)),
-        ] {
+        let powers: Vec<(f64, f64)> = self.looks.iter().map(power).collect();
+        let over = |aspect: Aspect, what: &str, of: fn(&OperatingCondition) -> f64| {
+            let values: Vec<f64> = self.looks.iter().map(|l| of(&l.condition)).collect();
             let middle = values.iter().sum::<f64>() / values.len() as f64;
             let scatter = values.iter().zip(&powers).map(|(v, (_, n))| (v - middle).powi(2) / n).sum::<f64>().sqrt();
-            if scatter > 0.0 {
-                let slope: f64 = values.iter().zip(&powers).map(|(v, (power, _))| (v - middle) * power).sum();
-                self.push(aspect, None, what, slope / scatter);
-            }
-        }
+            let slope: f64 = values.iter().zip(&powers).map(|(v, (power, _))| (v - middle) * power).sum();
+            (scatter > 0.0).then(|| self.statistic(aspect, None, what, slope / scatter))
+        };
+        let load = over(Aspect::Load, "power over load", |c| c.load_n);
+        let speed = over(Aspect::Speed, "power over speed", |c| c.shaft_hz);
+        load.into_iter().chain(speed).collect()
     }
 }
 
 /// Orders of the shaft at which a residual has its highest lines, each over what is around it, the highest first.
 pub fn highest_lines(look: &Look, most: usize) -> Vec<(f64, f64)> {
-    let spectrum = &look.whitened.spectrum;
-    let powers: Vec<f64> = spectrum.iter().map(|x| x.norm_sqr()).collect();
-    let ratios = over_floor(&powers, step_hz(look));
+    let ratios = over_floor(&look.whitened.spectrum, step_hz(look));
     let peaks =
         (2..ratios.len().saturating_sub(2)).filter(|k| ratios[*k] > ratios[k - 1] && ratios[*k] >= ratios[k + 1]);
     let mut lines: Vec<(f64, f64)> =
@@ -315,8 +300,10 @@ fn inner(signal: &[f64]) -> &[f64] {
     signal.get(EDGE..signal.len().saturating_sub(EDGE)).unwrap_or_default()
 }
 
-fn over_floor(powers: &[f64], step_hz: f64) -> Vec<f64> {
-    let floor = floor(powers, half_width(step_hz));
+/// Power of a spectrum's values over that of the noise around them.
+fn over_floor(spectrum: &[Complex<f64>], step_hz: f64) -> Vec<f64> {
+    let powers: Vec<f64> = spectrum.iter().map(|x| x.norm_sqr()).collect();
+    let floor = floor(&powers, half_width(step_hz));
     powers.iter().zip(floor).map(|(p, f)| if f > 0.0 { p / f } else { 0.0 }).collect()
 }
 
@@ -355,8 +342,7 @@ fn unevenness(looks: &[Look]) -> f64 {
     };
     let mut blocks: Vec<f64> = looks.iter().flat_map(|l| of(&l.whitened.signal)).collect();
     let Some(usual) = median(&mut blocks).filter(|m| *m > 0.0) else { return 1.0 };
-    let mut apart: Vec<f64> = blocks.iter().map(|b| (b / usual - 1.0).abs()).collect();
-    let deviation = median(&mut apart).unwrap_or_default() / MEDIAN_DEVIATION;
+    let deviation = typical_size(blocks.iter().map(|b| b / usual - 1.0));
     (deviation * deviation * BLOCK as f64 / 2.0).max(1.0)
 }
 
@@ -364,11 +350,11 @@ fn unevenness(looks: &[Look]) -> f64 {
 fn integrated(look: &Look, times: i32) -> Vec<f64> {
     let mut bins = coefficients(look.samples);
     let step = TAU * look.condition.sample_rate_hz / look.samples.len() as f64;
+    let last = bins.len().saturating_sub(1);
     for (k, bin) in bins.iter_mut().enumerate() {
         let omega = k as f64 * step;
-        let last = k + 1 == look.samples.len().div_ceil(2) + usize::from(look.samples.len().is_multiple_of(2));
-        let j = realfft::num_complex::Complex::new(0.0, omega);
-        *bin = if omega < TAU * INTEGRATED_FROM_HZ || last { Default::default() } else { *bin / j.powi(times) };
+        let kept = omega >= TAU * INTEGRATED_FROM_HZ && k < last;
+        *bin = if kept { *bin / Complex::new(0.0, omega).powi(times) } else { Complex::default() };
     }
     let inverse = inverse_plan(look.samples.len());
     let mut out = inverse.make_output_vec();
@@ -405,11 +391,21 @@ fn median_in_deviations(shares: &[(f64, usize)]) -> f64 {
     }
     let mut values: Vec<f64> = shares.iter().map(|(share, _)| *share).collect();
     let middle = median(&mut values).unwrap_or(1.0);
-    let mut apart: Vec<f64> = values.iter().map(|v| (v - middle).abs()).collect();
     let white = shares.iter().map(|(_, count)| 2.0 / *count as f64).sum::<f64>() / shares.len() as f64;
-    let scatter = (median(&mut apart).unwrap_or_default() / MEDIAN_DEVIATION).max(white.sqrt());
+    let scatter = typical_size(values.iter().map(|v| v - middle)).max(white.sqrt());
     // The variance of a median is π/2 that of a mean.
     (middle - 1.0) / scatter * (shares.len() as f64 / FRAC_PI_2).sqrt()
+}
+
+/// Standard deviation from 0 of normal deviates, by the median of their sizes.
+fn typical_size(deviates: impl Iterator<Item = f64>) -> f64 {
+    let mut sizes: Vec<f64> = deviates.map(f64::abs).collect();
+    median(&mut sizes).unwrap_or_default() / MEDIAN_DEVIATION
+}
+
+/// Angle at a sample of what turns so many times as fast as the shaft, rad.
+fn turned(from: f64, condition: &OperatingCondition, order: f64, sample: usize) -> f64 {
+    from + TAU * order * condition.shaft_hz * sample as f64 / condition.sample_rate_hz
 }
 
 fn evenly(count: usize, until: f64) -> Vec<f64> {
