@@ -178,35 +178,53 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<Outcome, Diagnos
          and the size of a pit follows from a path that was identified, not measured."
             .to_owned(),
     ];
-    let schema = SCHEMA.into();
-    if let Some(proof) = proof.filter(|_| stands) {
-        let fit = Fit {
-            metric: "strength of the comb in the envelope, difference to what was measured, dB".into(),
-            held_out: split.describe(),
-            before: proof.before,
-            after: proof.after,
-            noise_floor: proof.floor,
-            p_value: proof.p_value,
-        };
-        let location = Location {
-            frequency_hz: vec![[proof.band.band_hz.start, proof.band.band_hz.end]],
-            order: lines(KINDS[best], &orders).iter().map(|o| o * proof.band.scale).collect(),
-            channel: CHANNELS[proof.channel].into(),
-            ..Location::default()
-        };
-        let causes = vec![cause(&proof, &levels, best, next)];
-        let diagnosis = Diagnosis { schema, verdict, causes, rejected, location, fit };
-        let corrected = rig.clone().with_effect(proof.effect);
-        return Ok(Outcome { diagnosis, rig: corrected, held_out: proof.traces, tests, fitted: Vec::new(), caveats });
-    }
-    caveats.push("Other effects than pits are not sought in recordings of this kind.".into());
+    let (mut corrected, mut causes) = (rig.clone(), Vec::new());
+    let Shown { fit, location, held_out } = match proof.filter(|_| stands) {
+        Some(proof) => {
+            corrected = corrected.with_effect(proof.effect.clone());
+            causes.push(cause(&proof, &levels, best, next));
+            proof.shown(&lines(KINDS[best], &orders), &split)
+        }
+        None => {
+            caveats.extend(caveats_without_cause(baseline));
+            let location = match verdict {
+                Verdict::NoMismatch => Location::default(),
+                _ => locate::locate(rig, rig, &tests),
+            };
+            without_cause(rig, &split, apart_db, location, seed)?
+        }
+    };
+    let diagnosis = Diagnosis { schema: SCHEMA.into(), verdict, causes, rejected, location, fit };
+    Ok(Outcome { diagnosis, rig: corrected, held_out, tests, fitted: Vec::new(), caveats })
+}
+
+/// What a diagnosis shows of recordings that took no part, and where.
+struct Shown {
+    fit: Fit,
+    location: Location,
+    held_out: Vec<HeldOut>,
+}
+
+fn caveats_without_cause(baseline: Option<&[Recording]>) -> Vec<String> {
+    let mut out = vec!["Other effects than pits are not sought in recordings of this kind.".to_owned()];
     if let Some(baseline) = baseline.filter(|b| b.len() < FEW) {
-        caveats.push(format!(
+        out.push(format!(
             "Recordings of the healthy machine: {}. What changes from one to the next is not known by so few, and a difference \
              may be of the mounting or the day.",
             baseline.len()
         ));
     }
+    out
+}
+
+/// How far what took no part is from the rig, beside how far the recordings are that its path was identified from.
+fn without_cause(
+    rig: &Rig,
+    split: &Split,
+    apart_db: f64,
+    location: Location,
+    seed: u64,
+) -> Result<Shown, DiagnoseError> {
     let before = distance(rig, &split.held_out, seed)?;
     let fit = Fit {
         metric: "log-spectral distance, dB".into(),
@@ -216,16 +234,9 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<Outcome, Diagnos
         noise_floor: apart_db,
         p_value: 1.0,
     };
-    let location = match verdict {
-        Verdict::NoMismatch => Location::default(),
-        _ => locate::locate(rig, rig, &tests),
-    };
-    let held_out = match simulated(rig, &split.held_out, seed)? {
-        Some(made) => traces(&split.held_out, &made, &made),
-        None => Vec::new(),
-    };
-    let diagnosis = Diagnosis { schema, verdict, causes: Vec::new(), rejected, location, fit };
-    Ok(Outcome { diagnosis, rig: rig.clone(), held_out, tests, fitted: Vec::new(), caveats })
+    let made = simulated(rig, &split.held_out, seed)?;
+    let held_out = made.map_or_else(Vec::new, |made| traces(&split.held_out, &made, &made));
+    Ok(Shown { fit, location, held_out })
 }
 
 /// Recordings of the healthy machine from which what changes between them is known.
@@ -291,6 +302,27 @@ struct SizedPit {
     band: LineBand,
     channel: usize,
     traces: Vec<HeldOut>,
+}
+
+impl SizedPit {
+    /// `lines` are the orders of its comb at pure rolling.
+    fn shown(self, lines: &[f64], split: &Split) -> Shown {
+        let fit = Fit {
+            metric: "strength of the comb in the envelope, difference to what was measured, dB".into(),
+            held_out: split.describe(),
+            before: self.before,
+            after: self.after,
+            noise_floor: self.floor,
+            p_value: self.p_value,
+        };
+        let location = Location {
+            frequency_hz: vec![[self.band.band_hz.start, self.band.band_hz.end]],
+            order: lines.iter().map(|o| o * self.band.scale).collect(),
+            channel: CHANNELS[self.channel].into(),
+            ..Location::default()
+        };
+        Shown { fit, location, held_out: self.traces }
+    }
 }
 
 /// The pit with which the rig's comb is as strong as the fitted recordings', judged on those held out.
