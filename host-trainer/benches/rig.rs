@@ -18,7 +18,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-use ballrace::rig::{Model, OperatingCondition, Rig, Run, Start, bearing::GRAVITY, simulate, simulate_many};
+use ballrace::rig::{
+    EffectEntry, Model, OperatingCondition, Rig, Run, Start, bearing::GRAVITY, simulate, simulate_many,
+};
 use ode_solvers::{Dopri5, SVector, System, dop_shared::OutputType};
 
 const RIG: &str = include_str!("rig.toml");
@@ -52,6 +54,15 @@ fn main() -> Result<()> {
         let together = median(|| pool.install(|| simulate_many(&runs)).map(|_| ()).map_err(Into::into))?;
         rows.push((format!("ballrace, {count} runs side by side"), together / count as f64, error));
     }
+    let start_as_in_a_search = Start { substeps: Some(1), ..start };
+    let nothing = std::iter::once(("nothing".into(), rig.clone()));
+    for (name, rig) in nothing.chain(effects().map(|effect| (effect.name.clone(), rig.clone().with_effect(effect)))) {
+        let fine = ours(&rig, &condition, &Start { substeps: Some(64), ..start })?;
+        let error = difference(&ours(&rig, &condition, &start_as_in_a_search)?, &fine);
+        let runs = vec![Run { rig: &rig, condition, start: start_as_in_a_search }; 8];
+        let together = median(|| pool.install(|| simulate_many(&runs)).map(|_| ()).map_err(Into::into))?;
+        rows.push((format!("one step a sample, 8 with {name}"), together / 8.0, error));
+    }
     let problem = Problem::new(&rig, &condition, &start);
     for tolerance in TOLERANCES {
         let Ok(solution) = problem.solve(tolerance) else { continue };
@@ -68,11 +79,21 @@ fn main() -> Result<()> {
     }
 
     println!("9 balls, {seconds} s at {RATE} Hz on one core, median of {RUNS} runs (SciPy: of 3)");
-    println!("{:<36}{:>14}{:>14}{:>14}{:>10}", "", "s per run", "x real time", "RMS m/s^2", "ratio");
+    println!("{:<44}{:>14}{:>14}{:>14}{:>10}", "", "s per run", "x real time", "RMS m/s^2", "ratio");
     for (name, took, error) in &rows {
-        println!("{name:<36}{took:>14.5}{:>14.1}{error:>14.1e}{:>10.1}", seconds / took, took / alone);
+        println!("{name:<44}{took:>14.5}{:>14.1}{error:>14.1e}{:>10.1}", seconds / took, took / alone);
     }
     Ok(())
+}
+
+/// What acts within the loop: on forces, or on what each ball has.
+fn effects() -> [EffectEntry; 4] {
+    [
+        EffectEntry::new("load-step", &[("time_s", 0.05), ("change_n", 100.0)]),
+        EffectEntry::new("hardening-stiffness", &[("cubic_n_per_m3", 1e16)]).with_text("component", "outer"),
+        EffectEntry::new("outer-race-waviness", &[("lobes", 7.0), ("amplitude_m", 1e-7)]),
+        EffectEntry::new("outer-race-defect", &[("angle_rad", 4.7), ("width_rad", 0.05), ("depth_m", 5e-6)]),
+    ]
 }
 
 fn ours(rig: &Rig, condition: &OperatingCondition, start: &Start) -> Result<Accelerations> {

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::rig::{
     effect::pit::Passage,
-    plan::{DOFS, OUTER_X, OUTER_Y},
+    plan::{DOFS, Moment, OUTER_X, OUTER_Y},
 };
 
 /// Samples between two exact evaluations of the angles.
@@ -28,6 +28,8 @@ const BLOCK: usize = 64;
 pub(in crate::rig) type Signals = [Vec<f64>; 4];
 /// States: x_s, x_p and their velocities; y_s, y_p, y_b and theirs.
 pub(super) const STATES: usize = 10;
+/// Instants of a step at which forces are computed, in steps.
+const INSTANTS: [f64; 3] = [0.0, 0.5, 1.0];
 /// Of the losses: those of the start of a step where what the step is computed with is not.
 const AS_IT_IS: usize = 3;
 const X: usize = 0;
@@ -69,6 +71,12 @@ pub(super) struct Kernel<'a, L: Lanes, const HOOKS: bool> {
     angles0: [[f64; 2]; MAX_RUNS],
     gains: [[f64; 2]; MAX_RUNS],
     pitches: [usize; MAX_RUNS],
+    /// Of each run: the instants of a step.
+    moments: [[Moment; INSTANTS.len()]; MAX_RUNS],
+    /// Whether there are forces of effects in any run, and room for what they are computed from and add to.
+    forced: bool,
+    lanes_of_states: [[f64; MAX_RUNS]; STATES],
+    lanes_of_forces: [[f64; MAX_RUNS]; DOFS],
 }
 
 impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
@@ -93,6 +101,10 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
             angles0: [[0.0; 2]; MAX_RUNS],
             gains: [[0.0; 2]; MAX_RUNS],
             pitches: [0; MAX_RUNS],
+            moments: [[Moment::default(); INSTANTS.len()]; MAX_RUNS],
+            forced: runs.iter().any(|run| !run.forces.is_empty()),
+            lanes_of_states: [[0.0; MAX_RUNS]; STATES],
+            lanes_of_forces: [[0.0; MAX_RUNS]; DOFS],
         }
     }
 
@@ -115,14 +127,14 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
             self.setup.process = gather(l, self.runs, |run| run.process.get(sample).copied().unwrap_or(0.0));
             for substep in 0..first.substeps {
                 if HOOKS {
-                    self.lose(sample, substep, sample % block == 0 && substep == 0);
+                    self.prepare_step(sample, substep, sample % block == 0 && substep == 0);
                 }
-                let n0 = self.forces(0, angles, &z, sample, substep as f64);
+                let n0 = self.forces(0, angles, &z);
                 if substep == 0 && sample + first.preroll >= settle {
-                    let n = if HOOKS && self.passing { self.forces(AS_IT_IS, angles, &z, sample, 0.0) } else { n0 };
+                    let n = if HOOKS && self.passing { self.forces(AS_IT_IS, angles, &z) } else { n0 };
                     self.record(&z, &n, out);
                 }
-                (z, angles) = self.step(&z, n0, angles, &half_step, sample, substep);
+                (z, angles) = self.step(&z, n0, angles, &half_step);
             }
         }
     }
@@ -134,13 +146,10 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
         n0: [L::V; DOFS],
         angles: Angles<L::V>,
         half_step: &Angles<L::V>,
-        sample: usize,
-        substep: usize,
     ) -> ([L::V; STATES], Angles<L::V>) {
         let l = self.l;
         let middle = angles.turned(l, half_step);
         let end = middle.turned(l, half_step);
-        let substep = substep as f64;
 
         // e^{Ah/2} z and e^{Ah} z. Without hooks the stages need only the relative displacements.
         let mut half = [l.splat(0.0); STATES];
@@ -165,11 +174,11 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
         }
 
         let a = self.stage_a(&half, &n0);
-        let na = self.forces(1, middle, &a, sample, substep + 0.5);
+        let na = self.forces(1, middle, &a);
         let b = self.stage_a(&half, &na);
-        let nb = self.forces(1, middle, &b, sample, substep + 0.5);
+        let nb = self.forces(1, middle, &b);
         let c = self.stage_c(&full, &n0, &nb);
-        let nc = self.forces(2, end, &c, sample, substep + 1.0);
+        let nc = self.forces(2, end, &c);
         let nab: [L::V; DOFS] = std::array::from_fn(|k| l.add(na[k], nb[k]));
         let set = &self.setup;
         for i in 0..4 {
@@ -232,14 +241,7 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
 
     /// Forces on the degrees of freedom in the order of `plan`: contact, unbalance, constants, hooks.
     #[inline(always)]
-    fn forces(
-        &mut self,
-        instant: usize,
-        angles: Angles<L::V>,
-        z: &[L::V; STATES],
-        sample: usize,
-        substep: f64,
-    ) -> [L::V; DOFS] {
+    fn forces(&mut self, instant: usize, angles: Angles<L::V>, z: &[L::V; STATES]) -> [L::V; DOFS] {
         let (l, set) = (self.l, &self.setup);
         let (x, y) = (l.sub(z[X], z[X + 1]), l.sub(z[Y], z[Y + 1]));
         let [c, s] = angles.cage;
@@ -271,7 +273,7 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
             l.add(fy, set.process),
             set.resonator_y,
         ];
-        if HOOKS { self.hooks(forces, z, sample, substep) } else { forces }
+        if HOOKS { self.hooks(forces, z, instant % INSTANTS.len()) } else { forces }
     }
 
     #[inline(always)]

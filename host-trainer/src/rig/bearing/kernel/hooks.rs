@@ -1,94 +1,87 @@
 //! Where effects act within the loop, run by run in plain numbers.
 
-use super::{Kernel, STATES};
+use super::{INSTANTS, Kernel, STATES};
 use crate::rig::{
-    bearing::{lanes::Lanes, setup::MAX_RUNS},
+    bearing::{lanes::Lanes, prepare::Prepared},
     plan::{DOFS, Moment},
 };
 
+/// Places of the degrees of freedom's positions and velocities in the state.
+const POSITIONS: [usize; DOFS] = [0, 1, 4, 5, 6];
+const VELOCITIES: [usize; DOFS] = [2, 3, 7, 8, 9];
+
 impl<L: Lanes, const HOOKS: bool> Kernel<'_, L, HOOKS> {
-    /// Adds the effects' forces, run by run.
+    /// What effects need of a step before it is computed: its moments, and the losses of deflection.
     #[inline(never)]
-    pub(super) fn hooks(
-        &self,
-        mut forces: [L::V; DOFS],
-        z: &[L::V; STATES],
-        sample: usize,
-        substep: f64,
-    ) -> [L::V; DOFS] {
-        if self.runs.iter().all(|run| run.forces.is_empty()) {
+    pub(super) fn prepare_step(&mut self, sample: usize, substep: usize, first: bool) {
+        for (r, run) in self.runs.iter().enumerate() {
+            for (moment, later) in self.moments[r].iter_mut().zip(INSTANTS) {
+                *moment = run.moment(self.angles0[r], self.gains[r], sample, substep as f64 + later);
+            }
+        }
+        self.lose(first);
+    }
+
+    /// Adds the effects' forces, run by run.
+    #[inline(always)]
+    pub(super) fn hooks(&mut self, mut forces: [L::V; DOFS], z: &[L::V; STATES], instant: usize) -> [L::V; DOFS] {
+        if !self.forced {
             return forces;
         }
-        let mut states = [[0.0; MAX_RUNS]; STATES];
-        let mut sums = [[0.0; MAX_RUNS]; DOFS];
-        for (v, lanes) in z.iter().zip(&mut states) {
-            self.l.store(*v, lanes);
-        }
-        for (v, lanes) in forces.iter().zip(&mut sums) {
-            self.l.store(*v, lanes);
-        }
-        for (r, run) in self.runs.iter().enumerate() {
-            let at = self.moment(r, sample, substep);
-            let q = [0, 1, 4, 5, 6].map(|k| states[k][r]);
-            let v = [2, 3, 7, 8, 9].map(|k| states[k][r]);
-            let mut sum = std::array::from_fn(|k| sums[k][r]);
+        let (l, states, sums) = (self.l, &mut self.lanes_of_states, &mut self.lanes_of_forces);
+        z.iter().zip(&mut *states).for_each(|(v, lanes)| l.store(*v, lanes));
+        forces.iter().zip(&mut *sums).for_each(|(v, lanes)| l.store(*v, lanes));
+        // Filled in place: copies of arrays that were just written number by number stall.
+        let (mut q, mut v, mut sum) = ([0.0; DOFS], [0.0; DOFS], [0.0; DOFS]);
+        for (r, run) in self.runs.iter().enumerate().filter(|(_, run)| !run.forces.is_empty()) {
+            for k in 0..DOFS {
+                (q[k], v[k], sum[k]) = (states[POSITIONS[k]][r], states[VELOCITIES[k]][r], sums[k][r]);
+            }
             for force in &run.forces {
-                force(&at, &q, &v, &mut sum);
+                force(&self.moments[r][instant], &q, &v, &mut sum);
             }
-            for (lanes, value) in sums.iter_mut().zip(sum) {
-                lanes[r] = value;
-            }
+            sums.iter_mut().zip(&sum).for_each(|(lanes, value)| lanes[r] = *value);
         }
-        for (v, lanes) in forces.iter_mut().zip(&sums) {
-            *v = self.l.load(lanes);
-        }
+        forces.iter_mut().zip(&*sums).for_each(|(v, lanes)| *v = l.load(lanes));
         forces
     }
 
     /// Fills in the losses of deflection of a step; its beginning is the end of the step before, but for the `first`.
-    pub(super) fn lose(&mut self, sample: usize, substep: usize, first: bool) {
-        let substep = substep as f64;
+    fn lose(&mut self, first: bool) {
         if self.runs.iter().any(|run| !run.pits.is_empty()) {
-            return self.pass(sample, substep);
+            return self.pass();
         }
         if first {
-            self.lose_at(0, sample, substep);
+            self.lose_at(0);
         } else {
             self.losses.swap(0, 2);
         }
-        self.lose_at(1, sample, substep + 0.5);
-        self.lose_at(2, sample, substep + 1.0);
+        self.lose_at(1);
+        self.lose_at(2);
     }
 
     /// The same where there are pits.
-    #[inline(never)]
-    fn pass(&mut self, sample: usize, substep: f64) {
+    fn pass(&mut self) {
         let smooth = self.runs.iter().any(|run| !run.profiles.is_empty());
         if self.passing || smooth {
             self.losses.iter_mut().for_each(|losses| losses.fill(0.0));
         }
         if smooth {
-            for (instant, later) in [0.0, 0.5, 1.0].into_iter().enumerate() {
-                self.lose_at(instant, sample, substep + later);
-            }
+            (0..INSTANTS.len()).for_each(|instant| self.lose_at(instant));
             let [start, .., as_it_is] = &mut self.losses;
             as_it_is.copy_from_slice(start);
         }
         self.passing = false;
-        for r in 0..self.runs.len() {
-            let (pits, balls) = (&self.runs[r].pits, self.runs[r].balls);
-            if pits.is_empty() {
-                continue;
-            }
-            let moments = [0.0, 1.0].map(|later| self.moment(r, sample, substep + later));
+        for (r, run) in self.runs.iter().enumerate().filter(|(_, run)| !run.pits.is_empty()) {
+            let [from, _, to] = self.moments[r];
             self.passages.clear();
-            for pit in pits {
-                pit(&moments, balls, &mut self.passages);
+            for pit in &run.pits {
+                pit(&[from, to], run.balls, &mut self.passages);
             }
             for passage in &self.passages {
                 self.passing = true;
                 let [start, middle, end] = passage.over_step();
-                let slot = (passage.ball + self.pitches[r]) % balls * L::RUNS + r;
+                let slot = self.slot(r, passage.ball);
                 for (losses, loss) in self.losses.iter_mut().zip([start, middle, end, passage.at_start()]) {
                     losses[slot] += loss;
                 }
@@ -97,35 +90,37 @@ impl<L: Lanes, const HOOKS: bool> Kernel<'_, L, HOOKS> {
     }
 
     /// Fills in the loss of deflection at one instant of a step.
-    #[inline(never)]
-    fn lose_at(&mut self, instant: usize, sample: usize, substep: f64) {
-        for r in 0..self.runs.len() {
-            if self.runs[r].profiles.is_empty() {
-                continue;
-            }
-            let at = self.moment(r, sample, substep);
+    fn lose_at(&mut self, instant: usize) {
+        for (r, run) in self.runs.iter().enumerate().filter(|(_, run)| !run.profiles.is_empty()) {
             self.ball_losses.fill(0.0);
-            for profile in &self.runs[r].profiles {
-                profile(&at, &mut self.ball_losses);
+            for profile in &run.profiles {
+                profile(&self.moments[r][instant], &mut self.ball_losses);
             }
-            let balls = self.ball_losses.len();
             for (ball, loss) in self.ball_losses.iter().enumerate() {
-                let slot = (ball + self.pitches[r]) % balls;
-                self.losses[instant][slot * L::RUNS + r] = *loss;
+                let slot = self.slot(r, ball);
+                self.losses[instant][slot] = *loss;
             }
         }
     }
 
-    fn moment(&self, r: usize, sample: usize, substep: f64) -> Moment {
-        let run = &self.runs[r];
-        let fraction = substep / run.substeps as f64;
-        let time_s = (sample as f64 - run.settle as f64 + fraction) / run.sample_rate_hz;
-        let [shaft, cage] = self.angles0[r];
+    /// Where a run's ball has its losses, as far as its cage has turned.
+    fn slot(&self, r: usize, ball: usize) -> usize {
+        let balls = self.slots.len();
+        let slot = ball + self.pitches[r];
+        L::RUNS * if slot < balls { slot } else { slot - balls } + r
+    }
+}
+
+impl Prepared {
+    /// An instant of a sample, by the angles at its start and what they gain in it.
+    fn moment(&self, angles0: [f64; 2], gains: [f64; 2], sample: usize, substep: f64) -> Moment {
+        let fraction = substep / self.substeps as f64;
+        let time_s = (sample as f64 - self.settle as f64 + fraction) / self.sample_rate_hz;
         Moment {
             time_s,
-            shaft_rad: shaft + fraction * self.gains[r][0],
-            shaft_rad_per_s: run.turning.speed(time_s),
-            cage_rad: cage + fraction * self.gains[r][1],
+            shaft_rad: angles0[0] + fraction * gains[0],
+            shaft_rad_per_s: self.turning.speed(time_s),
+            cage_rad: angles0[1] + fraction * gains[1],
         }
     }
 }
