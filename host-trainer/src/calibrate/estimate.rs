@@ -107,6 +107,7 @@ pub fn covariance_under(knowledge: &Knowledge, expansion: &Expansion, count: usi
     let pick = |all: &[f64]| free.iter().map(|a| all[*a]).collect();
     let own = Expansion {
         misfits: expansion.misfits.clone(),
+        excess: expansion.excess,
         gradient: pick(&expansion.gradient),
         scores: expansion.scores.iter().map(|s| pick(s)).collect(),
         information: part(&expansion.information, &free, &free),
@@ -185,7 +186,8 @@ mod tests {
 
     /// Nothing pulls.
     fn quiet(information: Mat<f64>) -> Expansion {
-        Expansion { misfits: Vec::new(), gradient: vec![0.0; information.nrows()], scores: Vec::new(), information }
+        let gradient = vec![0.0; information.nrows()];
+        Expansion { misfits: Vec::new(), excess: 0.0, gradient, scores: Vec::new(), information }
     }
 
     /// Information on the difference of two logarithms alone: the ratio is known, the product is not.

@@ -45,6 +45,8 @@ pub struct Point {
 pub struct Expansion {
     /// −ln L of each recording.
     pub misfits: Vec<f64>,
+    /// What is left above chance, in the same unit: squares over their variance, less one each.
+    pub excess: f64,
     /// Its gradient.
     pub gradient: Vec<f64>,
     /// What each recording's tachometer and each band of its channels add to the gradient.
@@ -261,6 +263,7 @@ impl<'o> Problem<'o> {
             .collect();
         let mut out = Expansion {
             misfits: vec![0.0; self.observed.len()],
+            excess: 0.0,
             gradient: vec![0.0; unknowns],
             scores: Vec::new(),
             information: Mat::zeros(unknowns, unknowns),
@@ -268,6 +271,7 @@ impl<'o> Problem<'o> {
         for (index, local) in pieces {
             let global = |a: usize| if a < count { a } else { count + 2 * index + a - count };
             let (o, shaft) = (&self.observed[index], point.angles[index][1]);
+            out.excess += local.excess;
             out.misfits[index] = local.misfit + self.of_tachometer(o, |t| t.misfit(shaft));
             let place = global(count + 1);
             out.information[(place, place)] += self.of_tachometer(o, Reading::information);
@@ -301,6 +305,7 @@ fn quotient(from: &[Complex<f64>], to: &[Complex<f64>], step: f64) -> Coefficien
 /// One recording's part of an [`Expansion`].
 struct Local {
     misfit: f64,
+    excess: f64,
     /// As [`Expansion::scores`].
     scores: Vec<Vec<f64>>,
     information: Mat<f64>,
@@ -308,11 +313,13 @@ struct Local {
 
 impl Local {
     fn new(unknowns: usize) -> Self {
-        Self { misfit: 0.0, scores: Vec::new(), information: Mat::zeros(unknowns, unknowns) }
+        Self { misfit: 0.0, excess: 0.0, scores: Vec::new(), information: Mat::zeros(unknowns, unknowns) }
     }
 
     fn add(&mut self, bins: Range<usize>, x: &[Complex<f64>], d: &[Complex<f64>], s: &[f64], slopes: &[Slope]) {
-        self.misfit += bins.clone().map(|k| s[k].ln() + (x[k] - d[k]).norm_sqr() / s[k]).sum::<f64>();
+        let left = bins.clone().map(|k| (x[k] - d[k]).norm_sqr() / s[k]).sum::<f64>();
+        self.misfit += left + bins.clone().map(|k| s[k].ln()).sum::<f64>();
+        self.excess += left - bins.len() as f64;
         let width = bins.len().div_ceil(BANDS).max(1);
         for band in (0..BANDS).map(|n| bins.start + n * width..(bins.start + (n + 1) * width).min(bins.end)) {
             let score = |slope: &Slope| -> f64 {

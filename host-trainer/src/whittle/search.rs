@@ -11,7 +11,7 @@ use crate::rig::RigError;
 pub struct Limits {
     /// Steps at most.
     pub steps: usize,
-    /// Less gain than this in −ln L ends it.
+    /// Less gain than this in −ln L ends it, and less than [`OF_EXCESS`] of what is left.
     pub gain: f64,
     /// Greatest change of a coordinate in a step.
     pub change: f64,
@@ -26,6 +26,13 @@ impl Default for Limits {
 /// How far a coordinate strays from where the search began at no cost to speak of: a factor of e². What the recordings do
 /// not tell stays where it was, instead of running away along a likelihood that is flat.
 const STRAYS: f64 = 2.0;
+
+/// Share of what is left above chance that a gain must come to: a rig that leaves 10⁶ is wrong by more than any last step mends.
+const OF_EXCESS: f64 = 1e-5;
+
+/// Damping to begin with, and where a search ends that gains nothing.
+const DAMPING: f64 = 1e-3;
+const MOST_DAMPING: f64 = 1e9;
 
 /// Keeps an angle on which nothing depends where it is.
 const ANGLE_STIFFNESS: f64 = 1e-3;
@@ -61,12 +68,12 @@ pub fn search(problem: &Problem, from: Point, limits: &Limits) -> Result<Found, 
     };
     let mut point = from;
     let mut expansion = problem.expand(&point)?;
-    let mut damping = 1e-3;
+    let mut damping = Damping::new();
     for _ in 0..limits.steps {
         let mut gained = None;
-        while damping < 1e9 {
-            let Some(next) = stepped(&point, &anchor, &expansion, damping, limits.change) else {
-                damping *= 10.0;
+        while damping.value < MOST_DAMPING {
+            let Some((next, promised)) = stepped(&point, &anchor, &expansion, damping.value, limits.change) else {
+                damping.raise();
                 continue;
             };
             // Where no rig can stand there is nothing to gain.
@@ -74,32 +81,60 @@ pub fn search(problem: &Problem, from: Point, limits: &Limits) -> Result<Found, 
             let gain = expansion.misfit() + pull(&point) - misfit - pull(&next);
             if gain > 0.0 {
                 gained = Some((next, gain));
-                damping = (damping * 0.2).max(1e-9);
+                damping.follow(gain / promised);
                 break;
             }
-            damping *= 8.0;
+            damping.raise();
         }
         let Some((next, gain)) = gained else {
             return Ok(Found { point, expansion, converged: true });
         };
         point = next;
         expansion = problem.expand(&point)?;
-        if gain < limits.gain {
+        if gain < limits.gain.max(OF_EXCESS * expansion.excess) {
             return Ok(Found { point, expansion, converged: true });
         }
     }
     Ok(Found { point, expansion, converged: false })
 }
 
-fn stepped(point: &Point, anchor: &[f64], expansion: &Expansion, damping: f64, most: f64) -> Option<Point> {
+/// Damping by how far steps keep what they promise: H. B. Nielsen, "Damping parameter in Marquardt's method", IMM-REP-1999-05
+/// (Technical University of Denmark). Where the curvature is not as expected it stays where steps gain, instead of trying at
+/// every step whether less would do.
+struct Damping {
+    value: f64,
+    growth: f64,
+}
+
+impl Damping {
+    const GROWTH: f64 = 4.0;
+
+    fn new() -> Self {
+        Self { value: DAMPING, growth: Self::GROWTH }
+    }
+
+    /// After a step that gained this share of what it promised.
+    fn follow(&mut self, kept: f64) {
+        self.value = (self.value * (1.0 - (2.0 * kept - 1.0).powi(3)).max(0.2)).max(1e-9);
+        self.growth = Self::GROWTH;
+    }
+
+    /// After a step that gained nothing.
+    fn raise(&mut self) {
+        self.value *= self.growth;
+        self.growth *= 2.0;
+    }
+}
+
+/// The next point, and what it promises to gain in −ln L.
+fn stepped(point: &Point, anchor: &[f64], expansion: &Expansion, damping: f64, most: f64) -> Option<(Point, f64)> {
     let count = expansion.gradient.len();
     let coordinates = point.coordinates.len();
     let stiffness = 1.0 / (STRAYS * STRAYS);
-    let system = Mat::from_fn(count, count, |a, b| {
-        let value = expansion.information[(a, b)];
-        let own = if a < coordinates { stiffness } else { ANGLE_STIFFNESS };
-        if a == b { (value + own) * (1.0 + damping) } else { value }
-    });
+    let own = |a: usize| expansion.information[(a, a)] + if a < coordinates { stiffness } else { ANGLE_STIFFNESS };
+    let damped = |a: usize| damping * own(a);
+    let system =
+        Mat::from_fn(count, count, |a, b| if a == b { own(a) + damped(a) } else { expansion.information[(a, b)] });
     let right = Mat::from_fn(count, 1, |a, _| {
         let pull = if a < coordinates { stiffness * (point.coordinates[a] - anchor[a]) } else { 0.0 };
         -expansion.gradient[a] - pull
@@ -107,6 +142,9 @@ fn stepped(point: &Point, anchor: &[f64], expansion: &Expansion, damping: f64, m
     let step = system.llt(faer::Side::Lower).ok()?.solve(&right);
     let greatest = (0..coordinates).map(|a| step[(a, 0)].abs()).fold(0.0, f64::max);
     let scale = if greatest > most { most / greatest } else { 1.0 };
+    let along = |of: &Mat<f64>| -> f64 { (0..count).map(|a| step[(a, 0)] * of[(a, 0)]).sum() };
+    let curvature = along(&(&system * &step)) - (0..count).map(|a| damped(a) * step[(a, 0)].powi(2)).sum::<f64>();
+    let promised = scale * along(&right) - 0.5 * scale * scale * curvature;
     let mut next = point.clone();
     next.coordinates.iter_mut().enumerate().for_each(|(a, u)| *u += scale * step[(a, 0)]);
     for (index, angles) in next.angles.iter_mut().enumerate() {
@@ -114,5 +152,38 @@ fn stepped(point: &Point, anchor: &[f64], expansion: &Expansion, damping: f64, m
             *angle += (scale * step[(coordinates + 2 * index + k, 0)]).clamp(-0.3, 0.3);
         }
     }
-    next.coordinates.iter().all(|u| u.is_finite()).then_some(next)
+    next.coordinates.iter().all(|u| u.is_finite()).then_some((next, promised))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn damping_falls_where_steps_keep_their_promise_and_stays_where_they_keep_half() {
+        let after = |kept: f64| {
+            let mut damping = Damping::new();
+            damping.follow(kept);
+            damping.value / DAMPING
+        };
+        assert!(after(1.0) < 0.25, "{}", after(1.0));
+        assert!((after(0.5) - 1.0).abs() < 1e-12, "{}", after(0.5));
+        assert!(after(0.1) > 1.0 && after(0.1) < 2.0, "{}", after(0.1));
+    }
+
+    #[test]
+    fn damping_rises_ever_faster_until_a_step_gains() {
+        let mut damping = Damping::new();
+        let mut values = vec![damping.value];
+        for _ in 0..3 {
+            damping.raise();
+            values.push(damping.value);
+        }
+        let growths: Vec<f64> = values.windows(2).map(|pair| pair[1] / pair[0]).collect();
+        assert!(growths.windows(2).all(|pair| (pair[1] / pair[0] - 2.0).abs() < 1e-9), "{growths:?}");
+        damping.follow(0.5);
+        let before = damping.value;
+        damping.raise();
+        assert!((damping.value / before - growths[0]).abs() < 1e-9);
+    }
 }
