@@ -179,12 +179,26 @@ fn matched(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Result<Vec<f64>
     Ok([1.0, -1.0].into_iter().filter_map(greatest).map(|i| i as f64 / rate).collect())
 }
 
-/// What is fixed to the shaft, which was found with the shaft anywhere, with the shaft where tachometers have it: at the angle
-/// that suits best of those that the recordings ask for.
+/// All of `promises` that are fixed to the shaft, which were found with the shaft anywhere, with the shaft where tachometers
+/// have it: at the angle that suits best of those that the recordings ask for.
 ///
 /// # Errors
 /// What the simulation refuses before it runs.
-pub fn by_tachometers(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Result<Promise, RigError> {
+pub fn by_tachometers(backdrop: &Backdrop, rig: &Rig, promises: &mut [Promise]) -> Result<(), RigError> {
+    let on_shaft = promises.iter().enumerate().filter(|(_, p)| p.start.effect.is_on_shaft());
+    let tries: Vec<Try> =
+        on_shaft.flat_map(|(number, promise)| at_tachometers(backdrop, rig, number, promise)).collect();
+    let found = evaluate(backdrop, rig, &tries, Strength::Scaled)?;
+    for (number, promise) in promises.iter_mut().enumerate() {
+        if let Some(best) = found.iter().find(|f| f.hypothesis == number) {
+            *promise = Promise { hypothesis: promise.hypothesis, ..best.clone() };
+        }
+    }
+    Ok(())
+}
+
+/// What is tried of one for that, its number as the hypothesis.
+fn at_tachometers(backdrop: &Backdrop, rig: &Rig, number: usize, promise: &Promise) -> Vec<Try> {
     let with = rig.clone().with_effect(promise.start.effect.clone());
     let readings: Vec<_> = backdrop.observed.iter().map(|o| align::reading(&with, o)).collect();
     let each = || readings.iter().zip(&promise.angles);
@@ -194,14 +208,12 @@ pub fn by_tachometers(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Resu
         None => [cage, shaft - by],
     };
     let to = |by: f64| Try {
-        hypothesis: promise.hypothesis,
+        hypothesis: number,
         start: promise.start.turned_on_shaft(by),
         angles: Angles::Given(each().map(|(reading, angles)| met(by, *reading, *angles)).collect()),
     };
     let asked = each().filter_map(|(reading, [_, shaft])| Some(reading.as_ref()?.off(*shaft)));
-    let tries: Vec<Try> = asked.map(to).collect();
-    let found = evaluate(backdrop, rig, &tries, Strength::Scaled)?.into_iter().next();
-    Ok(found.unwrap_or_else(|| promise.clone()))
+    asked.map(to).collect()
 }
 
 /// The same pulses with a race's pit elsewhere: a ball meets it at the same times where the cage turns with a pit of the

@@ -1,5 +1,7 @@
 //! Hypotheses compete: each is brought as near to the recordings as it can come, and judged by what it gains.
 
+use rayon::prelude::*;
+
 use super::hypothesis::{self, Hypothesis, Start};
 use super::promise::{Backdrop, Promise};
 use super::residual::{EDGE, excess, whitened};
@@ -18,6 +20,9 @@ const FINALISTS: usize = 4;
 const LEAST_SEARCHED: usize = 4;
 const LEAST_FINALISTS: usize = 2;
 const MOST_WORK: usize = 4;
+/// Searched at a time: one alone leaves a second core idle in the steps between its simulations. The second of them is searched
+/// even where what the first gains leaves it no rival.
+const SIDE_BY_SIDE: usize = 2;
 /// Of either, those of one name at most: a race may be wavy in some thirty ways.
 const SEARCHED_OF_A_NAME: usize = 4;
 const FINALISTS_OF_A_NAME: usize = 2;
@@ -254,27 +259,42 @@ impl<'o> Contest<'o> {
     ) -> Result<Vec<Heat<'h>>, RigError> {
         let mut heats: Vec<Heat> = Vec::new();
         let (mut n, mut done) = (0, 0);
-        for Look { hypothesis, promise, observed, rig, misfit, scale } in looks {
-            let crowd = heats.iter().filter(|h| h.hypothesis.name == hypothesis.name).count();
-            let full = n >= LEAST_SEARCHED && done >= SEARCHED || crowd >= SEARCHED_OF_A_NAME;
-            if full || promise.gain < least || bar.is_above(promise.gain) {
-                dropped.push(Dropped::of(hypothesis, promise.gain, Exit::FirstLook));
-                continue;
+        let mut looks = looks.into_iter();
+        while looks.len() > 0 {
+            let mut together: Vec<(Look, Problem, bool)> = Vec::new();
+            while together.len() < SIDE_BY_SIDE
+                && let Some(look) = looks.next()
+            {
+                let Look { hypothesis, promise, .. } = &look;
+                let before =
+                    heats.iter().map(|h| h.hypothesis).chain(together.iter().map(|(look, ..)| look.hypothesis));
+                let crowd = before.filter(|h| h.name == hypothesis.name).count();
+                let full = n >= LEAST_SEARCHED && done >= SEARCHED || crowd >= SEARCHED_OF_A_NAME;
+                if full || promise.gain < least || bar.is_above(promise.gain) {
+                    dropped.push(Dropped::of(hypothesis, promise.gain, Exit::FirstLook));
+                    continue;
+                }
+                n += 1;
+                progress(&format!("fitting {} {} ({n} of {SEARCHED})", hypothesis.name, hypothesis.place));
+                let Some(problem) = self.problem(&look.rig, look.observed, &promise.start) else { continue };
+                let slowly = done < SLOWLY;
+                done += work(&problem);
+                together.push((look, problem, slowly));
             }
-            n += 1;
-            progress(&format!("fitting {} {} ({n} of {SEARCHED})", hypothesis.name, hypothesis.place));
-            let Some(problem) = self.problem(&rig, observed, &promise.start) else { continue };
-            let slowly = done < SLOWLY;
-            done += work(&problem);
-            let Some(found) = heat(&problem, &promise.angles, slowly) else { continue };
-            let gain = (misfit - found.expansion.misfit()) * scale;
-            let Some(effect) = problem.rig_at(&found.point.coordinates)?.effects.pop() else { continue };
-            if !effect.is_plausible() {
-                dropped.push(Dropped::of(hypothesis, gain, Exit::Astray));
-                continue;
+            let each = together.par_iter().map(|(look, problem, slowly)| heat(problem, &look.promise.angles, *slowly));
+            let found: Vec<Option<Found>> = each.collect();
+            for ((look, problem, _), found) in together.into_iter().zip(found) {
+                let Look { hypothesis, promise, misfit, scale, .. } = look;
+                let Some(found) = found else { continue };
+                let gain = (misfit - found.expansion.misfit()) * scale;
+                let Some(effect) = problem.rig_at(&found.point.coordinates)?.effects.pop() else { continue };
+                if !effect.is_plausible() {
+                    dropped.push(Dropped::of(hypothesis, gain, Exit::Astray));
+                    continue;
+                }
+                bar.raise(gain, &problem, &found)?;
+                heats.push(Heat { gain, hypothesis, start: Start { effect, ..promise.start }, found });
             }
-            bar.raise(gain, &problem, &found)?;
-            heats.push(Heat { gain, hypothesis, start: Start { effect, ..promise.start }, found });
         }
         heats.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         Ok(heats)
@@ -291,26 +311,38 @@ impl<'o> Contest<'o> {
     ) -> Result<Vec<Contender<'o>>, RigError> {
         let mut contenders: Vec<Contender> = Vec::new();
         let (mut n, mut done) = (0, 0);
-        for heat in heats {
-            let crowd = contenders.iter().filter(|c| c.name == heat.hypothesis.name).count();
-            let full = n >= LEAST_FINALISTS && done >= FINALISTS || crowd >= FINALISTS_OF_A_NAME;
-            // Two at least: the best is told from another by what either gains on all.
-            if full || n > 1 && bar.is_above(heat.gain) {
-                dropped.push(Dropped::of(heat.hypothesis, heat.gain, Exit::Fitted));
-                continue;
+        let mut heats = heats.into_iter();
+        while heats.len() > 0 {
+            let mut together: Vec<Heat> = Vec::new();
+            while together.len() < SIDE_BY_SIDE
+                && let Some(heat) = heats.next()
+            {
+                let Hypothesis { name, place, .. } = heat.hypothesis;
+                let before = contenders.iter().map(|c| c.name).chain(together.iter().map(|h| h.hypothesis.name));
+                let crowd = before.filter(|other| other == name).count();
+                let full = n >= LEAST_FINALISTS && done >= FINALISTS || crowd >= FINALISTS_OF_A_NAME;
+                // Two at least: the best is told from another by what either gains on all.
+                if full || n > 1 && bar.is_above(heat.gain) {
+                    dropped.push(Dropped::of(heat.hypothesis, heat.gain, Exit::Fitted));
+                    continue;
+                }
+                n += 1;
+                progress(&format!("fitting {name} {place} to all ({n} of {FINALISTS})"));
+                together.push(heat);
             }
-            let Hypothesis { name, place, .. } = heat.hypothesis;
-            n += 1;
-            progress(&format!("fitting {name} {place} to all ({n} of {FINALISTS})"));
-            let Some((problem, found)) = self.fitted_to_all(&heat, null) else {
-                dropped.push(Dropped::of(heat.hypothesis, heat.gain, Exit::Astray));
-                continue;
-            };
-            let gain = null.expansion.misfit() - found.expansion.misfit();
-            done += work(&problem);
-            bar.raise(gain, &problem, &found)?;
-            let merit = cost(bare, null) - cost(&problem, &found);
-            contenders.push(Contender { name, place: place.clone(), problem, found, merit, gain });
+            let fitted: Vec<_> = together.par_iter().map(|heat| self.fitted_to_all(heat, null)).collect();
+            for (heat, fitted) in together.into_iter().zip(fitted) {
+                let Some((problem, found)) = fitted else {
+                    dropped.push(Dropped::of(heat.hypothesis, heat.gain, Exit::Astray));
+                    continue;
+                };
+                let gain = null.expansion.misfit() - found.expansion.misfit();
+                done += work(&problem);
+                bar.raise(gain, &problem, &found)?;
+                let merit = cost(bare, null) - cost(&problem, &found);
+                let Hypothesis { name, place, .. } = heat.hypothesis;
+                contenders.push(Contender { name, place: place.clone(), problem, found, merit, gain });
+            }
         }
         Ok(contenders)
     }

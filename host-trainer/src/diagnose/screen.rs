@@ -63,10 +63,8 @@ pub fn screen(
             let least = (HOPELESS_NEAR_ITS_TIME * most).max(GAINS_NEAR_ITS_TIME * stakes.least);
             *promise = timed(backdrop, rig, promise, least)?;
         }
-        if promise.start.effect.is_on_shaft() {
-            *promise = by_tachometers(backdrop, rig, promise)?;
-        }
     }
+    by_tachometers(backdrop, rig, &mut best)?;
     hold(backdrop, rig, &promises, &mut best)?;
     Ok(best)
 }
