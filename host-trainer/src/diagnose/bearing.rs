@@ -29,6 +29,10 @@ use crate::whittle::observed::Observed;
 
 /// Power of the error on what took no part, in shares of the rig's without them, that causes may not reach in any channel.
 const GREATEST_ERROR_RATIO: f64 = 2.0;
+/// Said where a fault of the acquisition is told and more is wrong.
+const BESIDE_A_FAULT: &str = "With the fault of the acquisition taken out the recordings still differ from the rig by more \
+                              than chance, and nothing in the vocabulary explains that; the fault may be a part of something \
+                              that it does not have.";
 /// p-value on the recording that took no part.
 const LEAST_P: f64 = 0.01;
 
@@ -137,7 +141,7 @@ fn outcome(
     judgement: Judgement,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, DiagnoseError> {
-    let Judgement { proof, failure, verdict } = judgement;
+    let Judgement { proof, failure, verdict: of_machine } = judgement;
     let stands = failure.is_none();
     let (rig, split) = (&ground.contest.rig, &ground.sets.split);
     let (problem, found) = match explanation.last() {
@@ -152,7 +156,7 @@ fn outcome(
     }
     corrected.effects.extend(acquired.faults().rev().map(|fault| fault.effect.clone()));
     let faulty = acquired.faults().next().is_some();
-    let verdict = if faulty { Verdict::Mismatch } else { verdict };
+    let verdict = if faulty { Verdict::Mismatch } else { of_machine };
     let tests = evidence::of_residual(ground)?;
     let location = match verdict {
         Verdict::NoMismatch => Location::default(),
@@ -166,10 +170,13 @@ fn outcome(
         statement::fit(proof, stands, split.describe())
     };
     let rejected = statement::rejected(explanation, failure);
-    let caveats = match failure {
-        Some(failure) if verdict == Verdict::Unexplained => vec![failure.caveat(EXPLAINED)],
-        _ => Vec::new(),
-    };
+    let mut caveats = Vec::new();
+    if let Some(failure) = failure
+        && of_machine == Verdict::Unexplained
+    {
+        caveats.extend(faulty.then(|| BESIDE_A_FAULT.into()));
+        caveats.push(failure.caveat(EXPLAINED));
+    }
     let diagnosis = Diagnosis { schema: SCHEMA.into(), verdict, causes, rejected, location, fit };
     Ok(Outcome { diagnosis, rig: corrected, held_out, tests, fitted, caveats })
 }

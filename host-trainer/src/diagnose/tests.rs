@@ -101,6 +101,7 @@ fn what_is_seen_in_the_samples_needs_no_search() {
     let outcome = of(&nominal().with_effect(bias).with_effect(mains), 5);
     let names: Vec<_> = outcome.diagnosis.causes.iter().map(|c| c.name.as_str()).collect();
     assert_eq!(names, ["sensor-bias", "mains-interference"], "{:?}", outcome.diagnosis);
+    assert!(outcome.caveats.is_empty(), "{:?}", outcome.caveats);
 }
 
 /// Where nothing else tells the shaft's angle: a balanced shaft.
@@ -234,6 +235,13 @@ fn what_nothing_explains_is_said_to_be_unexplained() {
     let outcome = diagnosed(&nominal(), None, &made, 6);
     assert_eq!(outcome.diagnosis.verdict, Verdict::Unexplained, "{:?}", outcome.diagnosis);
     assert!(outcome.diagnosis.causes.is_empty());
+    // A fault of the sensor is told beside it, and that it is not all.
+    made.iter_mut().for_each(|r| r.channels[0].samples.iter_mut().for_each(|v| *v += 0.05));
+    let outcome = diagnosed(&nominal(), None, &made, 6);
+    let names: Vec<_> = outcome.diagnosis.causes.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(names, ["sensor-bias"], "{:?}", outcome.diagnosis);
+    let told = outcome.caveats.iter().any(|c| c.contains("nothing in the vocabulary explains"));
+    assert!(told, "{:?}", outcome.caveats);
 }
 
 /// Case Western Reserve University records: 97 healthy, 130 a pit in the outer race, 118 one on a ball that nobody finds.
