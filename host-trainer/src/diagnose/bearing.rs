@@ -29,12 +29,14 @@ use crate::whittle::observed::Observed;
 
 /// Power of the error on what took no part, in shares of the rig's without them, that causes may not reach in any channel.
 const GREATEST_ERROR_RATIO: f64 = 2.0;
+/// p-value on the recording that took no part.
+const LEAST_P: f64 = 0.01;
 /// Said where a fault of the acquisition is told and more is wrong.
 const BESIDE_A_FAULT: &str = "With the fault of the acquisition taken out the recordings still differ from the rig by more \
                               than chance, and nothing in the vocabulary explains that; the fault may be a part of something \
                               that it does not have.";
-/// p-value on the recording that took no part.
-const LEAST_P: f64 = 0.01;
+/// Said where nothing else was sought.
+const CUT_OFF: &str = "What was cut off is lost, and with it what another cause could be known by: no other was sought.";
 
 /// Diagnoses recordings of a bearing rig, at least one.
 ///
@@ -170,15 +172,21 @@ fn outcome(
         statement::fit(proof, stands, split.describe())
     };
     let rejected = statement::rejected(explanation, failure);
-    let mut caveats = Vec::new();
-    if let Some(failure) = failure
-        && of_machine == Verdict::Unexplained
-    {
-        caveats.extend(faulty.then(|| BESIDE_A_FAULT.into()));
-        caveats.push(failure.caveat(EXPLAINED));
-    }
+    let unexplained = failure.filter(|_| of_machine == Verdict::Unexplained);
+    let caveats = caveats(acquired, unexplained);
     let diagnosis = Diagnosis { schema: SCHEMA.into(), verdict, causes, rejected, location, fit };
     Ok(Outcome { diagnosis, rig: corrected, held_out, tests, fitted, caveats })
+}
+
+/// What an engineer must know beside the verdict; `unexplained` is what speaks against the best explanation of what the machine
+/// does, where there is something to explain.
+fn caveats(acquired: &Acquired, unexplained: Option<Failure>) -> Vec<String> {
+    if !acquired.clipped.is_empty() {
+        return vec![CUT_OFF.into()];
+    }
+    let Some(failure) = unexplained else { return Vec::new() };
+    let beside = acquired.faults().next().map(|_| BESIDE_A_FAULT.into());
+    beside.into_iter().chain([failure.caveat(EXPLAINED)]).collect()
 }
 
 #[cfg(test)]

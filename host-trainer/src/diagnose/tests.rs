@@ -96,6 +96,8 @@ fn what_is_seen_in_the_samples_needs_no_search() {
     let outcome = of(&nominal().with_effect(clip), 4);
     assert_eq!(outcome.diagnosis.causes[0].name, "sensor-clipping", "{:?}", outcome.diagnosis);
     assert!((number(&outcome, "value") - 0.2).abs() < 1e-9);
+    // Nothing else was sought, and so none is said not to explain it.
+    assert!(outcome.caveats.len() == 1 && outcome.caveats[0].contains("cut off"), "{:?}", outcome.caveats);
     let bias = EffectEntry::new("sensor-bias", &[("value", 0.03)]).with_text("channel", "ax");
     let mains = EffectEntry::new("mains-interference", &[("frequency_hz", 50.0), ("amplitude", 0.02)]);
     let outcome = of(&nominal().with_effect(bias).with_effect(mains), 5);
