@@ -6,6 +6,8 @@
 //! DOPRI5 rather than the crate's DOP853, whose step control takes √10 times the steps for each decade of tolerance here
 //! and needs a hundred times as long for 1e-5 m/s².
 //!
+//! Beside these, ours with one step a sample, as a search takes it, alone and with effects of each kind.
+//!
 //! Everyone runs from rest over the same time; the error is the RMS of both acceleration channels over the second half
 //! against ours at 64 steps a sample (which the unit tests hold to 1e-8 m/s² of an independent implementation's
 //! trajectories). The adaptive solvers get the loosest tolerance of a list that keeps to the target.

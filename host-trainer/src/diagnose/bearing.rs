@@ -36,7 +36,8 @@ const BESIDE_A_FAULT: &str = "With the fault of the acquisition taken out the re
                               than chance, and nothing in the vocabulary explains that; the fault may be a part of something \
                               that it does not have.";
 /// Said where nothing else was sought.
-const CUT_OFF: &str = "What was cut off is lost, and with it what another cause could be known by: no other was sought.";
+const CUT_OFF: &str =
+    "What was cut off is lost, and with it what another cause could be known by: no other was sought.";
 
 /// Diagnoses recordings of a bearing rig, at least one.
 ///

@@ -261,29 +261,24 @@ impl<'o> Contest<'o> {
         let (mut n, mut done) = (0, 0);
         let mut looks = looks.into_iter();
         while looks.len() > 0 {
-            let mut together: Vec<(Look, Problem, bool)> = Vec::new();
-            while together.len() < SIDE_BY_SIDE
-                && let Some(look) = looks.next()
-            {
+            let entries = some_of(&mut looks, |look, together: &[Entry]| {
                 let Look { hypothesis, promise, .. } = &look;
-                let before =
-                    heats.iter().map(|h| h.hypothesis).chain(together.iter().map(|(look, ..)| look.hypothesis));
+                let before = heats.iter().map(|h| h.hypothesis).chain(together.iter().map(|e| e.look.hypothesis));
                 let crowd = before.filter(|h| h.name == hypothesis.name).count();
                 let full = n >= LEAST_SEARCHED && done >= SEARCHED || crowd >= SEARCHED_OF_A_NAME;
                 if full || promise.gain < least || bar.is_above(promise.gain) {
                     dropped.push(Dropped::of(hypothesis, promise.gain, Exit::FirstLook));
-                    continue;
+                    return None;
                 }
                 n += 1;
                 progress(&format!("fitting {} {} ({n} of {SEARCHED})", hypothesis.name, hypothesis.place));
-                let Some(problem) = self.problem(&look.rig, look.observed, &promise.start) else { continue };
+                let problem = self.problem(&look.rig, look.observed, &promise.start)?;
                 let slowly = done < SLOWLY;
                 done += work(&problem);
-                together.push((look, problem, slowly));
-            }
-            let each = together.par_iter().map(|(look, problem, slowly)| heat(problem, &look.promise.angles, *slowly));
-            let found: Vec<Option<Found>> = each.collect();
-            for ((look, problem, _), found) in together.into_iter().zip(found) {
+                Some(Entry { look, problem, slowly })
+            });
+            let found: Vec<Option<Found>> = entries.par_iter().map(Entry::searched).collect();
+            for (Entry { look, problem, .. }, found) in entries.into_iter().zip(found) {
                 let Look { hypothesis, promise, misfit, scale, .. } = look;
                 let Some(found) = found else { continue };
                 let gain = (misfit - found.expansion.misfit()) * scale;
@@ -313,10 +308,7 @@ impl<'o> Contest<'o> {
         let (mut n, mut done) = (0, 0);
         let mut heats = heats.into_iter();
         while heats.len() > 0 {
-            let mut together: Vec<Heat> = Vec::new();
-            while together.len() < SIDE_BY_SIDE
-                && let Some(heat) = heats.next()
-            {
+            let finalists = some_of(&mut heats, |heat, together: &[Heat]| {
                 let Hypothesis { name, place, .. } = heat.hypothesis;
                 let before = contenders.iter().map(|c| c.name).chain(together.iter().map(|h| h.hypothesis.name));
                 let crowd = before.filter(|other| other == name).count();
@@ -324,14 +316,14 @@ impl<'o> Contest<'o> {
                 // Two at least: the best is told from another by what either gains on all.
                 if full || n > 1 && bar.is_above(heat.gain) {
                     dropped.push(Dropped::of(heat.hypothesis, heat.gain, Exit::Fitted));
-                    continue;
+                    return None;
                 }
                 n += 1;
                 progress(&format!("fitting {name} {place} to all ({n} of {FINALISTS})"));
-                together.push(heat);
-            }
-            let fitted: Vec<_> = together.par_iter().map(|heat| self.fitted_to_all(heat, null)).collect();
-            for (heat, fitted) in together.into_iter().zip(fitted) {
+                Some(heat)
+            });
+            let fitted: Vec<_> = finalists.par_iter().map(|heat| self.fitted_to_all(heat, null)).collect();
+            for (heat, fitted) in finalists.into_iter().zip(fitted) {
                 let Some((problem, found)) = fitted else {
                     dropped.push(Dropped::of(heat.hypothesis, heat.gain, Exit::Astray));
                     continue;
@@ -418,6 +410,40 @@ struct Look<'h, 'o> {
     scale: f64,
 }
 
+/// A hypothesis about to be fitted to what it was looked at on.
+struct Entry<'h, 'o> {
+    look: Look<'h, 'o>,
+    problem: Problem<'o>,
+    /// Whether it may be searched slowly too.
+    slowly: bool,
+}
+
+impl Entry<'_, '_> {
+    /// A short search; where that leaves something and `slowly` allows it, another from the slow parts of the recordings to all
+    /// of them.
+    fn searched(&self) -> Option<Found> {
+        let Self { look, problem, slowly } = self;
+        let point = problem.start_at(look.promise.angles.clone());
+        let direct = search(problem, point.clone(), &QUICK).ok()?;
+        if !slowly || leaves_nothing(problem, &direct).ok()? {
+            return Some(direct);
+        }
+        let slowly = search_slowly(problem, point, &QUICK)?;
+        Some(if slowly.expansion.misfit() < direct.expansion.misfit() { slowly } else { direct })
+    }
+}
+
+/// The next that `enter` lets in beside those of them that it has let in already, [`SIDE_BY_SIDE`] at most.
+fn some_of<T, E>(from: &mut impl Iterator<Item = T>, mut enter: impl FnMut(T, &[E]) -> Option<E>) -> Vec<E> {
+    let mut together = Vec::new();
+    while together.len() < SIDE_BY_SIDE
+        && let Some(next) = from.next()
+    {
+        together.extend(enter(next, &together));
+    }
+    together
+}
+
 /// A hypothesis fitted to a few recordings.
 struct Heat<'h> {
     /// In ln L, as it would be on all.
@@ -436,18 +462,6 @@ fn leaves_nothing(problem: &Problem, found: &Found) -> Result<bool, RigError> {
 fn work(problem: &Problem) -> usize {
     let steps = |o: &Observed| fewest_substeps(&problem.rig, None, &o.condition);
     problem.observed.iter().map(steps).max().unwrap_or(1).min(MOST_WORK)
-}
-
-/// A short search; where that leaves something and `slowly` asks for it, another from the slow parts of the recordings to all
-/// of them.
-fn heat(problem: &Problem<'_>, angles: &[[f64; 2]], slowly: bool) -> Option<Found> {
-    let point = problem.start_at(angles.to_vec());
-    let direct = search(problem, point.clone(), &QUICK).ok()?;
-    if !slowly || leaves_nothing(problem, &direct).ok()? {
-        return Some(direct);
-    }
-    let slowly = search_slowly(problem, point, &QUICK)?;
-    Some(if slowly.expansion.misfit() < direct.expansion.misfit() { slowly } else { direct })
 }
 
 /// A search from the slow parts of the recordings to all of them, at last within `limits`.

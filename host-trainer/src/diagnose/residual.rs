@@ -107,6 +107,11 @@ impl Excess {
     }
 }
 
+/// A signal without its ends: a recording ends elsewhere than it began, and its Fourier series has that as a jump at both.
+pub fn inner(signal: &[f64]) -> &[f64] {
+    signal.get(EDGE..signal.len().saturating_sub(EDGE)).unwrap_or_default()
+}
+
 /// The excess of all channels together.
 pub fn excess(residuals: &[Whitened]) -> Excess {
     let mut gains = Vec::new();
@@ -114,9 +119,7 @@ pub fn excess(residuals: &[Whitened]) -> Excess {
         gains.extend(w.spectrum[judged(&w.spectrum, 1.0)].chunks_exact(FINE).map(|band| gain(mean_square(band))));
         // Half as many degrees of freedom to a real number: n (m − 1 − ln m) with n half the samples.
         let mean = |block: &[f64]| block.iter().map(|v| v * v).sum::<f64>() / block.len() as f64;
-        // A recording ends elsewhere than it began; its Fourier series has that as a jump at both ends.
-        let inner = w.signal.get(EDGE..w.signal.len().saturating_sub(EDGE)).unwrap_or_default();
-        gains.extend(inner.chunks_exact(2 * FINE).map(|block| gain(mean(block))));
+        gains.extend(inner(&w.signal).chunks_exact(2 * FINE).map(|block| gain(mean(block))));
     }
     let count = gains.len().max(1) as f64;
     let nats = gains.iter().sum::<f64>() - FINE_MEAN * gains.len() as f64;

@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use realfft::num_complex::Complex;
 
 use super::outcome::Aspect;
-use super::residual::{EDGE, Whitened};
+use super::residual::{EDGE, Whitened, inner};
 use crate::report::number::significant;
 use crate::rig::OperatingCondition;
 use crate::rig::kinematics::Geometry;
@@ -293,11 +293,6 @@ fn step_hz(look: &Look) -> f64 {
 
 fn duration_s(look: &Look) -> f64 {
     look.whitened.signal.len() as f64 / look.condition.sample_rate_hz
-}
-
-/// A recording ends elsewhere than it began; its Fourier series has that as a jump at both ends.
-fn inner(signal: &[f64]) -> &[f64] {
-    signal.get(EDGE..signal.len().saturating_sub(EDGE)).unwrap_or_default()
 }
 
 /// Power of a spectrum's values over that of the noise around them.

@@ -30,10 +30,6 @@ const STRAYS: f64 = 2.0;
 /// Share of what is left above chance that a gain must come to: a rig that leaves 10⁶ is wrong by more than any last step mends.
 const OF_EXCESS: f64 = 1e-5;
 
-/// Damping to begin with, and where a search ends that gains nothing.
-const DAMPING: f64 = 1e-3;
-const MOST_DAMPING: f64 = 1e9;
-
 /// Keeps an angle on which nothing depends where it is.
 const ANGLE_STIFFNESS: f64 = 1e-3;
 
@@ -71,7 +67,7 @@ pub fn search(problem: &Problem, from: Point, limits: &Limits) -> Result<Found, 
     let mut damping = Damping::new();
     for _ in 0..limits.steps {
         let mut gained = None;
-        while damping.value < MOST_DAMPING {
+        while damping.value < Damping::MOST {
             let Some((next, promised)) = stepped(&point, &anchor, &expansion, damping.value, limits.change) else {
                 damping.raise();
                 continue;
@@ -107,15 +103,19 @@ struct Damping {
 }
 
 impl Damping {
+    const START: f64 = 1e-3;
+    const LEAST: f64 = 1e-9;
+    /// Where a search ends that gains nothing.
+    const MOST: f64 = 1e9;
     const GROWTH: f64 = 4.0;
 
     fn new() -> Self {
-        Self { value: DAMPING, growth: Self::GROWTH }
+        Self { value: Self::START, growth: Self::GROWTH }
     }
 
     /// After a step that gained this share of what it promised.
     fn follow(&mut self, kept: f64) {
-        self.value = (self.value * (1.0 - (2.0 * kept - 1.0).powi(3)).max(0.2)).max(1e-9);
+        self.value = (self.value * (1.0 - (2.0 * kept - 1.0).powi(3)).max(0.2)).max(Self::LEAST);
         self.growth = Self::GROWTH;
     }
 
@@ -131,10 +131,15 @@ fn stepped(point: &Point, anchor: &[f64], expansion: &Expansion, damping: f64, m
     let count = expansion.gradient.len();
     let coordinates = point.coordinates.len();
     let stiffness = 1.0 / (STRAYS * STRAYS);
-    let own = |a: usize| expansion.information[(a, a)] + if a < coordinates { stiffness } else { ANGLE_STIFFNESS };
-    let damped = |a: usize| damping * own(a);
+    let undamped = |a: usize| expansion.information[(a, a)] + if a < coordinates { stiffness } else { ANGLE_STIFFNESS };
     let system =
-        Mat::from_fn(count, count, |a, b| if a == b { own(a) + damped(a) } else { expansion.information[(a, b)] });
+        Mat::from_fn(
+            count,
+            count,
+            |a, b| {
+                if a == b { undamped(a) * (1.0 + damping) } else { expansion.information[(a, b)] }
+            },
+        );
     let right = Mat::from_fn(count, 1, |a, _| {
         let pull = if a < coordinates { stiffness * (point.coordinates[a] - anchor[a]) } else { 0.0 };
         -expansion.gradient[a] - pull
@@ -143,7 +148,8 @@ fn stepped(point: &Point, anchor: &[f64], expansion: &Expansion, damping: f64, m
     let greatest = (0..coordinates).map(|a| step[(a, 0)].abs()).fold(0.0, f64::max);
     let scale = if greatest > most { most / greatest } else { 1.0 };
     let along = |of: &Mat<f64>| -> f64 { (0..count).map(|a| step[(a, 0)] * of[(a, 0)]).sum() };
-    let curvature = along(&(&system * &step)) - (0..count).map(|a| damped(a) * step[(a, 0)].powi(2)).sum::<f64>();
+    let curvature =
+        along(&(&system * &step)) - damping * (0..count).map(|a| undamped(a) * step[(a, 0)].powi(2)).sum::<f64>();
     let promised = scale * along(&right) - 0.5 * scale * scale * curvature;
     let mut next = point.clone();
     next.coordinates.iter_mut().enumerate().for_each(|(a, u)| *u += scale * step[(a, 0)]);
@@ -164,7 +170,7 @@ mod tests {
         let after = |kept: f64| {
             let mut damping = Damping::new();
             damping.follow(kept);
-            damping.value / DAMPING
+            damping.value / Damping::START
         };
         assert!(after(1.0) < 0.25, "{}", after(1.0));
         assert!((after(0.5) - 1.0).abs() < 1e-12, "{}", after(0.5));

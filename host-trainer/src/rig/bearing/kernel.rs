@@ -28,12 +28,15 @@ const BLOCK: usize = 64;
 pub(in crate::rig) type Signals = [Vec<f64>; 4];
 /// States: x_s, x_p and their velocities; y_s, y_p, y_b and theirs.
 pub(super) const STATES: usize = 10;
+/// Where the two groups of the state begin, and in it the positions and velocities of the degrees of freedom.
+const X: usize = 0;
+const Y: usize = 4;
+const POSITIONS: [usize; DOFS] = [X, X + 1, Y, Y + 1, Y + 2];
+const VELOCITIES: [usize; DOFS] = [X + 2, X + 3, Y + 3, Y + 4, Y + 5];
 /// Instants of a step at which forces are computed, in steps.
 const INSTANTS: [f64; 3] = [0.0, 0.5, 1.0];
 /// Of the losses: those of the start of a step where what the step is computed with is not.
 const AS_IT_IS: usize = 3;
-const X: usize = 0;
-const Y: usize = 4;
 
 #[inline(always)]
 fn dot<L: Lanes, const N: usize>(l: L, row: &[L::V; N], z: &[L::V]) -> L::V {
@@ -73,8 +76,9 @@ pub(super) struct Kernel<'a, L: Lanes, const HOOKS: bool> {
     pitches: [usize; MAX_RUNS],
     /// Of each run: the instants of a step.
     moments: [[Moment; INSTANTS.len()]; MAX_RUNS],
-    /// Whether there are forces of effects in any run, and room for what they are computed from and add to.
+    /// Whether there are forces of effects in any run.
     forced: bool,
+    /// Room for what these are computed from, and for what they add to.
     lanes_of_states: [[f64; MAX_RUNS]; STATES],
     lanes_of_forces: [[f64; MAX_RUNS]; DOFS],
 }
@@ -273,7 +277,9 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
             l.add(fy, set.process),
             set.resonator_y,
         ];
-        if HOOKS { self.hooks(forces, z, instant % INSTANTS.len()) } else { forces }
+        // Forces know no losses: what is as it is, is at the start.
+        let instant = if instant == AS_IT_IS { 0 } else { instant };
+        if HOOKS { self.hooks(forces, z, instant) } else { forces }
     }
 
     #[inline(always)]

@@ -6,7 +6,7 @@ use super::step::Step;
 use crate::rig::{
     config::BearingRig,
     noise,
-    plan::{DOFS, Force, INNER_X, INNER_Y, Meeting, OUTER_X, OUTER_Y, Plan, Profile, RESONATOR_Y},
+    plan::{DOFS, Force, INNER_X, INNER_Y, Meeting, Moment, OUTER_X, OUTER_Y, Plan, Profile, RESONATOR_Y},
     simulate::{OperatingCondition, Start},
 };
 
@@ -160,6 +160,18 @@ impl Prepared {
             forces: std::mem::take(&mut plan.forces),
             profiles: std::mem::take(&mut plan.profiles),
             pits: std::mem::take(&mut plan.pits),
+        }
+    }
+
+    /// An instant of a sample, so many of its steps after its start, by the angles there and what they gain in the sample.
+    pub(super) fn moment(&self, angles0: [f64; 2], gains: [f64; 2], sample: usize, steps: f64) -> Moment {
+        let fraction = steps / self.substeps as f64;
+        let time_s = (sample as f64 - self.settle as f64 + fraction) / self.sample_rate_hz;
+        Moment {
+            time_s,
+            shaft_rad: angles0[0] + fraction * gains[0],
+            shaft_rad_per_s: self.turning.speed(time_s),
+            cage_rad: angles0[1] + fraction * gains[1],
         }
     }
 

@@ -1,14 +1,7 @@
 //! Where effects act within the loop, run by run in plain numbers.
 
-use super::{INSTANTS, Kernel, STATES};
-use crate::rig::{
-    bearing::{lanes::Lanes, prepare::Prepared},
-    plan::{DOFS, Moment},
-};
-
-/// Places of the degrees of freedom's positions and velocities in the state.
-const POSITIONS: [usize; DOFS] = [0, 1, 4, 5, 6];
-const VELOCITIES: [usize; DOFS] = [2, 3, 7, 8, 9];
+use super::{INSTANTS, Kernel, POSITIONS, STATES, VELOCITIES};
+use crate::rig::{bearing::lanes::Lanes, plan::DOFS};
 
 impl<L: Lanes, const HOOKS: bool> Kernel<'_, L, HOOKS> {
     /// What effects need of a step before it is computed: its moments, and the losses of deflection.
@@ -108,19 +101,5 @@ impl<L: Lanes, const HOOKS: bool> Kernel<'_, L, HOOKS> {
         let balls = self.slots.len();
         let slot = ball + self.pitches[r];
         L::RUNS * if slot < balls { slot } else { slot - balls } + r
-    }
-}
-
-impl Prepared {
-    /// An instant of a sample, by the angles at its start and what they gain in it.
-    fn moment(&self, angles0: [f64; 2], gains: [f64; 2], sample: usize, substep: f64) -> Moment {
-        let fraction = substep / self.substeps as f64;
-        let time_s = (sample as f64 - self.settle as f64 + fraction) / self.sample_rate_hz;
-        Moment {
-            time_s,
-            shaft_rad: angles0[0] + fraction * gains[0],
-            shaft_rad_per_s: self.turning.speed(time_s),
-            cage_rad: angles0[1] + fraction * gains[1],
-        }
     }
 }
