@@ -5,9 +5,9 @@
 use serde::Serialize;
 
 use crate::evaluator::{self, Evaluator, Step};
+use crate::input_check::{FaultCounts, Quality, Screen};
 use crate::model::Model;
 use crate::monitor::{BlockReport, Monitor, Status};
-use crate::screen::{FaultCounts, Quality, Screen};
 
 /// Screen, evaluator and monitor of one channel.
 #[derive(Debug)]
@@ -37,7 +37,7 @@ impl core::error::Error for ScratchTooSmall {}
 
 /// What one sample brought.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outcome<'e> {
+pub struct SampleResult<'e> {
     /// What the sample is worth. Anything but [`Quality::Good`] was not evaluated.
     pub quality: Quality,
     /// The model's step; `None` for a broken sample and while the differences fill.
@@ -73,7 +73,7 @@ impl<'a, 's> Device<'a, 's> {
     }
 
     /// Takes a sample, m/s².
-    pub fn push(&mut self, sample: f32) -> Outcome<'_> {
+    pub fn push(&mut self, sample: f32) -> SampleResult<'_> {
         let quality = self.screen.check(sample);
         if quality != Quality::Good {
             // What follows a hole does not continue what came before it.
@@ -83,7 +83,7 @@ impl<'a, 's> Device<'a, 's> {
                 self.monitor.discard();
             }
             let block = self.monitor.broken(1);
-            return Outcome { quality, step: None, block };
+            return SampleResult { quality, step: None, block };
         }
         let spread = self.evaluator.model().residual_spread;
         let step = self.evaluator.step(sample);
@@ -93,7 +93,7 @@ impl<'a, 's> Device<'a, 's> {
             }
             _ => self.monitor.idle(),
         };
-        Outcome { quality, step, block }
+        SampleResult { quality, step, block }
     }
 
     /// Tells of samples that never arrived.

@@ -115,7 +115,7 @@ impl<'a, 's> Evaluator<'a, 's> {
     }
 
     /// One sample of the acceleration, m/s². `None` while the differences fill, and for a model whose
-    /// states are given directly. The sample must be finite ([`crate::screen`] sees to that).
+    /// states are given directly. The sample must be finite ([`crate::input_check`] sees to that).
     pub fn step(&mut self, sample: f32) -> Option<Step<'_>> {
         let streaming = self.virtual_states.as_mut()?;
         if !streaming.push(sample, self.states, self.derivatives) {

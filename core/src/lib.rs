@@ -12,7 +12,7 @@
 //! | [`dynamics`] | the sparse Ξ | z → ż = Θ(z) Ξ |
 //! | [`model`] | all of the above as one value; binary form used in place from flash; JSON | bytes → model |
 //! | [`evaluator`] | one step: states, z, ż, predicted derivatives, predicted next sample | sample → prediction |
-//! | [`screen`] | non-finite, saturated, stuck and missing samples, counted | sample → quality |
+//! | [`input_check`] | non-finite, saturated, stuck and missing samples, counted | sample → quality |
 //! | [`monitor`] | EWMA and CUSUM of the normalised residual, votes, hysteresis | residual → status |
 //! | [`device`] | screen, evaluator and monitor in one call a sample | sample → what the firmware acts on |
 //!
@@ -28,12 +28,12 @@ pub mod crc;
 pub mod device;
 pub mod dynamics;
 pub mod evaluator;
+pub mod input_check;
 pub mod library;
 pub mod math;
 pub mod model;
 pub mod monitor;
 pub mod network;
-pub mod screen;
 pub mod states;
 #[cfg(test)]
 mod testing;

@@ -4,11 +4,11 @@ extern crate std;
 use std::vec::Vec;
 
 use crate::dynamics::{Dynamics, TERM_WORDS, encode_term};
+use crate::input_check::ScreenConfig;
 use crate::library::Library;
 use crate::model::{Input, Model, Scaling};
 use crate::monitor::MonitorConfig;
 use crate::network::{Network, parameter_count};
-use crate::screen::ScreenConfig;
 use crate::states::StateSpec;
 use crate::{Floats, Word};
 

@@ -1,8 +1,8 @@
 //! What a device tells of. Each event serialises to one flat JSON object whose `event` is `starting`,
 //! `healthy`, `anomalous`, `blind`, `block`, `fault` or `summary`; a number that does not exist is `null`.
 
+use ballrace_core::input_check::{FaultCounts, Quality};
 use ballrace_core::monitor::{BlockReport, Status};
-use ballrace_core::screen::{FaultCounts, Quality};
 use serde::Serialize;
 
 /// Something that a person may want to know of.

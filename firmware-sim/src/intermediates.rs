@@ -7,10 +7,10 @@
 use core::fmt;
 
 use ballrace_core::crc::Crc32;
-use ballrace_core::device::{Device, Outcome, ScratchTooSmall};
+use ballrace_core::device::{Device, SampleResult, ScratchTooSmall};
+use ballrace_core::input_check::FaultCounts;
 use ballrace_core::model::Model;
 use ballrace_core::monitor::{BlockReport, Status};
-use ballrace_core::screen::FaultCounts;
 use serde::{Serialize, Serializer};
 
 /// Bytes that [`Report::to_json`] needs at most.
@@ -102,7 +102,7 @@ impl Fold {
         values.iter().for_each(|value| self.float(*value));
     }
 
-    fn outcome(&mut self, outcome: &Outcome<'_>) {
+    fn outcome(&mut self, outcome: &SampleResult<'_>) {
         self.word(outcome.quality as u32);
         self.word(u32::from(outcome.step.is_some()));
         if let Some(step) = &outcome.step {

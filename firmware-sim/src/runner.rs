@@ -3,9 +3,9 @@
 use std::fmt;
 
 use ballrace_core::device::{Device, ScratchTooSmall};
+use ballrace_core::input_check::Quality;
 use ballrace_core::model::{Input, Model};
 use ballrace_core::monitor::{BlockReport, Status};
-use ballrace_core::screen::Quality;
 
 use crate::event::{Alarm, BlockEnd, Event, FaultStart, Place, StatusChange, Summary};
 use crate::source::{Arrival, SampleSource};

@@ -1,9 +1,9 @@
 //! What a device makes of broken samples.
 
 use ballrace_core::crc::crc32;
+use ballrace_core::input_check::{FaultCounts, Quality};
 use ballrace_core::model::Model;
 use ballrace_core::monitor::Status;
-use ballrace_core::screen::{FaultCounts, Quality};
 use ballrace_firmware_sim::event::{Event, Summary};
 use ballrace_firmware_sim::faults::{Injected, Injector};
 use ballrace_firmware_sim::runner::{Recording, Runner, RunnerError};

@@ -42,7 +42,7 @@ type Accelerations = [Vec<f64>; 2];
 fn main() -> Result<()> {
     let rig = Rig::parse(RIG, Path::new("benches/rig.toml"))?;
     let condition = OperatingCondition { shaft_hz: 29.95, load_n: 500.0, sample_rate_hz: RATE, samples: SAMPLES };
-    let start = Start { settle_s: SAMPLES as f64 / RATE, ..Start::silent(0.3, 0.7) };
+    let start = Start { settle_s: SAMPLES as f64 / RATE, ..Start::noise_free(0.3, 0.7) };
     let seconds = 2.0 * SAMPLES as f64 / RATE;
     let fine = ours(&rig, &condition, &Start { substeps: Some(64), ..start })?;
 

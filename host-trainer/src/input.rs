@@ -56,7 +56,7 @@ impl Input {
     ///
     /// # Errors
     /// A recording without the channel, or of another rate.
-    pub fn of(recordings: &[Recording], channel: Option<&str>) -> Result<Self, InputError> {
+    pub fn from_recordings(recordings: &[Recording], channel: Option<&str>) -> Result<Self, InputError> {
         let first = recordings.first().ok_or(InputError::Empty)?;
         let name = match channel {
             Some(name) => name.to_owned(),

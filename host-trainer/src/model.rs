@@ -1,10 +1,10 @@
 //! The model on the host: assembled from a fit's parts, held in the binary form that the device uses.
 
 use ballrace_core::dynamics::{Dynamics, TERM_WORDS, encode_term};
+use ballrace_core::input_check::ScreenConfig;
 use ballrace_core::library::Library;
 use ballrace_core::model::{Input, Model, ModelError, Scaling};
 use ballrace_core::monitor::MonitorConfig;
-use ballrace_core::screen::ScreenConfig;
 use ballrace_core::{Floats, Word};
 
 use crate::sindy_nn::export::OwnedNetwork;
@@ -32,14 +32,14 @@ impl OwnedModel {
     /// What is wrong with it.
     pub fn from_json(text: &str) -> Result<Self, ModelError> {
         let mut storage = vec![Word::default(); text.len()];
-        Self::of(&Model::from_json(text, &mut storage)?)
+        Self::from_model(&Model::from_json(text, &mut storage)?)
     }
 
     /// A copy of a borrowed model.
     ///
     /// # Errors
     /// None that a checked model has.
-    pub fn of(model: &Model<'_>) -> Result<Self, ModelError> {
+    pub fn from_model(model: &Model<'_>) -> Result<Self, ModelError> {
         let mut bytes = vec![0; model.byte_len()];
         model.to_bytes(&mut bytes)?;
         Ok(Self { bytes })
@@ -108,7 +108,7 @@ impl Parts {
             words(&mut self.residual_spread.iter().copied()),
         ];
         let [mean, scale, d_mean, d_scale, spread] = arrays.each_ref().map(|words| Floats(words));
-        let sparse = Sparse::of(self.library, &self.xi);
+        let sparse = Sparse::from_coefficients(self.library, &self.xi);
         let model = Model::new(Model {
             sample_rate_hz: self.sample_rate_hz as f32,
             input: self.input,
@@ -122,7 +122,7 @@ impl Parts {
             screen: self.screen,
             monitor: self.monitor,
         })?;
-        OwnedModel::of(&model)
+        OwnedModel::from_model(&model)
     }
 }
 
@@ -135,7 +135,7 @@ struct Sparse {
 }
 
 impl Sparse {
-    fn of(library: Library, xi: &[f32]) -> Self {
+    fn from_coefficients(library: Library, xi: &[f32]) -> Self {
         let count = usize::from(library.variables);
         let mut out = Self { terms: vec![], ends: vec![], equations: vec![], coefficients: vec![] };
         for (index, row) in xi.chunks_exact(count).enumerate() {

@@ -95,7 +95,7 @@ fn to_text(path: &Path, model: &OwnedModel, report: &Report) -> Result<String, F
 /// Those of [`to_text`], and the operating system's.
 pub fn write(path: &Path, model: &OwnedModel, report: &Report) -> Result<(), FileError> {
     let text = to_text(path, model, report)?;
-    crate::files::write_atomically(path, text.as_bytes())
+    crate::atomic_write::write_atomically(path, text.as_bytes())
         .map_err(|source| FileError::Io { path: path.to_owned(), source })
 }
 

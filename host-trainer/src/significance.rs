@@ -31,7 +31,7 @@ pub fn sign_flip_of(gains: &[f64], seed: u64) -> f64 {
 }
 
 /// The same gain in standard deviations of what flipped signs give.
-pub fn deviations(before: &[f64], after: &[f64]) -> f64 {
+pub fn paired_z(before: &[f64], after: &[f64]) -> f64 {
     let gains = before.iter().zip(after).map(|(b, a)| b - a);
     let (total, square) = gains.fold((0.0, 0.0), |(t, s), g| (t + g, s + g * g));
     if square > 0.0 { total / square.sqrt() } else { 0.0 }

@@ -120,7 +120,7 @@ pub struct Speed {
 /// Why a band was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Choice {
+pub enum BandChoice {
     /// It was stated.
     Stated,
     /// It shows the lines of a family.
@@ -137,14 +137,14 @@ pub struct Band {
     /// From edge to edge, Hz.
     pub band_hz: Range<f64>,
     /// Why this.
-    pub choice: Choice,
-    /// ln of the probability that noise shows such lines somewhere; only for [`Choice::Lines`].
+    pub choice: BandChoice,
+    /// ln of the probability that noise shows such lines somewhere; only for [`BandChoice::Lines`].
     pub log_p_value: Option<f64>,
 }
 
 /// A characteristic frequency and what is there in the envelope's spectrum.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Found {
+pub struct MarkedLine {
     /// Which.
     #[serde(flatten)]
     pub characteristic: Characteristic,
@@ -178,7 +178,7 @@ pub struct Analysis {
     /// Enhanced envelope spectrum over the band: mean squared coherence.
     pub coherence: Option<Spectrum>,
     /// Characteristic frequencies in the envelope's spectrum.
-    pub lines: Vec<Found>,
+    pub lines: Vec<MarkedLine>,
     /// Amplitudes over orders of the shaft.
     pub orders: Option<OrderSpectrum>,
     /// What repeats with the shaft; only by a tachometer.
@@ -190,7 +190,7 @@ impl Analysis {
     ///
     /// # Errors
     /// No such channel, too few samples, a band that is not there.
-    pub fn of(recording: &Recording, wanted: &Wanted) -> Result<Self, SpectraError> {
+    pub fn analyse(recording: &Recording, wanted: &Wanted) -> Result<Self, SpectraError> {
         let rate = recording.sample_rate_hz;
         let channel = match &wanted.channel {
             Some(name) => recording.channel(name),
@@ -235,7 +235,7 @@ impl Analysis {
             let bearing = characteristic.law.cage != 0.0 && slip == 0.0;
             let tolerance = if bearing { SLIP * characteristic.frequency_hz } else { 0.0 };
             let line = marked.line(characteristic.frequency_hz, tolerance)?;
-            Some(Found { characteristic, line })
+            Some(MarkedLine { characteristic, line })
         };
         let lines = expected.into_iter().filter_map(find).collect();
         let highest = envelope_range_hz(speeds.as_ref(), &band.band_hz);
@@ -271,7 +271,7 @@ impl Analysis {
 
     /// The family whose first harmonics stand out most of the envelope's spectrum, with the strongest of them; `None`
     /// where none does beyond chance.
-    pub fn strongest(&self) -> Option<&Found> {
+    pub fn strongest(&self) -> Option<&MarkedLine> {
         let own =
             self.lines.iter().filter(|l| l.characteristic.sideband == 0 && l.characteristic.family != Family::Cage);
         let sure = own.filter(|l| l.line.p_value < 1e-4);
@@ -324,7 +324,7 @@ fn speed<E: ToString>(
 fn choose(samples: &[f64], rate: f64, speeds: Option<&Speeds>, kurtogram: Option<&Kurtogram>, wanted: &Wanted) -> Band {
     let plain = |band_hz, choice| Band { band_hz, choice, log_p_value: None };
     if let Some(band) = &wanted.band_hz {
-        return plain(band.clone(), Choice::Stated);
+        return plain(band.clone(), BandChoice::Stated);
     }
     let families = [Family::Outer, Family::Inner, Family::Ball];
     let shown = families.into_iter().filter_map(|family| {
@@ -335,11 +335,11 @@ fn choose(samples: &[f64], rate: f64, speeds: Option<&Speeds>, kurtogram: Option
     });
     let best = shown.min_by(|a, b| a.1.log_p_value.total_cmp(&b.1.log_p_value));
     if let Some((family, band)) = best.filter(|(_, band)| band.log_p_value < SURE) {
-        return Band { band_hz: band.band_hz, choice: Choice::Lines(family), log_p_value: Some(band.log_p_value) };
+        return Band { band_hz: band.band_hz, choice: BandChoice::Lines(family), log_p_value: Some(band.log_p_value) };
     }
     match kurtogram.and_then(Kurtogram::best) {
-        Some(cell) => plain(cell.band_hz(), Choice::Kurtosis),
-        None => plain(0.05 * rate..0.5 * USABLE * rate, Choice::Nothing),
+        Some(cell) => plain(cell.band_hz(), BandChoice::Kurtosis),
+        None => plain(0.05 * rate..0.5 * USABLE * rate, BandChoice::Nothing),
     }
 }
 

@@ -35,7 +35,7 @@ pub struct Scales {
 
 impl Scales {
     /// Of all rows together. A column that does not vary keeps scale 1.
-    pub fn of(rows: &[Samples<f32>]) -> Self {
+    pub fn from_rows(rows: &[Samples<f32>]) -> Self {
         let inputs = rows.first().map_or(0, |r| r.inputs);
         let column = |pick: fn(&Samples<f32>) -> &[f32], i: usize| {
             let values = || rows.iter().flat_map(|r| pick(r).iter().skip(i).step_by(inputs)).map(|v| f64::from(*v));

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::signal::maximum::golden_section;
+use crate::signal::golden_section::golden_section;
 use crate::signal::transform::{forward_plan, inverse_plan};
 
 /// Order of the whitening autoregression; less for recordings under 20 times this length.

@@ -19,10 +19,10 @@
 use super::{Array, Input, Model, ModelError, Scaling};
 use crate::crc::crc32;
 use crate::dynamics::{Dynamics, TERM_WORDS};
+use crate::input_check::ScreenConfig;
 use crate::library::Library;
 use crate::monitor::MonitorConfig;
 use crate::network::{MAX_LAYERS, MAX_WIDTH, Network, parameter_count};
-use crate::screen::ScreenConfig;
 use crate::states::{Alignment, Orders, StateSpec};
 use crate::{Floats, Word};
 

@@ -11,10 +11,10 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{Array, Input, Model, ModelError, Scaling};
 use crate::dynamics::{Dynamics, TERM_WORDS, decode_term, encode_term};
+use crate::input_check::ScreenConfig;
 use crate::library::Library;
 use crate::monitor::MonitorConfig;
 use crate::network::{MAX_LAYERS, Network};
-use crate::screen::ScreenConfig;
 use crate::states::{Alignment, Orders, StateSpec};
 use crate::{Floats, Word};
 

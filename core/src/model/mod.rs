@@ -13,10 +13,10 @@ pub use binary::{FORMAT_VERSION, MAGIC};
 pub use error::{Array, ModelError};
 
 use crate::dynamics::{Dynamics, decode_term};
+use crate::input_check::ScreenConfig;
 use crate::library::Library;
 use crate::monitor::MonitorConfig;
 use crate::network::Network;
-use crate::screen::ScreenConfig;
 use crate::states::StateSpec;
 use crate::{Floats, Word};
 

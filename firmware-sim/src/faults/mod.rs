@@ -2,7 +2,7 @@
 //!
 //! Every fault is a stage with its own random numbers, seeded from the seed and the stage's place,
 //! so that the same seed breaks the same samples, and a fault added at the end changes none before it.
-//! [`Plan`] has the written form.
+//! [`FaultPlan`] has the written form.
 
 mod parse;
 mod random;
@@ -61,7 +61,7 @@ pub enum Fault {
 /// The written form is a list such as `nan:0.001,stuck:1e-4x50,saturate:30,flip:1e-5,drop:1e-3,gap:1e-5x200`;
 /// an empty text is no faults.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Plan(pub Vec<Fault>);
+pub struct FaultPlan(pub Vec<Fault>);
 
 /// Samples that an injector has broken so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -89,7 +89,7 @@ pub struct Injector {
 
 impl Injector {
     /// The faults of a plan; the same seed gives the same faults.
-    pub fn new(plan: Plan, seed: u64) -> Self {
+    pub fn new(plan: FaultPlan, seed: u64) -> Self {
         let stages = plan.0.into_iter().zip(0..).map(|(fault, place)| Stage::new(fault, seed, place)).collect();
         Self { stages, injected: Injected::default() }
     }

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::{Fault, Plan};
+use super::{Fault, FaultPlan};
 
 /// Longest run that can be asked for, samples; a typing error should not silence a whole recording.
 const MAX_RUN: u32 = 1_000_000_000;
@@ -60,7 +60,7 @@ impl fmt::Display for PlanError {
 
 impl std::error::Error for PlanError {}
 
-impl FromStr for Plan {
+impl FromStr for FaultPlan {
     type Err = PlanError;
 
     fn from_str(text: &str) -> Result<Self, PlanError> {
@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn the_documented_form_is_read() {
-        let plan: Plan = " nan:0.001,stuck:1e-4x50, saturate:30,flip:1e-5,drop:1e-3,gap:1e-5x200".parse().unwrap();
+        let plan: FaultPlan = " nan:0.001,stuck:1e-4x50, saturate:30,flip:1e-5,drop:1e-3,gap:1e-5x200".parse().unwrap();
         let expected = [
             Fault::Nan { probability: 0.001 },
             Fault::Stuck { probability: 1e-4, run: 50 },
@@ -137,7 +137,7 @@ mod tests {
             Fault::Gap { probability: 1e-5, run: 200 },
         ];
         assert_eq!(plan.0, expected);
-        assert_eq!(" ".parse(), Ok(Plan::default()));
+        assert_eq!(" ".parse(), Ok(FaultPlan::default()));
     }
 
     #[test]
@@ -159,10 +159,10 @@ mod tests {
             ("saturate:inf", 1, 9, "inf", Problem::Level),
             ("saturate:0", 1, 9, "0", Problem::Level),
         ] {
-            let error = text.parse::<Plan>().unwrap_err();
+            let error = text.parse::<FaultPlan>().unwrap_err();
             assert_eq!(error, PlanError { place, column, found: found.into(), problem }, "{text}");
         }
-        let error = "nan:0.1,gap:0.1".parse::<Plan>().unwrap_err().to_string();
+        let error = "nan:0.1,gap:0.1".parse::<FaultPlan>().unwrap_err().to_string();
         let expected = "faults: entry 2, character 13: found \"0.1\", expected PROBABILITYxSAMPLES with 1 to \
                         1000000000 samples, as in 1e-4x50";
         assert_eq!(error, expected);

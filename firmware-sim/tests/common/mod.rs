@@ -4,11 +4,11 @@
 
 use ballrace_core::device::Device;
 use ballrace_core::dynamics::{Dynamics, TERM_WORDS, encode_term};
+use ballrace_core::input_check::ScreenConfig;
 use ballrace_core::library::Library;
 use ballrace_core::model::{Input, Model, Scaling};
 use ballrace_core::monitor::MonitorConfig;
 use ballrace_core::network::{Network, parameter_count};
-use ballrace_core::screen::ScreenConfig;
 use ballrace_core::states::{Alignment, Orders, StateSpec};
 use ballrace_core::{Floats, Word};
 

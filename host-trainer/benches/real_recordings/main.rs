@@ -14,10 +14,10 @@ use std::{fs, path::Path, time::Instant};
 use ballrace::{
     diagnose::{
         Task, diagnose,
-        outcome::{Cause, Fit, Outcome, Parameter, Verdict},
+        result::{Cause, DiagnosisResult, Fit, Parameter, Verdict},
     },
     recording::{Recording, load_all, manifest},
-    report::number::significant,
+    report::format::significant,
     rig::Rig,
 };
 
@@ -51,7 +51,7 @@ fn main() -> Result<()> {
 }
 
 /// A diagnosis of recordings as their manifests have them.
-fn run(case: &Case) -> Result<Outcome> {
+fn run(case: &Case) -> Result<DiagnosisResult> {
     let rig = Rig::parse(case.rig, Path::new("the bench's rig"))?;
     let folder = tempfile::tempdir()?;
     let read = |name: &str, text: &str| -> Result<Vec<Recording>> {
@@ -68,7 +68,7 @@ fn run(case: &Case) -> Result<Outcome> {
 }
 
 /// The causes with their parameters, or the verdict where there are none.
-fn said(outcome: &Outcome) -> String {
+fn said(outcome: &DiagnosisResult) -> String {
     let diagnosis = &outcome.diagnosis;
     match diagnosis.verdict {
         Verdict::Mismatch => diagnosis.causes.iter().map(cause).collect::<Vec<_>>().join("; "),

@@ -94,6 +94,6 @@ fn samples(file: &std::path::Path, alignment: Alignment) -> Result<Samples<f32>,
     let channel = loaded.recordings[0].channel("vertical").ok_or("no vertical channel")?;
     let recording: Vec<f32> = channel.samples.iter().map(|v| *v as f32).collect();
     let mut samples = rows(&recording, StateSpec { dimension: 8, orders: Orders::Even, alignment });
-    Scales::of(std::slice::from_ref(&samples)).apply(&mut samples);
+    Scales::from_rows(std::slice::from_ref(&samples)).apply(&mut samples);
     Ok(samples)
 }

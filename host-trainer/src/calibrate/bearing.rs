@@ -3,17 +3,17 @@
 use serde::Serialize;
 
 use super::distance::log_spectral;
-use super::estimate::{Estimate, Knowledge, Undetermined, covariance, estimates, undetermined};
+use super::estimate::{Estimate, ParameterPrior, Undetermined, covariance, estimates, undetermined};
 use super::split::Split;
-use super::{CalibrateError, path};
+use super::{CalibrateError, transfer_path};
 use crate::recording::Recording;
-use crate::rig::path::TransmissionPath;
+use crate::rig::transfer_path::TransmissionPath;
 use crate::rig::{Rig, Run, Start, simulate_many};
 use crate::whittle::coordinate::{Coordinate, NOISE};
-use crate::whittle::likelihood::judged;
+use crate::whittle::likelihood::judged_bins;
 use crate::whittle::observed::{CHANNELS, Observed, accelerations};
 use crate::whittle::problem::{Point, Problem};
-use crate::whittle::search::{Found, Limits, search, search_from_rig};
+use crate::whittle::search::{Limits, Optimum, search, search_from_rig};
 
 /// Bands that a channel's residual is looked at in.
 const BANDS: usize = 24;
@@ -77,7 +77,7 @@ pub struct Calibration {
     pub rig: Rig,
     /// What is known of its parameters; nothing where a transmission path takes their place.
     #[serde(skip)]
-    pub knowledge: Knowledge,
+    pub prior: ParameterPrior,
     /// Parameters and noise levels; empty where a transmission path takes their place.
     pub parameters: Vec<Estimate>,
     /// What the recordings do not determine.
@@ -111,8 +111,8 @@ pub fn calibrate(
     if recordings.is_empty() {
         return Err(CalibrateError::Empty);
     }
-    let split = Split::of(recordings);
-    let (all, fitted) = (Observed::of_all(recordings)?, Observed::of_all(&split.fitted)?);
+    let split = Split::new(recordings);
+    let (all, fitted) = (Observed::from_recordings(recordings)?, Observed::from_recordings(&split.fitted)?);
     progress("searching with the recordings that are fitted");
     let (part, found) = fit(rig, &fitted)?;
     let explained = explained(&part, &found)?;
@@ -129,7 +129,7 @@ pub fn calibrate(
             sought.iter().filter(|c| !NOISE.contains(&c.key.as_str())).map(|c| c.key.clone()).collect::<Vec<_>>();
         let free = Undetermined { free: keys.join(" · "), keys, deviation: f64::MAX };
         return Ok(Calibration {
-            knowledge: Knowledge::none(),
+            prior: ParameterPrior::none(),
             parameters: Vec::new(),
             undetermined: if free.keys.is_empty() { Vec::new() } else { vec![free] },
             path_poles,
@@ -154,7 +154,7 @@ pub fn calibrate(
     calibrated.unknown = rig.unknown_keys().into_iter().filter(|key| !known(key)).collect();
     let undetermined = undetermined(&whole.coordinates, &covariance);
     Ok(Calibration {
-        knowledge: Knowledge { coordinates: whole.coordinates.clone(), covariance }.of(|c| known(&c.key)),
+        prior: ParameterPrior { coordinates: whole.coordinates.clone(), covariance }.restricted_to(|c| known(&c.key)),
         undetermined,
         parameters,
         path_poles: Vec::new(),
@@ -171,10 +171,10 @@ pub fn calibrate(
 fn sought(rig: &Rig) -> Result<Vec<Coordinate>, CalibrateError> {
     let mut keys = rig.unknown_keys();
     keys.extend(NOISE.iter().map(|k| (*k).to_owned()).filter(|k| !rig.unknown_keys().contains(k)));
-    keys.into_iter().map(|key| Coordinate::of(rig, &key).ok_or(CalibrateError::Whole { key })).collect()
+    keys.into_iter().map(|key| Coordinate::for_key(rig, &key).ok_or(CalibrateError::Whole { key })).collect()
 }
 
-fn fit<'o>(rig: &Rig, observed: &'o [Observed]) -> Result<(Problem<'o>, Found), CalibrateError> {
+fn fit<'o>(rig: &Rig, observed: &'o [Observed]) -> Result<(Problem<'o>, Optimum), CalibrateError> {
     let mut rig = rig.clone();
     for (key, least) in NOISE.into_iter().zip([1e-9, 1e-4]) {
         // A logarithm needs somewhere to start.
@@ -193,18 +193,19 @@ fn fit<'o>(rig: &Rig, observed: &'o [Observed]) -> Result<(Problem<'o>, Found), 
     // Angles that suited the guess need not suit what it has become.
     let again = Point { angles: problem.aligned(&problem.rig_at(&found.point.coordinates)?)?, ..found.point.clone() };
     let better = search(&problem, again, &Limits::default())?;
-    let best = if better.expansion.misfit() < found.expansion.misfit() { better } else { found };
+    let best =
+        if better.expansion.neg_log_likelihood() < found.expansion.neg_log_likelihood() { better } else { found };
     Ok((problem, best))
 }
 
-fn explained(problem: &Problem, found: &Found) -> Result<Vec<Explained>, CalibrateError> {
-    let expected = problem.expected(&found.point)?;
+fn explained(problem: &Problem, found: &Optimum) -> Result<Vec<Explained>, CalibrateError> {
+    let expected = problem.predict(&found.point)?;
     let of = |channel: usize| {
         let (mut total, mut left) = (0.0, 0.0);
         let mut bands = [(0.0, 0usize); BANDS];
         for (o, e) in problem.observed.iter().zip(&expected) {
             let Some(x) = &o.spectra[channel] else { continue };
-            let bins = judged(x, 1.0);
+            let bins = judged_bins(x, 1.0);
             for k in bins.clone() {
                 let residual = (x[k] - e.mean[channel][k]).norm_sqr();
                 total += x[k].norm_sqr();
@@ -232,12 +233,12 @@ fn explained(problem: &Problem, found: &Found) -> Result<Vec<Explained>, Calibra
 pub fn identify(rig: &Rig, measured: &[Recording], seed: u64) -> Result<Vec<TransmissionPath>, CalibrateError> {
     let mut bare = rig.clone();
     bare.paths.clear();
-    Ok(path::identify(measured, &replicates(&bare, measured, seed)?))
+    Ok(transfer_path::identify(measured, &replicates(&bare, measured, seed)?))
 }
 
 /// Runs of a rig under the conditions of recordings, [`REPLICATES`] times over, each with its own angles and noise.
 fn replicates(rig: &Rig, recordings: &[Recording], seed: u64) -> Result<Vec<Recording>, CalibrateError> {
-    let observed = Observed::of_all(recordings)?;
+    let observed = Observed::from_recordings(recordings)?;
     let repeated = std::iter::repeat_n(&observed, REPLICATES).flatten().enumerate();
     let runs: Vec<Run> =
         repeated.map(|(index, o)| Run { rig, condition: o.condition, start: Start::of_series(seed, index) }).collect();
@@ -275,7 +276,7 @@ fn held_out(before: &Rig, after: &Rig, recordings: &[Recording], seed: u64) -> R
 /// # Errors
 /// As [`calibrate`].
 pub fn prediction(rig: &Rig, recording: &Recording, seed: u64) -> Result<Recording, CalibrateError> {
-    let observed = [Observed::of(recording)?];
+    let observed = [Observed::from_recording(recording)?];
     let found = search_from_rig(&Problem::of_angles(&observed, rig.clone()))?;
     let [cage_angle0_rad, shaft_angle0_rad] = found.point.angles[0];
     let start = Start { cage_angle0_rad, shaft_angle0_rad, ..Start::seeded(seed) };

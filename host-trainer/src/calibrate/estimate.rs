@@ -74,14 +74,14 @@ fn inverse(information: &Mat<f64>) -> Mat<f64> {
 
 /// What recordings of the healthy machine tell of a rig's parameters.
 #[derive(Clone, Debug)]
-pub struct Knowledge {
+pub struct ParameterPrior {
     /// The parameters.
     pub coordinates: Vec<Coordinate>,
     /// Their covariance.
     pub covariance: Mat<f64>,
 }
 
-impl Knowledge {
+impl ParameterPrior {
     /// Nothing but what the rig's file says.
     pub fn none() -> Self {
         Self { coordinates: Vec::new(), covariance: Mat::zeros(0, 0) }
@@ -89,7 +89,7 @@ impl Knowledge {
 
     /// Of these parameters only.
     #[must_use]
-    pub fn of(&self, is_meant: impl Fn(&Coordinate) -> bool) -> Self {
+    pub fn restricted_to(&self, is_meant: impl Fn(&Coordinate) -> bool) -> Self {
         let kept: Vec<usize> = (0..self.coordinates.len()).filter(|a| is_meant(&self.coordinates[*a])).collect();
         Self {
             coordinates: kept.iter().map(|a| self.coordinates[*a].clone()).collect(),
@@ -101,12 +101,12 @@ impl Knowledge {
 /// Covariance of the first `count` unknowns of a problem that was solved with a rig of which no more than `knowledge` is
 /// known: as [`covariance`], and what the rig's parameters, did they err, would make them err. `expansion` is at that
 /// solution, with the rig's parameters after the first `count`.
-pub fn covariance_under(knowledge: &Knowledge, expansion: &Expansion, count: usize) -> Mat<f64> {
+pub fn covariance_under(knowledge: &ParameterPrior, expansion: &Expansion, count: usize) -> Mat<f64> {
     let known = count..count + knowledge.coordinates.len();
     let free: Vec<usize> = (0..expansion.gradient.len()).filter(|a| !known.contains(a)).collect();
     let pick = |all: &[f64]| free.iter().map(|a| all[*a]).collect();
     let own = Expansion {
-        misfits: expansion.misfits.clone(),
+        neg_log_likelihoods: expansion.neg_log_likelihoods.clone(),
         excess: expansion.excess,
         gradient: pick(&expansion.gradient),
         scores: expansion.scores.iter().map(|s| pick(s)).collect(),
@@ -187,7 +187,7 @@ mod tests {
     /// Nothing pulls.
     fn quiet(information: Mat<f64>) -> Expansion {
         let gradient = vec![0.0; information.nrows()];
-        Expansion { misfits: Vec::new(), excess: 0.0, gradient, scores: Vec::new(), information }
+        Expansion { neg_log_likelihoods: Vec::new(), excess: 0.0, gradient, scores: Vec::new(), information }
     }
 
     /// Information on the difference of two logarithms alone: the ratio is known, the product is not.
@@ -233,14 +233,15 @@ mod tests {
     fn what_is_hardly_known_of_the_rig_widens_what_it_can_stand_for() {
         let sum = quiet(Mat::from_fn(2, 2, |_, _| 400.0));
         let [cause, rigs] = <[Coordinate; 2]>::try_from(coordinates(&["cause", "rig's"])).unwrap();
-        let knowledge = Knowledge {
+        let knowledge = ParameterPrior {
             coordinates: vec![rigs, cause],
             covariance: Mat::from_fn(2, 2, |a, b| if a == b { 0.01 } else { 0.0 }),
         };
-        let knowledge = knowledge.of(|c| c.key == "rig's");
+        let knowledge = knowledge.restricted_to(|c| c.key == "rig's");
         assert!((covariance_under(&knowledge, &sum, 1)[(0, 0)] - (1.0 / 400.0 + 0.01)).abs() < 1e-9);
         assert!(
-            (covariance_under(&Knowledge::none(), &quiet(Mat::from_fn(1, 1, |_, _| 400.0)), 1)[(0, 0)] - 1.0 / 400.0)
+            (covariance_under(&ParameterPrior::none(), &quiet(Mat::from_fn(1, 1, |_, _| 400.0)), 1)[(0, 0)]
+                - 1.0 / 400.0)
                 .abs()
                 < 1e-9
         );

@@ -12,10 +12,10 @@
 pub mod bearing;
 pub mod distance;
 pub mod estimate;
-pub mod path;
 pub mod split;
 #[cfg(test)]
 mod tests;
+pub mod transfer_path;
 
 pub use bearing::{Calibration, calibrate};
 

@@ -16,7 +16,7 @@ pub struct Split {
 
 impl Split {
     /// The last quarter of the recordings is held out; of a single one its last quarter.
-    pub fn of(recordings: &[Recording]) -> Self {
+    pub fn new(recordings: &[Recording]) -> Self {
         if let [only] = recordings {
             let cut = ((1.0 - HELD_OUT) * only.len() as f64) as usize;
             return Self { fitted: vec![part(only, 0..cut)], held_out: vec![part(only, cut..only.len())] };

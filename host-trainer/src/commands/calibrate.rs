@@ -12,7 +12,7 @@ use crate::force_balance::{self, calibrate_sdof};
 use crate::recording::{Recording, load_all};
 use crate::report;
 use crate::report::Document;
-use crate::report::number::{significant, with_interval};
+use crate::report::format::{significant, with_interval};
 use crate::rig::{Model, Rig};
 
 /// Fit a rig's uncertain parameters to recordings of the healthy machine
@@ -115,7 +115,7 @@ fn tell(
     line(format_args!("wrote {}", args.out.display()))
 }
 
-fn sdof_lines(calibration: &force_balance::Calibration) -> Vec<String> {
+fn sdof_lines(calibration: &force_balance::SdofCalibration) -> Vec<String> {
     let mut out = vec![format!("{:<24} {:>12} {:>12}   95 % interval", "parameter", "before", "calibrated")];
     for e in &calibration.estimates {
         let (value, interval) = with_interval(e.value, Some(e.interval95));

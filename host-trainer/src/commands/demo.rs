@@ -38,6 +38,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.json {
         return json(&outcome);
     }
-    line(outcome.words())?;
+    line(outcome.text())?;
     line(format_args!("report: {}", args.out.join("report.html").display()))
 }

@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use super::{Failure, json, line};
-use crate::diagnose::outcome::{Cause, Outcome, Parameter};
+use crate::diagnose::result::{Cause, DiagnosisResult, Parameter};
 use crate::diagnose::write::Document;
 use crate::diagnose::{Task, diagnose};
 use crate::recording::load_all;
 use crate::report;
 use crate::report::diagnosis::percent;
+use crate::report::format::{by_chance, significant, with_interval};
 use crate::report::held_out::errors;
-use crate::report::number::{by_chance, significant, with_interval};
 use crate::rig::Rig;
 
 /// Find out what a simulation leaves out: where, what, how much
@@ -64,7 +64,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let outcome = outcome.map_err(Failure::input)?;
     report::diagnosis::folder(&args.out, &task, &outcome).map_err(Failure::other)?;
     if args.json {
-        return json(&Document::of(&outcome));
+        return json(&Document::from_result(&outcome));
     }
     for text in lines(&outcome) {
         line(text)?;
@@ -72,7 +72,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     line(format_args!("wrote {}; the report is {}", args.out.display(), args.out.join("report.html").display()))
 }
 
-fn lines(outcome: &Outcome) -> Vec<String> {
+fn lines(outcome: &DiagnosisResult) -> Vec<String> {
     let diagnosis = &outcome.diagnosis;
     let mut out = vec![report::diagnosis::verdict(outcome).1];
     for cause in &diagnosis.causes {

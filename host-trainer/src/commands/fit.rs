@@ -7,7 +7,7 @@ use clap::ValueEnum;
 
 use super::input::{Recordings, bar};
 use super::{Failure, json, line, write};
-use crate::fit::{FitConfig, Fitted, Solver, causes, fit, terms, words};
+use crate::fit::{FitConfig, Fitted, Solver, causes, fit, terms, text};
 use crate::model_file;
 use crate::report;
 use crate::sindy_nn::gradient::Lambdas;
@@ -256,6 +256,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if causes.is_some_and(|causes| causes.is_empty()) {
         line("the diagnosis names no cause, so the library stays as it is")?;
     }
-    line(words::report(report, if args.all_terms { usize::MAX } else { 6 }))?;
+    line(text::report(report, if args.all_terms { usize::MAX } else { 6 }))?;
     line(format_args!("wrote {} ({} bytes on the device)", args.out.display(), model.bytes().len()))
 }

@@ -40,7 +40,7 @@ impl Recordings {
     pub fn read(&self, default_channel: Option<&str>) -> Result<Input, Failure> {
         let channel = self.channel.as_deref().or(default_channel);
         let recordings = self.load(channel.map(|c| vec![c.to_owned()]))?;
-        Input::of(&recordings, channel).map_err(Failure::input)
+        Input::from_recordings(&recordings, channel).map_err(Failure::input)
     }
 
     /// Reads some channels, or all.

@@ -6,11 +6,11 @@
 mod calibrate;
 mod demo;
 mod diagnose;
+mod evaluate;
 mod export;
 mod fit;
 mod input;
 mod monitor;
-mod prove;
 mod simulate;
 mod spectra;
 
@@ -36,7 +36,7 @@ enum Command {
     Predict(simulate::PredictArgs),
     Calibrate(calibrate::Args),
     Diagnose(diagnose::Args),
-    Prove(prove::Args),
+    Evaluate(evaluate::Args),
     Spectra(spectra::Args),
 }
 
@@ -72,7 +72,7 @@ pub fn run() -> ExitCode {
         Command::Predict(args) => simulate::predict(&args),
         Command::Calibrate(args) => calibrate::run(&args),
         Command::Diagnose(args) => diagnose::run(&args),
-        Command::Prove(args) => prove::run(&args),
+        Command::Evaluate(args) => evaluate::run(&args),
         Command::Spectra(args) => spectra::run(&args),
     };
     match result {
@@ -104,5 +104,5 @@ pub(crate) fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
 
 /// A whole file, or none.
 pub(crate) fn write(path: &std::path::Path, bytes: &[u8]) -> Result<(), Failure> {
-    crate::files::write_atomically(path, bytes).map_err(|e| Failure::Other(format!("{}: {e}", path.display())))
+    crate::atomic_write::write_atomically(path, bytes).map_err(|e| Failure::Other(format!("{}: {e}", path.display())))
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use ballrace_firmware_sim::event::Event;
-use ballrace_firmware_sim::faults::{Injected, Plan};
+use ballrace_firmware_sim::faults::{FaultPlan, Injected};
 use serde_json::Value;
 
 use super::input::{Recordings, bar};
@@ -11,8 +11,8 @@ use super::{Failure, json, line, write};
 use crate::input::Input;
 use crate::model_file;
 use crate::plot::trend;
+use crate::replay::{self, Options, Replayed};
 use crate::report;
-use crate::watch::{Options, Watched, watch};
 
 /// Run the device's own code over recordings
 ///
@@ -55,7 +55,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let plan: Plan =
+    let plan: FaultPlan =
         args.fault.as_deref().unwrap_or("").parse().map_err(|e| Failure::Input(format!("--fault: {e}")))?;
     if args.pace.is_some_and(|p| !(p.is_finite() && p > 0.0)) {
         return Err(Failure::Input("--pace: expected a positive factor".into()));
@@ -68,7 +68,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let bar = bar("monitor");
     bar.set_length(input.series.len() as u64);
     let options = Options { plan, seed: args.seed, pace: args.pace, keep_samples: args.samples_out.is_some() };
-    let watched = watch(&model, &input, &options, &mut |event, done| {
+    let watched = replay::replay(&model, &input, &options, &mut |event, done| {
         bar.set_position(done as u64);
         if matches!(event, Event::Block(_)) && !args.blocks {
             return;
@@ -108,7 +108,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// The summary for a person, on stderr.
-fn tell(watched: &Watched, input: &Input) {
+fn tell(watched: &Replayed, input: &Input) {
     let s = &watched.summary;
     let seconds = s.samples as f64 / input.sample_rate_hz;
     eprintln!(

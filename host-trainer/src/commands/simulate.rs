@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::{Failure, json, line};
 use crate::recording::manifest::Manifest;
 use crate::recording::{Recording, load_all, write};
-use crate::rig::conduct;
+use crate::rig::batch;
 use crate::rig::config::{Model, Rig};
 
 /// Simulate a rig under the operating conditions of a manifest
@@ -71,10 +71,10 @@ pub fn simulate(args: &SimulateArgs) -> Result<(), Failure> {
     }
     let rig = Rig::read(&args.rig).map_err(Failure::input)?;
     let made = if matches!(rig.model, Model::Sdof(_)) {
-        conduct::recordings(&rig, &load_all(&args.manifest).map_err(Failure::input)?, args.seed)
+        batch::recordings(&rig, &load_all(&args.manifest).map_err(Failure::input)?, args.seed)
     } else {
         let manifest = Manifest::read(&args.manifest).map_err(Failure::input)?;
-        conduct::entries(&rig, &manifest.entries, args.seconds, args.seed)
+        batch::entries(&rig, &manifest.entries, args.seconds, args.seed)
     };
     store(&made.map_err(Failure::input)?, &args.out, args.json)
 }
@@ -83,7 +83,7 @@ pub fn simulate(args: &SimulateArgs) -> Result<(), Failure> {
 pub fn predict(args: &PredictArgs) -> Result<(), Failure> {
     let rig = Rig::read(&args.rig).map_err(Failure::input)?;
     let recordings = load_all(&args.recordings).map_err(Failure::input)?;
-    let made = conduct::recordings(&rig, &recordings, args.seed).map_err(Failure::input)?;
+    let made = batch::recordings(&rig, &recordings, args.seed).map_err(Failure::input)?;
     store(&made, &args.out, args.json)
 }
 

@@ -80,7 +80,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let analyses: Vec<Analysis> = recordings
         .iter()
-        .map(|recording| Analysis::of(recording, &wanted).map_err(Failure::input))
+        .map(|recording| Analysis::analyse(recording, &wanted).map_err(Failure::input))
         .collect::<Result<_, _>>()?;
     let page = report::document(&analyses).map_err(Failure::other)?.html();
     write(&args.out, page.as_bytes())?;

@@ -14,7 +14,7 @@ use crate::rig::simulate::{OperatingCondition, Run, Start, simulate_many};
 
 /// What to make.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct Scenario {
     /// Recordings, in order of time.
     pub recordings: usize,
     /// Length of each, s.
@@ -76,7 +76,7 @@ pub fn nominal() -> Result<Rig, RigError> {
 ///
 /// # Errors
 /// What the simulation refuses.
-pub fn make(plan: &Plan) -> Result<Made, RigError> {
+pub fn make(plan: &Scenario) -> Result<Made, RigError> {
     let nominal = nominal()?;
     let mut rng = ChaCha8Rng::seed_from_u64(plan.seed);
     let start = (rng.random_range(START) * plan.recordings as f64).ceil() as usize;
@@ -117,7 +117,7 @@ mod tests {
     use super::*;
     use crate::signal::spectrum::welch;
 
-    const PLAN: Plan = Plan { recordings: 12, seconds: 0.3, sample_rate_hz: 25_600.0, gain: 5.0, seed: 3 };
+    const PLAN: Scenario = Scenario { recordings: 12, seconds: 0.3, sample_rate_hz: 25_600.0, gain: 5.0, seed: 3 };
 
     #[test]
     fn the_mode_comes_about_half_way_and_shows_at_its_frequency() {
@@ -136,15 +136,15 @@ mod tests {
 
     #[test]
     fn null_without_gain_there_is_no_effect() {
-        let made = make(&Plan { gain: 0.0, ..PLAN }).unwrap();
+        let made = make(&Scenario { gain: 0.0, ..PLAN }).unwrap();
         assert_eq!(made.truth.first_affected, None);
     }
 
     #[test]
     fn same_seed_same_samples_and_the_effect_changes_nothing_before_it_starts() {
-        let (made, control) = (make(&PLAN).unwrap(), make(&Plan { gain: 0.0, ..PLAN }).unwrap());
+        let (made, control) = (make(&PLAN).unwrap(), make(&Scenario { gain: 0.0, ..PLAN }).unwrap());
         assert_eq!(made, make(&PLAN).unwrap());
-        assert_ne!(made, make(&Plan { seed: 4, ..PLAN }).unwrap());
+        assert_ne!(made, make(&Scenario { seed: 4, ..PLAN }).unwrap());
         let first = made.truth.first_affected.unwrap();
         assert_eq!(made.recordings[..first], control.recordings[..first]);
         assert_ne!(made.recordings[first], control.recordings[first]);

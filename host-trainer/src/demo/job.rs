@@ -14,9 +14,9 @@ use crate::input::Input;
 use crate::model::OwnedModel;
 use crate::model_file;
 use crate::recording::{Recording, load_all};
+use crate::replay::{self, Replayed};
 use crate::report;
-use crate::rig::{Rig, conduct};
-use crate::watch::{self, Watched, watch};
+use crate::rig::{Rig, batch};
 
 /// Channel that is modelled.
 pub const CHANNEL: &str = "ay";
@@ -35,25 +35,25 @@ pub struct Job {
 }
 
 /// What the job found.
-pub struct Found {
+pub struct JobResult {
     /// The machine's recordings.
     pub input: Input,
     /// The model of the machine as drawn, and what the device made of the recordings with it.
     pub before: Fitted,
     /// The device on all recordings with that.
-    pub watched: Watched,
+    pub watched: Replayed,
     /// The recordings that were diagnosed, from 0.
     pub diagnosed: Vec<usize>,
     /// Of the same stretch of time those that were not: by these the models are judged.
     pub judged: Vec<usize>,
     /// What the drawing leaves out.
-    pub diagnosis: diagnose::outcome::Outcome,
+    pub diagnosis: diagnose::result::DiagnosisResult,
     /// What that brought into the library.
     pub entered: Vec<Entered>,
     /// The model of the corrected rig.
     pub after: Fitted,
     /// The device on the judged recordings with that.
-    pub watched_after: Watched,
+    pub watched_after: Replayed,
     /// What it takes on the device.
     pub sizes: Sizes,
     /// Shares of variance that the predictions leave.
@@ -79,10 +79,10 @@ pub struct Residuals {
 ///
 /// # Errors
 /// The first thing that goes wrong.
-pub fn run(job: &Job, out: &Path, progress: &(dyn Fn(&str, f64) + Sync)) -> Result<Found, DemoError> {
+pub fn run(job: &Job, out: &Path, progress: &(dyn Fn(&str, f64) + Sync)) -> Result<JobResult, DemoError> {
     progress("reading", 0.02);
     let recordings = load_all(&out.join("recordings"))?;
-    let input = Input::of(&recordings, Some(CHANNEL))?;
+    let input = Input::from_recordings(&recordings, Some(CHANNEL))?;
     let rig = Rig::read(&out.join(RIG))?;
     let (total, least) = (recordings.len(), 4 * job.diagnosed.max(1));
     if total < least {
@@ -97,7 +97,7 @@ pub fn run(job: &Job, out: &Path, progress: &(dyn Fn(&str, f64) + Sync)) -> Resu
     store(&before.model, out, &[("before.bin", Format::Bin)])?;
 
     progress("the device on all recordings", 0.15);
-    let watched = watch(&before.model, &input, &watch::Options::default(), &mut |_, _| ())?;
+    let watched = replay::replay(&before.model, &input, &replay::Options::default(), &mut |_, _| ())?;
     let lines: String = watched.events.iter().map(|event| format!("{event}\n")).collect();
     super::write(&out.join("events.jsonl"), lines.as_bytes())?;
 
@@ -127,7 +127,7 @@ pub fn run(job: &Job, out: &Path, progress: &(dyn Fn(&str, f64) + Sync)) -> Resu
         gaps: judged.iter().map(|n| input.gaps[*n].clone()).collect(),
         ..input.clone()
     };
-    let watched_after = watch(&after.model, &judged_input, &watch::Options::default(), &mut |_, _| ())?;
+    let watched_after = replay::replay(&after.model, &judged_input, &replay::Options::default(), &mut |_, _| ())?;
     let old_library = match entered.iter().any(|e| e.changed) {
         true => Some(model_of(&corrected, &recordings, seed(2), &plain, &show(0.85, 0.9))?),
         false => None,
@@ -142,7 +142,19 @@ pub fn run(job: &Job, out: &Path, progress: &(dyn Fn(&str, f64) + Sync)) -> Resu
         without_terms: old_library.map(|fitted| of(&fitted, &input.series)),
         floor: of(&floor, &judged_input.series),
     };
-    Ok(Found { input, before, watched, diagnosed, judged, diagnosis, entered, after, watched_after, sizes, residuals })
+    Ok(JobResult {
+        input,
+        before,
+        watched,
+        diagnosed,
+        judged,
+        diagnosis,
+        entered,
+        after,
+        watched_after,
+        sizes,
+        residuals,
+    })
 }
 
 /// A model of what a rig gives under the machine's conditions.
@@ -153,7 +165,7 @@ pub(super) fn model_of(
     config: &FitConfig,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Fitted, DemoError> {
-    let simulated = Input::of(&conduct::recordings(rig, recordings, seed)?, Some(CHANNEL))?;
+    let simulated = Input::from_recordings(&batch::recordings(rig, recordings, seed)?, Some(CHANNEL))?;
     fit_to(&simulated.series, simulated.sample_rate_hz, config, progress)
 }
 

@@ -8,7 +8,7 @@
 //! | [`page`] | the report |
 //!
 //! [`run`] makes the recordings and writes them and the machine's drawing; everything after that knows only this
-//! folder. What was put in ([`generator::Truth`]) meets what was found only in the [`Outcome`].
+//! folder. What was put in ([`generator::Truth`]) meets what was found only in the [`DemoResult`].
 
 pub mod generator;
 pub mod job;
@@ -21,15 +21,15 @@ use ballrace_core::states::{Alignment, Orders, StateSpec};
 
 use crate::fit::{FitConfig, FitError, Solver};
 use crate::sindy_nn::train::TrainConfig;
-use generator::Plan;
+use generator::Scenario;
 use job::Job;
-pub use outcome::Outcome;
+pub use outcome::DemoResult;
 
 /// What to make and what to do with it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {
     /// The recordings.
-    pub plan: Plan,
+    pub plan: Scenario,
     /// The job.
     pub job: Job,
 }
@@ -42,7 +42,7 @@ impl Config {
     pub fn new(seed: u64) -> Self {
         let train = TrainConfig { max_steps: 2500, batch: 1024, learning_rate: 3e-3, ..TrainConfig::default() };
         Self {
-            plan: Plan { recordings: 60, seconds: 0.25, sample_rate_hz: 25_600.0, gain: 4.0, seed },
+            plan: Scenario { recordings: 60, seconds: 0.25, sample_rate_hz: 25_600.0, gain: 4.0, seed },
             job: Job {
                 diagnosed: 4,
                 fit: FitConfig {
@@ -108,7 +108,7 @@ pub enum DemoError {
     Model(#[from] ballrace_core::model::ModelError),
     /// The device on the recordings.
     #[error(transparent)]
-    Watch(#[from] crate::watch::WatchError),
+    Watch(#[from] crate::replay::ReplayError),
     /// The diagnosis.
     #[error(transparent)]
     Diagnose(#[from] crate::diagnose::DiagnoseError),
@@ -131,13 +131,13 @@ pub enum DemoError {
 ///
 /// # Errors
 /// The first thing that goes wrong.
-pub fn run(config: &Config, out: &Path, progress: &(dyn Fn(&str, f64) + Sync)) -> Result<Outcome, DemoError> {
+pub fn run(config: &Config, out: &Path, progress: &(dyn Fn(&str, f64) + Sync)) -> Result<DemoResult, DemoError> {
     progress("making recordings", 0.0);
     let made = generator::make(&config.plan)?;
     crate::recording::write::folder(&out.join("recordings"), &made.recordings)?;
     write(&out.join(job::RIG), generator::RIG.as_bytes())?;
     let found = job::run(&config.job, out, progress)?;
-    let outcome = Outcome::of(config, &made, &found);
+    let outcome = DemoResult::new(config, &made, &found);
     progress("report", 0.95);
     let page = page::document(&outcome, &found)?;
     write(&out.join("report.html"), page.html().as_bytes())?;
@@ -146,7 +146,7 @@ pub fn run(config: &Config, out: &Path, progress: &(dyn Fn(&str, f64) + Sync)) -
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), DemoError> {
-    crate::files::write_atomically(path, bytes).map_err(|source| DemoError::Io { path: path.to_owned(), source })
+    crate::atomic_write::write_atomically(path, bytes).map_err(|source| DemoError::Io { path: path.to_owned(), source })
 }
 
 #[cfg(test)]

@@ -7,18 +7,18 @@ use serde::Serialize;
 
 use super::Config;
 use super::generator::{Made, Truth};
-use super::job::Found;
-use crate::diagnose::outcome::{Cause, Parameter, Verdict as Diagnosed};
+use super::job::JobResult;
+use crate::diagnose::result::{Cause, Parameter, Verdict as Diagnosed};
 use crate::export::Sizes;
 use crate::fit::score::Scores;
 use crate::fit::terms::Entered;
+use crate::fit::text;
 use crate::fit::verdict::Verdict;
-use crate::fit::words;
-use crate::report::number::{significant, with_interval};
+use crate::report::format::{significant, with_interval};
 
 /// What a demo found, and what it was.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Outcome {
+pub struct DemoResult {
     /// Seed.
     pub seed: u64,
     /// Recordings made.
@@ -79,7 +79,7 @@ pub struct Residual {
 }
 
 impl Residual {
-    fn of(found: &Found) -> Self {
+    fn from_found(found: &JobResult) -> Self {
         let residuals = &found.residuals;
         let judged = |values: &[f64]| -> Vec<f64> { found.judged.iter().map(|n| values[*n]).collect() };
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
@@ -104,8 +104,8 @@ impl Residual {
     }
 }
 
-impl Outcome {
-    pub(super) fn of(config: &Config, made: &Made, found: &Found) -> Self {
+impl DemoResult {
+    pub(super) fn new(config: &Config, made: &Made, found: &JobResult) -> Self {
         let first_alarm = found.watched.summary.first_alarm.clone();
         let alarm = first_alarm.as_ref().map(|a| a.recording_index as usize);
         let causes = found.diagnosis.diagnosis.causes.clone();
@@ -125,7 +125,7 @@ impl Outcome {
             rightly_named: names == there && found.diagnosis.diagnosis.verdict != Diagnosed::Unexplained,
             causes,
             entered: found.entered.clone(),
-            residual: Residual::of(found),
+            residual: Residual::from_found(found),
             alarms_after: found.watched_after.summary.alarms,
             scores: found.after.report.scores.clone(),
             verdict: found.after.report.verdict.clone(),
@@ -228,7 +228,7 @@ impl Outcome {
     }
 
     /// Everything in words, for a terminal.
-    pub fn words(&self) -> String {
+    pub fn text(&self) -> String {
         let mut out = String::new();
         let s = &self.sizes;
         // Writing to a string cannot fail.
@@ -243,7 +243,7 @@ impl Outcome {
         if let Some(sentence) = self.terms() {
             let _ = writeln!(out, "{sentence}");
         }
-        out += &words::scores(&self.scores);
+        out += &text::scores(&self.scores);
         let _ = writeln!(out, "\nverdict: {}", self.verdict.words);
         let _ = write!(
             out,

@@ -1,14 +1,14 @@
 //! The demo's report: what was put in, what was found, and what came of it. For two minutes.
 
-use super::Outcome;
-use super::job::{DIAGNOSIS, Found};
-use crate::diagnose::outcome::Parameter;
+use super::DemoResult;
+use super::job::{DIAGNOSIS, JobResult};
+use crate::diagnose::result::Parameter;
 use crate::fit::report::Report;
 use crate::plot::DrawError;
 use crate::plot::comparison::{self, Curve, Names};
 use crate::plot::lines::Mark;
 use crate::plot::style::{EARLY, LATE, MEASURED, PREDICTED};
-use crate::report::number::{significant, with_interval};
+use crate::report::format::{significant, with_interval};
 use crate::report::signal::Comparison;
 use crate::report::{Cell, Document, Section, Tone, model, monitor};
 
@@ -16,7 +16,7 @@ use crate::report::{Cell, Document, Section, Tone, model, monitor};
 const PUT_IN: &str = "put in";
 
 /// The report.
-pub(super) fn document(outcome: &Outcome, found: &Found) -> Result<Document, DrawError> {
+pub(super) fn document(outcome: &DemoResult, found: &JobResult) -> Result<Document, DrawError> {
     let about = format!(
         "A simulated machine: {} recordings of {} s at {} Hz, seed {}. All that is known of it is its drawing, a rig of 5 \
          degrees of freedom; what was put in beyond that meets what was found only in this report.",
@@ -29,7 +29,7 @@ pub(super) fn document(outcome: &Outcome, found: &Found) -> Result<Document, Dra
         .section(residual(outcome, found)?)
         .section(cause(outcome))
         .section(monitor::trend(&found.watched, &view.monitor, mark)?);
-    if let Some(comparison) = Comparison::of(&found.input, None) {
+    if let Some(comparison) = Comparison::from_input(&found.input, None) {
         document = document.section(comparison.spectra()?);
     }
     let report = &found.after.report;
@@ -43,7 +43,7 @@ pub(super) fn document(outcome: &Outcome, found: &Found) -> Result<Document, Dra
     ]))
 }
 
-fn tone(outcome: &Outcome) -> Tone {
+fn tone(outcome: &DemoResult) -> Tone {
     let changed = outcome.truth.first_affected.is_some();
     let alarmed = outcome.first_alarm.is_some() == changed && !outcome.false_alarm;
     let fell = !changed || outcome.residual.after < outcome.residual.before;
@@ -51,7 +51,7 @@ fn tone(outcome: &Outcome) -> Tone {
 }
 
 /// The picture that the rest explains.
-fn residual(outcome: &Outcome, found: &Found) -> Result<Section, DrawError> {
+fn residual(outcome: &DemoResult, found: &JobResult) -> Result<Section, DrawError> {
     let residuals = &found.residuals;
     let all = |values: &[f64]| values.iter().enumerate().map(|(n, v)| ((n + 1) as f64, *v)).collect::<Vec<_>>();
     let floor = found.judged.iter().zip(&residuals.floor).map(|(n, v)| ((n + 1) as f64, *v)).collect();
@@ -98,7 +98,7 @@ fn residual(outcome: &Outcome, found: &Found) -> Result<Section, DrawError> {
 }
 
 /// What was found beside what was put in.
-fn cause(outcome: &Outcome) -> Section {
+fn cause(outcome: &DemoResult) -> Section {
     let truth = |name: &str| match (outcome.truth.first_affected, name) {
         (Some(_), "frequency_hz") => significant(outcome.truth.frequency_hz, 5),
         (Some(_), "damping_ratio") => significant(outcome.truth.damping_ratio, 3),
@@ -130,7 +130,7 @@ fn cause(outcome: &Outcome) -> Section {
         .link(format!("{DIAGNOSIS}/report.html"), "The report of the diagnosis: how, and all that lost.")
 }
 
-fn scores(outcome: &Outcome, report: &Report) -> Section {
+fn scores(outcome: &DemoResult, report: &Report) -> Section {
     let section = model::scores(report).paragraph(format!("Verdict on the fit: {}.", outcome.verdict.words));
     if outcome.verdict.beyond_null {
         return section;
@@ -141,7 +141,7 @@ fn scores(outcome: &Outcome, report: &Report) -> Section {
     )
 }
 
-fn steps(outcome: &Outcome) -> Section {
+fn steps(outcome: &DemoResult) -> Section {
     let row = |file: &str, what: &str| vec![Cell::text(file), Cell::text(what)];
     let rows = vec![
         row("recordings/, rig.toml", "the recordings with recordings.toml, and the drawing: all that the job knows"),

@@ -1,5 +1,5 @@
 use super::*;
-use crate::diagnose::outcome::Verdict;
+use crate::diagnose::result::Verdict;
 use crate::export::Format;
 use crate::model_file;
 use crate::report::html::tests::assert_well_formed;
@@ -9,7 +9,7 @@ use crate::stlsq::StlsqConfig;
 fn small(gain: f64) -> Config {
     let config = Config::new(5);
     Config {
-        plan: Plan { recordings: 24, seconds: 0.2, gain, ..config.plan },
+        plan: Scenario { recordings: 24, seconds: 0.2, gain, ..config.plan },
         job: Job {
             diagnosed: 3,
             fit: FitConfig { solver: Solver::Stlsq(StlsqConfig::default()), null_fits: 2, ..config.job.fit },
@@ -32,7 +32,7 @@ fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     out
 }
 
-fn ran(config: &Config) -> (Outcome, tempfile::TempDir) {
+fn ran(config: &Config) -> (DemoResult, tempfile::TempDir) {
     let folder = tempfile::tempdir().unwrap();
     let outcome = run(config, folder.path(), &|_, _| ()).unwrap();
     (outcome, folder)
@@ -108,11 +108,12 @@ fn null_where_nothing_was_put_in_nothing_is_found_and_nothing_falls() {
 fn null_a_machine_as_drawn_raises_no_alarm_whatever_the_seed() {
     for seed in 6..9 {
         let config = small(0.0);
-        let made = generator::make(&Plan { seed, ..config.plan }).unwrap();
+        let made = generator::make(&Scenario { seed, ..config.plan }).unwrap();
         let fit = FitConfig { seed, null_fits: 0, ..config.job.fit };
         let model = job::model_of(&generator::nominal().unwrap(), &made.recordings, 77, &fit, &|_| ()).unwrap().model;
-        let input = crate::input::Input::of(&made.recordings, Some(job::CHANNEL)).unwrap();
-        let watched = crate::watch::watch(&model, &input, &crate::watch::Options::default(), &mut |_, _| ()).unwrap();
+        let input = crate::input::Input::from_recordings(&made.recordings, Some(job::CHANNEL)).unwrap();
+        let watched =
+            crate::replay::replay(&model, &input, &crate::replay::Options::default(), &mut |_, _| ()).unwrap();
         assert_eq!(watched.summary.alarms, 0, "seed {seed}");
     }
 }
@@ -121,7 +122,7 @@ fn null_a_machine_as_drawn_raises_no_alarm_whatever_the_seed() {
 fn too_few_recordings_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let config = small(0.0);
-    let config = Config { plan: Plan { recordings: 11, ..config.plan }, ..config };
+    let config = Config { plan: Scenario { recordings: 11, ..config.plan }, ..config };
     let error = run(&config, folder.path(), &|_, _| ()).unwrap_err();
     assert_eq!(error.to_string(), "recordings: found 11, expected at least 12");
 }

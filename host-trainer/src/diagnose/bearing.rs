@@ -3,25 +3,25 @@
 //! 1. Faults of the acquisition are found and taken out ([`acquisition`](super::acquisition)).
 //! 2. The rig as it is, its unknown parameters and the angles fitted, leaves a residual; [`residual`](super::residual)
 //!    says whether chance could have left it.
-//! 3. Every hypothesis is brought as near as it can come ([`compete`](super::compete)), on recordings without the last.
+//! 3. Every hypothesis is brought as near as it can come ([`model_selection`](super::model_selection)), on recordings without the last.
 //!    The best is kept where it gains more than its parameters are worth. A second one is sought in the same way in what
 //!    it leaves, and then either anew beside the other; where both leave much, another comes first
 //!    ([`explain`](super::explain)).
 //! 4. What is kept stands where it gains more on the recording that took no part than chance gives
-//!    ([`prove`](super::prove)), errs little more there, and takes away most of what there was to explain. Where something
+//!    ([`validation`](super::validation)), errs little more there, and takes away most of what there was to explain. Where something
 //!    is left and nothing stands, nothing in the vocabulary explains it.
 
 use super::acquisition::Acquired;
+use super::data_split::DataSplit;
 use super::evidence;
-use super::explain::{EXPLAINED, Explanation, Ground};
-use super::outcome::{Cause, Diagnosis, Location, Outcome, SCHEMA, Verdict};
-use super::prove::{Proof, prove, shown};
-use super::sets::Sets;
-use super::statement::{self, Failure};
+use super::explain::{EXPLAINED, Explanation, NullFit};
+use super::findings::{self, Failure};
+use super::result::{Cause, Diagnosis, DiagnosisResult, Location, SCHEMA, Verdict};
+use super::validation::{Validation, shown, validate};
 use super::{DiagnoseError, Task};
-use super::{locate, recorded};
+use super::{envelope, locate};
 use crate::calibrate::bearing::{Calibration, Options, calibrate};
-use crate::calibrate::estimate::Knowledge;
+use crate::calibrate::estimate::ParameterPrior;
 use crate::calibrate::split::Split;
 use crate::recording::Recording;
 use crate::rig::Rig;
@@ -30,7 +30,7 @@ use crate::whittle::observed::Observed;
 /// Power of the error on what took no part, in shares of the rig's without them, that causes may not reach in any channel.
 const GREATEST_ERROR_RATIO: f64 = 2.0;
 /// p-value on the recording that took no part.
-const LEAST_P: f64 = 0.01;
+const SIGNIFICANCE_LEVEL: f64 = 0.01;
 /// Said where a fault of the acquisition is told and more is wrong.
 const BESIDE_A_FAULT: &str = "With the fault of the acquisition taken out the recordings still differ from the rig by more \
                               than chance, and nothing in the vocabulary explains that; the fault may be a part of something \
@@ -43,27 +43,30 @@ const CUT_OFF: &str =
 ///
 /// # Errors
 /// Recordings without acceleration, speed or load; a rig that cannot run.
-pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<Outcome, DiagnoseError> {
+pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult, DiagnoseError> {
     let Task { recordings, seed, .. } = *task;
-    let (rig, knowledge) = match measure(task, progress)? {
-        Measure::Waveforms(rig, knowledge) => (rig, knowledge),
-        Measure::Rhythm(rig) => return recorded::diagnose(&Task { rig: &rig, ..*task }, progress),
+    let (rig, prior) = match measure(task, progress)? {
+        Measure::Waveforms(rig, prior) => (rig, prior),
+        Measure::Rhythm(rig) => return envelope::diagnose(&Task { rig: &rig, ..*task }, progress),
     };
-    let acquired = Acquired::of(&rig, recordings)?;
-    let sets = Sets::of(&acquired.recordings)?;
+    let acquired = Acquired::detect(&rig, recordings)?;
+    let split = DataSplit::new(&acquired.recordings)?;
     progress("fitting the rig as it is");
-    let ground = Ground::of(&rig, &sets, seed)?;
+    let null_fit = NullFit::new(&rig, &split, seed)?;
     // What was cut off is lost, and with it what another cause could be known by.
-    let explanation =
-        if acquired.clipped.is_empty() { ground.explain(progress)? } else { Explanation::nothing(ground.excess) };
-    let judgement = Judgement::of(&ground, &explanation, progress)?;
-    outcome(recordings, &acquired, &knowledge, &ground, &explanation, judgement, progress)
+    let explanation = if acquired.clipped.is_empty() {
+        null_fit.explain(progress)?
+    } else {
+        Explanation::nothing(null_fit.lack_of_fit)
+    };
+    let judgement = Judgement::new(&null_fit, &explanation, progress)?;
+    outcome(recordings, &acquired, &prior, &null_fit, &explanation, judgement, progress)
 }
 
 /// The rig that recordings are measured by.
 enum Measure {
     /// Of the right kind, so that waveforms count, and how well its parameters are known.
-    Waveforms(Rig, Knowledge),
+    Waveforms(Rig, ParameterPrior),
     /// With a transmission path in the place of a structure that is not the rig's, so that only the rhythm counts.
     Rhythm(Rig),
 }
@@ -72,23 +75,23 @@ fn measure(task: &Task, progress: &dyn Fn(&str)) -> Result<Measure, DiagnoseErro
     let Task { rig, baseline, recordings, seed } = *task;
     if let Some(baseline) = baseline {
         progress("calibrating to the baseline");
-        let Calibration { rig, knowledge, .. } =
+        let Calibration { rig, prior, .. } =
             calibrate(rig, baseline, &Options { seed, ..Options::default() }, progress)?;
-        return Ok(if rig.paths.is_empty() { Measure::Waveforms(rig, knowledge) } else { Measure::Rhythm(rig) });
+        return Ok(if rig.paths.is_empty() { Measure::Waveforms(rig, prior) } else { Measure::Rhythm(rig) });
     }
     if !rig.unknown.is_empty() {
         progress("fitting the rig's unknown parameters");
-        if let Some(rig) = recorded::beyond_the_rig(rig, recordings, seed)? {
+        if let Some(rig) = envelope::beyond_the_rig(rig, recordings, seed)? {
             return Ok(Measure::Rhythm(rig));
         }
     }
-    Ok(Measure::Waveforms(rig.clone(), Knowledge::none()))
+    Ok(Measure::Waveforms(rig.clone(), ParameterPrior::none()))
 }
 
 /// Whether an explanation stands.
 struct Judgement {
     /// What it does to recordings that took no part; `None` where it cannot be run there.
-    proof: Option<Proof>,
+    validation: Option<Validation>,
     /// What speaks against it.
     failure: Option<Failure>,
     /// Of the machine, whatever the acquisition does.
@@ -96,37 +99,37 @@ struct Judgement {
 }
 
 impl Judgement {
-    fn of(ground: &Ground, explanation: &Explanation, progress: &dyn Fn(&str)) -> Result<Self, DiagnoseError> {
-        let (excess, left) = (ground.excess, explanation.left);
-        let proof = match explanation.last() {
+    fn new(null_fit: &NullFit, explanation: &Explanation, progress: &dyn Fn(&str)) -> Result<Self, DiagnoseError> {
+        let (lack_of_fit, left) = (null_fit.lack_of_fit, explanation.left);
+        let validation = match explanation.last() {
             Some(last) => {
                 progress("proving it on what took no part");
                 // A rig that cannot be run under the condition that was held out is not proved.
-                prove(&ground.rig()?, &last.rig()?, &ground.sets.held_out, ground.seed).ok()
+                validate(&null_fit.rig()?, &last.rig()?, &null_fit.split.held_out, null_fit.seed).ok()
             }
             // What is held out is shown all the same.
-            None => prove(&ground.rig()?, &ground.rig()?, &ground.sets.held_out, ground.seed).ok(),
+            None => validate(&null_fit.rig()?, &null_fit.rig()?, &null_fit.split.held_out, null_fit.seed).ok(),
         };
-        let explained = if left.is_more_than_chance() { excess.explained(&left) } else { 1.0 };
-        let failure = failure(explained, proof.as_ref());
+        let explained = if left.is_more_than_chance() { lack_of_fit.explained(&left) } else { 1.0 };
+        let failure = failure(explained, validation.as_ref());
         let verdict = if failure.is_none() {
             Verdict::Mismatch
-        } else if excess.is_more_than_chance() {
+        } else if lack_of_fit.is_more_than_chance() {
             Verdict::Unexplained
         } else {
             Verdict::NoMismatch
         };
-        Ok(Self { proof, failure, verdict })
+        Ok(Self { validation, failure, verdict })
     }
 }
 
 /// What speaks against causes that take away a share of the excess, all of it where no more than chance is left.
-fn failure(explained: f64, proof: Option<&Proof>) -> Option<Failure> {
+fn failure(explained: f64, validation: Option<&Validation>) -> Option<Failure> {
     if explained <= EXPLAINED {
         return Some(Failure::Leaves(1.0 - explained.max(0.0)));
     }
-    match proof {
-        Some(p) if p.p_value < LEAST_P && p.after < p.before => {
+    match validation {
+        Some(p) if p.p_value < SIGNIFICANCE_LEVEL && p.after < p.before => {
             // A cause may make recordings more likely by but making the noise greater that is expected of them.
             (p.error_ratio > GREATEST_ERROR_RATIO).then(|| Failure::Errs(p.error_ratio.sqrt()))
         }
@@ -138,29 +141,29 @@ fn failure(explained: f64, proof: Option<&Proof>) -> Option<Failure> {
 fn outcome(
     raw: &[Recording],
     acquired: &Acquired,
-    knowledge: &Knowledge,
-    ground: &Ground,
+    prior: &ParameterPrior,
+    null_fit: &NullFit,
     explanation: &Explanation,
     judgement: Judgement,
     progress: &dyn Fn(&str),
-) -> Result<Outcome, DiagnoseError> {
-    let Judgement { proof, failure, verdict: of_machine } = judgement;
+) -> Result<DiagnosisResult, DiagnoseError> {
+    let Judgement { validation, failure, verdict: of_machine } = judgement;
     let stands = failure.is_none();
-    let (rig, split) = (&ground.contest.rig, &ground.sets.split);
+    let (rig, split) = (&null_fit.selection.rig, &null_fit.split.split);
     let (problem, found) = match explanation.last() {
         Some(last) if stands => (&last.problem, &last.found),
-        _ => (&ground.problem, &ground.found),
+        _ => (&null_fit.problem, &null_fit.found),
     };
     let mut corrected = problem.rig_at(&found.point.coordinates)?;
-    let (values, fitted) = statement::parameters(problem, found, rig, ground.contest.unknown.len(), knowledge)?;
-    let mut causes: Vec<Cause> = acquired.faults().map(statement::of_fault).collect();
+    let (values, fitted) = findings::parameters(problem, found, rig, null_fit.selection.unknown.len(), prior)?;
+    let mut causes: Vec<Cause> = acquired.faults().map(findings::fault_cause).collect();
     if stands {
-        causes.extend(statement::causes(&corrected, rig, &values, explanation, proof.as_ref()));
+        causes.extend(findings::causes(&corrected, rig, &values, explanation, validation.as_ref()));
     }
     corrected.effects.extend(acquired.faults().rev().map(|fault| fault.effect.clone()));
     let faulty = acquired.faults().next().is_some();
     let verdict = if faulty { Verdict::Mismatch } else { of_machine };
-    let tests = evidence::of_residual(ground)?;
+    let tests = evidence::of_residual(null_fit)?;
     let location = match verdict {
         Verdict::NoMismatch => Location::default(),
         _ => locate::locate(rig, &corrected, &tests),
@@ -168,15 +171,22 @@ fn outcome(
     let (fit, held_out) = if faulty {
         progress("showing it on what took no part");
         let p_value = acquired.faults().map(|fault| fault.p_value).fold(0.0, f64::max);
-        shown(rig, &corrected, &Observed::of_all(&Split::of(raw).held_out)?, &split.describe(), p_value, ground.seed)?
+        shown(
+            rig,
+            &corrected,
+            &Observed::from_recordings(&Split::new(raw).held_out)?,
+            &split.describe(),
+            p_value,
+            null_fit.seed,
+        )?
     } else {
-        statement::fit(proof, stands, split.describe())
+        findings::fit(validation, stands, split.describe())
     };
-    let rejected = statement::rejected(explanation, failure);
+    let rejected = findings::rejected(explanation, failure);
     let unexplained = failure.filter(|_| of_machine == Verdict::Unexplained);
     let caveats = caveats(acquired, unexplained);
     let diagnosis = Diagnosis { schema: SCHEMA.into(), verdict, causes, rejected, location, fit };
-    Ok(Outcome { diagnosis, rig: corrected, held_out, tests, fitted, caveats })
+    Ok(DiagnosisResult { diagnosis, rig: corrected, held_out, tests, fitted, caveats })
 }
 
 /// What an engineer must know beside the verdict; `unexplained` is what speaks against the best explanation of what the machine
@@ -201,16 +211,16 @@ mod tests {
     fn causes_that_leave_much_prove_little_or_err_more_do_not_stand() {
         let pit = EffectEntry::new("outer-race-defect", &[("depth_m", 1e-6), ("width_rad", 0.05), ("angle_rad", 1.6)]);
         let (plain, pitted) = (nominal(), nominal().with_effect(pit));
-        let made = Observed::of_all(&recordings(&pitted, 2)).unwrap();
-        let proof = prove(&plain, &pitted, &made, 1).unwrap();
-        assert!(proof.error_ratio < 0.5, "{}", proof.error_ratio);
-        assert_eq!(failure(1.0, Some(&proof)), None);
-        assert_eq!(failure(0.75, Some(&proof)), Some(Failure::Leaves(0.25)));
+        let made = Observed::from_recordings(&recordings(&pitted, 2)).unwrap();
+        let validation = validate(&plain, &pitted, &made, 1).unwrap();
+        assert!(validation.error_ratio < 0.5, "{}", validation.error_ratio);
+        assert_eq!(failure(1.0, Some(&validation)), None);
+        assert_eq!(failure(0.75, Some(&validation)), Some(Failure::Leaves(0.25)));
         assert_eq!(failure(1.0, None), Some(Failure::NotConfirmed));
-        let reverse = prove(&pitted, &plain, &made, 1).unwrap();
+        let reverse = validate(&pitted, &plain, &made, 1).unwrap();
         assert_eq!(failure(1.0, Some(&reverse)), Some(Failure::NotConfirmed));
         assert!(reverse.error_ratio > GREATEST_ERROR_RATIO, "{}", reverse.error_ratio);
-        let erring = Proof { error_ratio: 9.0, ..proof };
+        let erring = Validation { error_ratio: 9.0, ..validation };
         assert_eq!(failure(1.0, Some(&erring)), Some(Failure::Errs(3.0)));
     }
 }

@@ -1,11 +1,11 @@
 //! Whether recordings differ from what is expected of them, and where: tests one by one, each against what chance gives of it.
 
 use super::DiagnoseError;
-use super::explain::Ground;
-use super::outcome::{Aspect, Test};
-use super::prove::replicate;
+use super::explain::NullFit;
 use super::residual::{Whitened, whitened};
-use super::statistics::{Look, Statistic, highest_lines, statistics};
+use super::result::{Aspect, Test};
+use super::statistics::{ResidualView, Statistic, highest_lines, statistics};
+use super::validation::replicate;
 use crate::significance::{false_discovery_rates, two_sided, two_sided_of_few};
 use crate::whittle::observed::{CHANNELS, Observed};
 
@@ -18,32 +18,36 @@ const LINES: usize = 6;
 ///
 /// # Errors
 /// What the simulation refuses.
-pub fn of_residual(ground: &Ground) -> Result<Vec<Test>, DiagnoseError> {
-    let rig = ground.rig()?;
+pub fn of_residual(null_fit: &NullFit) -> Result<Vec<Test>, DiagnoseError> {
+    let rig = null_fit.rig()?;
     let Some(machine) = rig.bearing() else { return Ok(Vec::new()) };
     let geometry = machine.bearing.geometry();
-    let (observed, point) = (ground.problem.observed, &ground.found.point);
-    let expected = ground.problem.expected(point)?;
+    let (observed, point) = (null_fit.problem.observed, &null_fit.found.point);
+    let expected = null_fit.problem.predict(point)?;
     let replicated = |n: u64| {
-        let made = replicate(&rig, observed, &point.angles, ground.seed.wrapping_add(n))?;
+        let made = replicate(&rig, observed, &point.angles, null_fit.seed.wrapping_add(n))?;
         let left = whitened(&made, &expected);
-        Ok::<_, DiagnoseError>(statistics(&looks(&made, &left, Some(&point.angles)), &geometry))
+        Ok::<_, DiagnoseError>(statistics(&views(&made, &left, Some(&point.angles)), &geometry))
     };
     // Of a rig that does not stand every noise those replicates tell that do.
     let others: Vec<_> = (1..=REPLICATES).filter_map(|n| replicated(n).ok()).collect();
-    let looks = looks(observed, &ground.residuals, Some(&point.angles));
-    let mut tests = against(statistics(&looks, &geometry), &others, Scatter::AtLeastOfNoise);
-    tests.extend(lines(&looks));
+    let views = views(observed, &null_fit.residuals, Some(&point.angles));
+    let mut tests = against(statistics(&views, &geometry), &others, NullSpread::AtLeastOfNoise);
+    tests.extend(lines(&views));
     Ok(ranked(tests))
 }
 
 /// Residuals with what they may depend on. The angles are those of cage and shaft at the first sample; the shaft's counts only
 /// where a tachometer tells it.
-pub fn looks<'a>(observed: &'a [Observed], residuals: &'a [Whitened], angles: Option<&[[f64; 2]]>) -> Vec<Look<'a>> {
+pub fn views<'a>(
+    observed: &'a [Observed],
+    residuals: &'a [Whitened],
+    angles: Option<&[[f64; 2]]>,
+) -> Vec<ResidualView<'a>> {
     let of = |w: &'a Whitened| {
         let o = observed.get(w.recording)?;
         let angles = angles.and_then(|a| a.get(w.recording));
-        Some(Look {
+        Some(ResidualView {
             whitened: w,
             samples: o.samples[w.channel].as_deref()?,
             condition: o.condition,
@@ -56,7 +60,7 @@ pub fn looks<'a>(observed: &'a [Observed], residuals: &'a [Whitened], angles: Op
 
 /// How well it is known what chance gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scatter {
+pub enum NullSpread {
     /// It is a deviate of variance 1 at the least, whose mean may be off.
     AtLeastOfNoise,
     /// By the others alone.
@@ -64,39 +68,39 @@ pub enum Scatter {
 }
 
 /// Statistics in standard deviations of what others of the same conditions give.
-pub fn against(own: Vec<Statistic>, others: &[Vec<Statistic>], scatter: Scatter) -> Vec<Test> {
+pub fn against(own: Vec<Statistic>, others: &[Vec<Statistic>], scatter: NullSpread) -> Vec<Test> {
     let count = others.len() as f64;
     let of = |(index, s): (usize, Statistic)| {
         let values = || others.iter().filter_map(|o| o.get(index)).map(|o| o.value);
         let mean = values().sum::<f64>() / count.max(1.0);
         let variance = values().map(|v| (v - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-        let deviations = (s.value - mean) / (variance.max(1.0) * (1.0 + 1.0 / count.max(1.0))).sqrt();
+        let z = (s.value - mean) / (variance.max(1.0) * (1.0 + 1.0 / count.max(1.0))).sqrt();
         let p_value = match scatter {
-            Scatter::AtLeastOfNoise => two_sided(deviations),
-            Scatter::OfTheOthers => two_sided_of_few(deviations, others.len()),
+            NullSpread::AtLeastOfNoise => two_sided(z),
+            NullSpread::OfTheOthers => two_sided_of_few(z, others.len()),
         };
-        Test { aspect: s.aspect, channel: s.channel, at: s.at, what: s.what, deviations, p_value, q_value: 1.0 }
+        Test { aspect: s.aspect, channel: s.channel, at: s.at, what: s.what, z, p_value, q_value: 1.0 }
     };
     own.into_iter().enumerate().map(of).collect()
 }
 
 /// The highest lines of each channel in the first recording that has it, over what is around them. Of noise each value is
 /// distributed exponentially, and the highest is one of as many as the spectrum has.
-fn lines(looks: &[Look]) -> Vec<Test> {
-    let first = |channel: usize| looks.iter().find(|l| l.whitened.channel == channel);
-    let of = |look: &Look| {
-        let channel = CHANNELS[look.whitened.channel];
-        let values = look.whitened.spectrum.len() as f64;
+fn lines(views: &[ResidualView]) -> Vec<Test> {
+    let first = |channel: usize| views.iter().find(|l| l.whitened.channel == channel);
+    let of = |view: &ResidualView| {
+        let channel = CHANNELS[view.whitened.channel];
+        let values = view.whitened.spectrum.len() as f64;
         let test = move |(order, ratio): (f64, f64)| Test {
             aspect: Aspect::Order,
             channel,
             at: Some([order; 2]),
             what: format!("{channel}, a line at order {order:.3}"),
-            deviations: ratio - 1.0,
+            z: ratio - 1.0,
             p_value: (values * (-ratio).exp()).min(1.0),
             q_value: 1.0,
         };
-        highest_lines(look, LINES).into_iter().map(test)
+        highest_lines(view, LINES).into_iter().map(test)
     };
     (0..CHANNELS.len()).filter_map(first).flat_map(of).collect()
 }
@@ -107,7 +111,7 @@ pub fn ranked(mut tests: Vec<Test>) -> Vec<Test> {
     for (test, rate) in tests.iter_mut().zip(false_discovery_rates(&p_values)) {
         test.q_value = rate;
     }
-    let telling = |t: &Test| t.deviations.abs();
+    let telling = |t: &Test| t.z.abs();
     tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value).then(telling(b).total_cmp(&telling(a))));
     tests
 }
@@ -117,7 +121,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
-    use crate::diagnose::outcome::FALSE;
+    use crate::diagnose::result::FDR_LEVEL;
     use crate::force_balance::testing::white;
     use crate::rig::OperatingCondition;
     use crate::rig::kinematics::Geometry;
@@ -144,10 +148,10 @@ mod tests {
                 samples.push(signal.clone());
                 residuals.push(Whitened { recording, channel: 1, spectrum, signal, sample_rate_hz: RATE });
             }
-            let looks: Vec<Look> = residuals
+            let views: Vec<ResidualView> = residuals
                 .iter()
                 .zip(&samples)
-                .map(|(whitened, samples)| Look {
+                .map(|(whitened, samples)| ResidualView {
                     whitened,
                     samples,
                     condition: OperatingCondition {
@@ -160,11 +164,11 @@ mod tests {
                     shaft: Some(0.0),
                 })
                 .collect();
-            (statistics(&looks, &geometry()), lines(&looks))
+            (statistics(&views, &geometry()), lines(&views))
         };
         let others: Vec<_> = (1..=8).map(|n| of(1000 * seed + n, &|_, _, v| v).0).collect();
         let (own, lines) = of(seed, &change);
-        ranked([against(own, &others, Scatter::AtLeastOfNoise), lines].concat())
+        ranked([against(own, &others, NullSpread::AtLeastOfNoise), lines].concat())
     }
 
     #[test]
@@ -173,15 +177,15 @@ mod tests {
         let mut squares = std::collections::BTreeMap::<&str, (f64, f64)>::new();
         for seed in 0..60 {
             let tests = tested(seed, |_, _, v| v);
-            wrong += usize::from(tests.iter().any(Test::stands_out));
+            wrong += usize::from(tests.iter().any(Test::is_significant));
             for t in tests.iter().filter(|t| !t.what.contains("a line")) {
-                let (sum, count) = squares.entry(t.aspect.words()).or_default();
-                *sum += t.deviations * t.deviations;
+                let (sum, count) = squares.entry(t.aspect.text()).or_default();
+                *sum += t.z * t.z;
                 *count += 1.0;
             }
         }
         // One in a hundred is what is said.
-        assert!(FALSE == 0.01 && wrong <= 4, "{wrong}");
+        assert!(FDR_LEVEL == 0.01 && wrong <= 4, "{wrong}");
         for (aspect, (sum, count)) in squares {
             assert!((0.3..1.5).contains(&(sum / count)), "{aspect}: {}", sum / count);
         }
@@ -192,7 +196,7 @@ mod tests {
         let first = |aspect: Aspect, change: &dyn Fn(usize, f64, f64) -> f64| {
             let tests = tested(3, change);
             let of = tests.iter().filter(|t| t.aspect == aspect);
-            let first = of.clone().next().filter(|t| t.stands_out()).unwrap_or_else(|| panic!("{:?}", tests[0]));
+            let first = of.clone().next().filter(|t| t.is_significant()).unwrap_or_else(|| panic!("{:?}", tests[0]));
             (first.at.unwrap_or_default(), first.what.clone())
         };
         let orders = geometry().orders();
@@ -216,7 +220,7 @@ mod tests {
             let tests = tested(5, change);
             tests
                 .iter()
-                .filter(|t| t.aspect == aspect && t.stands_out() && t.deviations > 0.0)
+                .filter(|t| t.aspect == aspect && t.is_significant() && t.z > 0.0)
                 .filter_map(|t| t.at)
                 .collect()
         };

@@ -5,7 +5,7 @@
 
 use std::f64::consts::TAU;
 
-use super::outcome::{Fit, HeldOut, Location};
+use super::result::{Fit, HeldOut, Location};
 use crate::recording::Recording;
 use crate::rig::EffectEntry;
 use crate::significance::sign_flip;

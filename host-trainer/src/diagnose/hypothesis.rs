@@ -1,7 +1,7 @@
 //! What could be the matter: every effect of the vocabulary that a bearing rig can have, with places to start a search.
 //!
 //! Sizes follow from the rig: a pit is judged against the contact's deflection, a spring's curvature against its static
-//! deflection. What happens at a time or a frequency of its own starts where the residual points ([`Pointers`]).
+//! deflection. What happens at a time or a frequency of its own starts where the residual points ([`InitialGuesses`]).
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, PI};
 
@@ -99,7 +99,7 @@ impl Hypothesis {
 
 /// What the residual of the nominal rig points at.
 #[derive(Clone, Debug, Default)]
-pub struct Pointers {
+pub struct InitialGuesses {
     /// Frequencies at which the residual's power rises above its surroundings, Hz, highest first.
     pub resonances_hz: Vec<f64>,
     /// Times at which the residual changes or has its greatest burst, s.
@@ -123,7 +123,7 @@ pub struct Gap {
     pub leads: Vec<i64>,
 }
 
-/// Sizes that the rig sets.
+/// Sizes that the rig split.
 struct Sizes {
     load: f64,
     /// Deflection of the most loaded contact, m.
@@ -133,7 +133,7 @@ struct Sizes {
 }
 
 impl Sizes {
-    fn of(rig: &BearingRig, load_n: f64) -> Self {
+    fn new(rig: &BearingRig, load_n: f64) -> Self {
         let contact =
             (load_n.abs() / rig.bearing.contact_stiffness_n_per_m1_5).powf(1.0 / rig.bearing.contact_exponent);
         // Both springs carry the load together, as far apart as the contact lets them be.
@@ -195,17 +195,17 @@ fn entry(name: &str, numbers: &[(&str, f64)]) -> EffectEntry {
 }
 
 /// All explanations of a mismatch of this rig under this load.
-pub fn all(rig: &Rig, load_n: f64, pointers: &Pointers) -> Vec<Hypothesis> {
+pub fn all(rig: &Rig, load_n: f64, guesses: &InitialGuesses) -> Vec<Hypothesis> {
     let Some(machine) = rig.bearing() else { return Vec::new() };
-    let sizes = Sizes::of(machine, load_n);
+    let sizes = Sizes::new(machine, load_n);
     let mut b = Builder { out: Vec::new() };
     pits(&mut b, &sizes);
     races(&mut b, machine, &sizes);
     springs(&mut b, machine, &sizes);
     linear(&mut b, machine);
     dissipation(&mut b, machine, &sizes);
-    in_time(&mut b, &sizes, pointers);
-    sensors(&mut b, pointers);
+    in_time(&mut b, &sizes, guesses);
+    sensors(&mut b, guesses);
     b.out
 }
 
@@ -360,7 +360,7 @@ fn rounded_at(rig: &BearingRig, effect: &EffectEntry, rate_per_s: f64) -> Option
         return None;
     }
     let component = effect.text("component").and_then(Component::parse).unwrap_or(Component::Outer);
-    let mass_kg = component.of(&Model::Bearing(rig.clone())).mass;
+    let mass_kg = component.part_of(&Model::Bearing(rig.clone())).mass;
     let speed = effect.number("force_n").unwrap_or_default() / (mass_kg * rate_per_s);
     Some(speed.max(SHARPEST_M_PER_S))
 }
@@ -399,11 +399,11 @@ fn dissipation(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
     b.add("viscous-friction", "bearing", &["damping_n_s_per_m"], ladder(20.0, 3000.0, 7).into_iter().map(of).collect());
 }
 
-fn in_time(b: &mut Builder, sizes: &Sizes, pointers: &Pointers) {
+fn in_time(b: &mut Builder, sizes: &Sizes, guesses: &InitialGuesses) {
     let of = |(time, share): (f64, f64)| {
         entry("load-step", &[("time_s", time), ("change_n", share * sizes.load), ("rise_s", 4e-5)])
     };
-    let times = pointers.times_s.iter().flat_map(|t| [-0.3, -0.1, 0.1, 0.3].map(|share| (*t, share)));
+    let times = guesses.times_s.iter().flat_map(|t| [-0.3, -0.1, 0.1, 0.3].map(|share| (*t, share)));
     b.add("load-step", "", &["time_s", "change_n", "rise_s"], times.map(of).collect());
     let gap = |Gap { time_s, count, leads }: &Gap| Start {
         effect: entry("dropped-samples", &[("time_s", *time_s), ("count", *count)]),
@@ -411,30 +411,30 @@ fn in_time(b: &mut Builder, sizes: &Sizes, pointers: &Pointers) {
         nothing: 0.0,
         leads: Some(leads.clone()),
     };
-    b.add_starts("dropped-samples", String::new(), pointers.gap.iter().map(gap).collect());
+    b.add_starts("dropped-samples", String::new(), guesses.gap.iter().map(gap).collect());
     let of = |(time, impulse): (f64, f64)| {
         entry("shock", &[("time_s", time), ("impulse_n_s", impulse), ("duration_s", 2e-4)])
     };
-    let times = pointers.times_s.iter().flat_map(|t| [1e-3, 1e-2, 0.1].map(|impulse| (t - 1e-4, impulse)));
+    let times = guesses.times_s.iter().flat_map(|t| [1e-3, 1e-2, 0.1].map(|impulse| (t - 1e-4, impulse)));
     b.add("shock", "", &["time_s", "impulse_n_s", "duration_s"], times.map(of).collect());
     b.add(
         "cage-slip",
         "",
         &["fraction"],
-        pointers.slips.iter().map(|f| entry("cage-slip", &[("fraction", *f)])).collect(),
+        guesses.slips.iter().map(|f| entry("cage-slip", &[("fraction", *f)])).collect(),
     );
     b.add(
         "speed-drift",
         "",
         &["rate_per_s"],
-        pointers.drifts_per_s.iter().map(|r| entry("speed-drift", &[("rate_per_s", *r)])).collect(),
+        guesses.drifts_per_s.iter().map(|r| entry("speed-drift", &[("rate_per_s", *r)])).collect(),
     );
 }
 
-fn sensors(b: &mut Builder, pointers: &Pointers) {
+fn sensors(b: &mut Builder, guesses: &InitialGuesses) {
     // Where the residual stands out, and a grid for what it does not show.
     let grid = ladder(300.0, 9000.0, 18).into_iter().map(|hz| (hz, 0.04));
-    let pointed = pointers.resonances_hz.iter().flat_map(|hz| [(*hz, 0.01), (*hz, 0.03), (*hz, 0.1)]);
+    let pointed = guesses.resonances_hz.iter().flat_map(|hz| [(*hz, 0.01), (*hz, 0.03), (*hz, 0.1)]);
     let modes = pointed.chain(grid).flat_map(|(hz, ratio)| [3.0, -3.0].map(|gain| (hz, ratio, gain)));
     let mode = |(hz, ratio, gain)| {
         entry("structural-resonance", &[("gain", gain), ("frequency_hz", hz), ("damping_ratio", ratio)])

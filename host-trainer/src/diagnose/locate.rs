@@ -1,6 +1,6 @@
 //! Where a mismatch is: in time, frequency, order, angle, state and channel.
 
-use super::outcome::{Aspect, Location, Test};
+use super::result::{Aspect, Location, Test};
 use crate::rig::Rig;
 
 /// Share of the most telling test's standard deviations from which another of its aspect counts.
@@ -13,18 +13,17 @@ const ORDERS: usize = 4;
 /// Where the tests that stand out say that recordings differ, in the channel that shows it most; and what the causes that the
 /// corrected rig has beside the rig as it was say of it.
 pub fn locate(before: &Rig, corrected: &Rig, tests: &[Test]) -> Location {
-    let standing: Vec<&Test> = tests.iter().filter(|t| t.stands_out()).collect();
+    let standing: Vec<&Test> = tests.iter().filter(|t| t.is_significant()).collect();
     let new = || corrected.effects.iter().skip(before.effects.len());
     let told = standing.iter().find(|t| !t.channel.is_empty()).map(|t| t.channel);
     // What a sensor does has been taken out before.
     let channel = told.or_else(|| new().find_map(|effect| effect.text("channel"))).unwrap_or_default();
     let of = |aspect: Aspect| -> Vec<[f64; 2]> {
         // Of angles those with more power: there is less at all others.
-        let counts = |t: &&&Test| aspect != Aspect::ShaftAngle || t.deviations > 0.0;
+        let counts = |t: &&&Test| aspect != Aspect::ShaftAngle || t.z > 0.0;
         let all = || standing.iter().filter(|t| t.aspect == aspect && t.channel == channel).filter(counts);
-        let most = all().map(|t| t.deviations.abs()).fold(0.0, f64::max);
-        let mut at: Vec<[f64; 2]> =
-            all().filter(|t| t.deviations.abs() >= TELLING * most).filter_map(|t| t.at).collect();
+        let most = all().map(|t| t.z.abs()).fold(0.0, f64::max);
+        let mut at: Vec<[f64; 2]> = all().filter(|t| t.z.abs() >= TELLING * most).filter_map(|t| t.at).collect();
         at.sort_by(|a, b| a[0].total_cmp(&b[0]));
         at
     };
@@ -81,9 +80,9 @@ mod tests {
     use crate::rig::EffectEntry;
     use crate::rig::test_support::nominal;
 
-    fn test(aspect: Aspect, channel: &'static str, at: [f64; 2], deviations: f64, q_value: f64) -> Test {
-        let what = format!("{channel}, {}", aspect.words());
-        Test { aspect, channel, at: Some(at), what, deviations, p_value: 0.1 * q_value, q_value }
+    fn test(aspect: Aspect, channel: &'static str, at: [f64; 2], z: f64, q_value: f64) -> Test {
+        let what = format!("{channel}, {}", aspect.text());
+        Test { aspect, channel, at: Some(at), what, z, p_value: 0.1 * q_value, q_value }
     }
 
     #[test]

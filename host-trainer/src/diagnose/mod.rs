@@ -2,53 +2,53 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`outcome`] | what a diagnosis says |
+//! | [`result`] | what a diagnosis says |
 //! | [`mod@write`] | a diagnosis as a folder |
 //! | [`sdof`] | the rig of one degree of freedom |
 //! | [`faults`] | what sensor and cable do, beside recordings that took no part |
 //! | [`bearing`] | the 5-DoF rig |
-//! | [`sets`] | its recordings by the part that they take |
-//! | [`recorded`] | real recordings, where the structure is unknown |
+//! | [`data_split`] | its recordings by the part that they take |
+//! | [`envelope`] | real recordings, where the structure is unknown |
 //! | [`acquisition`] | faults between sensor and file |
 //! | [`residual`] | what the rig leaves, and whether chance could |
-//! | [`pointers`] | where a search in time or frequency starts |
+//! | [`initial_guesses`] | where a search in time or frequency starts |
 //! | [`hypothesis`] | every explanation, and where a search for it starts |
-//! | [`promise`] | what a place to start from promises |
-//! | [`screen`] | a first look at all of them |
-//! | [`closer`] | a closer look at what that found |
-//! | [`compete`] | the best of them, fitted, and what each gains |
+//! | [`start_score`] | what a place to start from scores |
+//! | [`screening`] | a first look at all of them |
+//! | [`refine_starts`] | a closer look at what that found |
+//! | [`model_selection`] | the best of them, fitted, and what each gains |
 //! | [`explain`] | what the rig leaves, and the one or two causes that explain it |
-//! | `statement` | what the contest has found, as causes, rejected explanations and a fit |
-//! | [`prove`] | what a correction does to recordings that took no part |
+//! | `findings` | what the selection has found, as causes, rejected explanations and a fit |
+//! | [`validation`] | what a correction does to recordings that took no part |
 //! | [`statistics`] | what is asked of a residual, number by number |
 //! | [`evidence`] | whether, and where: tests, each against what chance gives |
-//! | [`beside`] | the same of real recordings, beside the healthy machine's |
+//! | [`baseline_test`] | the same of real recordings, beside the healthy machine's |
 //! | [`locate`] | where the mismatch is |
 
 pub mod acquisition;
+pub mod baseline_test;
 pub mod bearing;
-pub mod beside;
-pub mod closer;
-pub mod compete;
+pub mod data_split;
+pub mod envelope;
 mod error;
 pub mod evidence;
 pub mod explain;
 pub mod faults;
+mod findings;
 pub mod hypothesis;
+pub mod initial_guesses;
 pub mod locate;
-pub mod outcome;
-pub mod pointers;
-pub mod promise;
-pub mod prove;
-pub mod recorded;
+pub mod model_selection;
+pub mod refine_starts;
 pub mod residual;
-pub mod screen;
+pub mod result;
+pub mod screening;
 pub mod sdof;
-pub mod sets;
-mod statement;
+pub mod start_score;
 pub mod statistics;
 #[cfg(test)]
 mod tests;
+pub mod validation;
 pub mod write;
 
 pub use error::DiagnoseError;
@@ -73,7 +73,7 @@ pub struct Task<'a> {
 ///
 /// # Errors
 /// Recordings or a rig that lack something.
-pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<outcome::Outcome, DiagnoseError> {
+pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<result::DiagnosisResult, DiagnoseError> {
     if task.recordings.is_empty() {
         return Err(DiagnoseError::Empty);
     }

@@ -3,7 +3,7 @@
 use realfft::num_complex::Complex;
 
 use crate::signal::transform::inverse_plan;
-use crate::whittle::likelihood::{Expected, judged};
+use crate::whittle::likelihood::{Prediction, judged_bins};
 use crate::whittle::observed::Observed;
 
 /// Bins of a band of the excess, and what n (m − 1 − ln m) is on average for the mean m of n of them, and its variance:
@@ -35,13 +35,13 @@ pub struct Whitened {
 }
 
 /// The residuals of all channels.
-pub fn whitened(observed: &[Observed], expected: &[Expected]) -> Vec<Whitened> {
+pub fn whitened(observed: &[Observed], expected: &[Prediction]) -> Vec<Whitened> {
     let mut out = Vec::new();
     for (recording, (o, e)) in observed.iter().zip(expected).enumerate() {
         for channel in 0..2 {
             let Some(x) = &o.spectra[channel] else { continue };
             let mut spectrum = vec![Complex::default(); x.len()];
-            for k in judged(x, 1.0) {
+            for k in judged_bins(x, 1.0) {
                 spectrum[k] = (x[k] - e.mean[channel][k]) / e.noise.variance[channel][k].sqrt();
             }
             let inverse = inverse_plan(o.condition.samples);
@@ -55,7 +55,7 @@ pub fn whitened(observed: &[Observed], expected: &[Expected]) -> Vec<Whitened> {
 }
 
 /// How like two changes of the same residuals are: the cosine of the angle between them, whatever its sign.
-pub fn likeness(from: &[Whitened], one: &[Whitened], other: &[Whitened]) -> f64 {
+pub fn cosine_similarity(from: &[Whitened], one: &[Whitened], other: &[Whitened]) -> f64 {
     let (mut product, mut squares) = (0.0, [0.0; 2]);
     for ((from, one), other) in from.iter().zip(one).zip(other) {
         for ((from, one), other) in from.spectrum.iter().zip(&one.spectrum).zip(&other.spectrum) {
@@ -69,40 +69,40 @@ pub fn likeness(from: &[Whitened], one: &[Whitened], other: &[Whitened]) -> f64 
 
 /// How much of the residual is not noise of the rig's kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Excess {
+pub struct LackOfFit {
     /// ln L that a model with a free variance in every narrow band, and another in every short time, would gain, less what
     /// they gain on noise: sees what is everywhere.
     pub nats: f64,
     /// That in standard deviations of chance.
-    pub deviations: f64,
+    pub z: f64,
     /// ln L that those bands and times gain which stand out one by one: sees what is in few places.
     pub peaks: f64,
 }
 
-impl Excess {
+impl LackOfFit {
     /// Whether chance would hardly leave as much.
     pub fn is_more_than_chance(&self) -> bool {
-        self.deviations > EXCESS || self.peaks > PEAKS
+        self.z > EXCESS || self.peaks > PEAKS
     }
 
     /// The mean of several.
     pub fn mean(all: &[Self]) -> Self {
         let mean = |of: fn(&Self) -> f64| all.iter().map(of).sum::<f64>() / all.len().max(1) as f64;
-        Self { nats: mean(|e| e.nats), deviations: mean(|e| e.deviations), peaks: mean(|e| e.peaks) }
+        Self { nats: mean(|e| e.nats), z: mean(|e| e.z), peaks: mean(|e| e.peaks) }
     }
 
     /// What is left beyond what noise of the rig's own kind leaves.
     pub fn beyond(self, noise: Self) -> Self {
         Self {
             nats: self.nats - noise.nats.max(0.0),
-            deviations: self.deviations - noise.deviations.max(0.0),
+            z: self.z - noise.z.max(0.0),
             peaks: self.peaks - NOISE_PEAKS * noise.peaks,
         }
     }
 
     /// Share of it that is gone where `left` is left.
     pub fn explained(&self, left: &Self) -> f64 {
-        let (all, left) = if self.deviations > EXCESS { (self.nats, left.nats) } else { (self.peaks, left.peaks) };
+        let (all, left) = if self.z > EXCESS { (self.nats, left.nats) } else { (self.peaks, left.peaks) };
         if all > 0.0 { 1.0 - left.max(0.0) / all } else { 1.0 }
     }
 }
@@ -113,10 +113,10 @@ pub fn inner(signal: &[f64]) -> &[f64] {
 }
 
 /// The excess of all channels together.
-pub fn excess(residuals: &[Whitened]) -> Excess {
+pub fn lack_of_fit(residuals: &[Whitened]) -> LackOfFit {
     let mut gains = Vec::new();
     for w in residuals {
-        gains.extend(w.spectrum[judged(&w.spectrum, 1.0)].chunks_exact(FINE).map(|band| gain(mean_square(band))));
+        gains.extend(w.spectrum[judged_bins(&w.spectrum, 1.0)].chunks_exact(FINE).map(|band| gain(mean_square(band))));
         // Half as many degrees of freedom to a real number: n (m − 1 − ln m) with n half the samples.
         let mean = |block: &[f64]| block.iter().map(|v| v * v).sum::<f64>() / block.len() as f64;
         gains.extend(inner(&w.signal).chunks_exact(2 * FINE).map(|block| gain(mean(block))));
@@ -125,7 +125,7 @@ pub fn excess(residuals: &[Whitened]) -> Excess {
     let nats = gains.iter().sum::<f64>() - FINE_MEAN * gains.len() as f64;
     // By chance one of all goes beyond ln(count).
     let peaks = gains.iter().map(|g| (g - count.ln() - 2.0).max(0.0)).sum();
-    Excess { nats, deviations: nats / (FINE_VARIANCE * count).sqrt(), peaks }
+    LackOfFit { nats, z: nats / (FINE_VARIANCE * count).sqrt(), peaks }
 }
 
 /// What a free variance gains in ln L where the mean square of [`FINE`] numbers is `m`.
@@ -161,7 +161,8 @@ mod tests_of_residuals {
             spectrum[bins].iter_mut().for_each(|x| *x += by);
             [Whitened { spectrum, ..from.clone() }]
         };
-        let like = |one: [Whitened; 1], other: [Whitened; 1]| likeness(std::slice::from_ref(&from), &one, &other);
+        let like =
+            |one: [Whitened; 1], other: [Whitened; 1]| cosine_similarity(std::slice::from_ref(&from), &one, &other);
         assert!((like(changed(100..200, 1.0), changed(100..200, -3.0)) - 1.0).abs() < 1e-9);
         assert!((like(changed(100..200, 1.0), changed(150..250, 1.0)) - 0.5).abs() < 1e-9);
         assert!(like(changed(100..200, 1.0), changed(300..400, 1.0)) < 1e-9);
@@ -169,25 +170,25 @@ mod tests_of_residuals {
 
     #[test]
     fn null_noise_has_no_excess() {
-        let deviations: Vec<f64> = (0..40).map(|seed| excess(&[noise(seed, |_| 1.0)]).deviations).collect();
-        let mean = deviations.iter().sum::<f64>() / 40.0;
-        let square = deviations.iter().map(|d| d * d).sum::<f64>() / 40.0;
+        let z: Vec<f64> = (0..40).map(|seed| lack_of_fit(&[noise(seed, |_| 1.0)]).z).collect();
+        let mean = z.iter().sum::<f64>() / 40.0;
+        let square = z.iter().map(|d| d * d).sum::<f64>() / 40.0;
         assert!(mean.abs() < 0.5 && (0.5..1.6).contains(&square), "{mean} {square}");
     }
 
     #[test]
     fn a_band_with_twice_the_power_stands_out() {
         let w = noise(1, |k| if (1000..1400).contains(&k) { 2.0f64.sqrt() } else { 1.0 });
-        assert!(excess(std::slice::from_ref(&w)).deviations > 4.0);
+        assert!(lack_of_fit(std::slice::from_ref(&w)).z > 4.0);
     }
 
     #[test]
     fn a_line_shows_though_it_is_nothing_in_all() {
-        let plain = excess(&[noise(1, |_| 1.0)]);
+        let plain = lack_of_fit(&[noise(1, |_| 1.0)]);
         assert!(plain.peaks < 1.0 && !plain.is_more_than_chance(), "{plain:?}");
         let mut line = noise(1, |_| 1.0);
         line.spectrum[1200] = Complex::new(9.0, 0.0);
-        let line = excess(&[line]);
-        assert!(line.deviations < EXCESS && line.peaks > PEAKS && line.is_more_than_chance(), "{line:?}");
+        let line = lack_of_fit(&[line]);
+        assert!(line.z < EXCESS && line.peaks > PEAKS && line.is_more_than_chance(), "{line:?}");
     }
 }

@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 
 use super::faults;
-use super::outcome::{
-    Aspect, Cause, Diagnosis, Fit, HeldOut, Location, Outcome, Parameter, Rejected, SCHEMA, Test, Verdict,
+use super::result::{
+    Aspect, Cause, Diagnosis, DiagnosisResult, Fit, HeldOut, Location, Parameter, Rejected, SCHEMA, Test, Verdict,
 };
 use super::{DiagnoseError, Task};
 use crate::force_balance::{self, Finding, FoundCause, HeldOutTrace, ResidualTest, Where, diagnose_sdof};
@@ -20,14 +20,14 @@ const MOST: f64 = 0.97;
 ///
 /// # Errors
 /// As [`diagnose_sdof`].
-pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<Outcome, DiagnoseError> {
+pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult, DiagnoseError> {
     let Task { rig, baseline, recordings, seed } = *task;
     progress("letting the causes compete for the force balance");
     let finding = diagnose_sdof(rig, baseline, recordings, seed)?;
     Ok(outcome(baseline.is_some(), recordings, finding, seed))
 }
 
-fn outcome(told: bool, recordings: &[Recording], finding: Finding, seed: u64) -> Outcome {
+fn outcome(told: bool, recordings: &[Recording], finding: Finding, seed: u64) -> DiagnosisResult {
     let channel = if recordings.iter().all(|r| r.channel("q").is_some()) { "q" } else { "qdd" };
     let mut held_out: Vec<HeldOut> = finding.traces.iter().map(|trace| held_out_of(trace, recordings)).collect();
     let entries = finding.causes.iter().map(|c| &c.entry);
@@ -61,7 +61,7 @@ fn outcome(told: bool, recordings: &[Recording], finding: Finding, seed: u64) ->
     };
     let caveats = caveats(told, &finding);
     let interval = |p: &force_balance::CauseParameter| p.interval95.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
-    Outcome {
+    DiagnosisResult {
         diagnosis,
         held_out,
         tests: tests(finding.tests, channel),
@@ -75,8 +75,8 @@ fn tests(found: Vec<ResidualTest>, channel: &'static str) -> Vec<Test> {
     let p_values: Vec<f64> = found.iter().map(|t| t.p_value).collect();
     let rates = false_discovery_rates(&p_values).into_iter();
     let of = |(t, q_value): (ResidualTest, f64)| {
-        let ResidualTest { what, deviations, p_value } = t;
-        Test { aspect: Aspect::Force, channel, at: None, what, deviations, p_value, q_value }
+        let ResidualTest { what, z, p_value } = t;
+        Test { aspect: Aspect::Force, channel, at: None, what, z, p_value, q_value }
     };
     found.into_iter().zip(rates).map(of).collect()
 }

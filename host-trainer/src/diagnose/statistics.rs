@@ -8,15 +8,15 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use realfft::num_complex::Complex;
 
-use super::outcome::Aspect;
 use super::residual::{EDGE, Whitened, inner};
-use crate::report::number::significant;
+use super::result::Aspect;
+use crate::report::format::significant;
 use crate::rig::OperatingCondition;
 use crate::rig::kinematics::Geometry;
 use crate::signal::characteristic::{Characteristic, Speeds, list};
 use crate::signal::lines::{floor, half_width};
 use crate::signal::transform::{inverse_plan, median};
-use crate::whittle::likelihood::judged;
+use crate::whittle::likelihood::judged_bins;
 use crate::whittle::observed::{CHANNELS, coefficients};
 
 /// Bands, stretches of time, parts of a turn and of the balls' pitch, ranges of the state.
@@ -43,7 +43,7 @@ const PARTS: usize = 20;
 
 /// The residual of one channel of one recording, with what it may depend on.
 #[derive(Clone, Copy, Debug)]
-pub struct Look<'a> {
+pub struct ResidualView<'a> {
     /// The residual.
     pub whitened: &'a Whitened,
     /// The channel as it was recorded, m/s².
@@ -59,7 +59,7 @@ pub struct Look<'a> {
 /// One number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statistic {
-    /// What it looks at.
+    /// What it views at.
     pub aspect: Aspect,
     /// In which channel.
     pub channel: &'static str,
@@ -72,18 +72,18 @@ pub struct Statistic {
 }
 
 /// Those of all channels; recordings are taken together. As many, and in the same order, for all recordings of the same conditions.
-pub fn statistics(looks: &[Look], geometry: &Geometry) -> Vec<Statistic> {
+pub fn statistics(views: &[ResidualView], geometry: &Geometry) -> Vec<Statistic> {
     let channels = CHANNELS.into_iter().enumerate().map(|(channel, name)| {
-        let looks = looks.iter().filter(|l| l.whitened.channel == channel).copied().collect();
-        Channel { name, looks }
+        let views = views.iter().filter(|l| l.whitened.channel == channel).copied().collect();
+        Channel { name, views }
     });
-    channels.filter(|c| !c.looks.is_empty()).flat_map(|c| c.statistics(geometry)).collect()
+    channels.filter(|c| !c.views.is_empty()).flat_map(|c| c.statistics(geometry)).collect()
 }
 
-/// The looks at one channel, at least one.
+/// The views at one channel, at least one.
 struct Channel<'a> {
     name: &'static str,
-    looks: Vec<Look<'a>>,
+    views: Vec<ResidualView<'a>>,
 }
 
 impl Channel<'_> {
@@ -108,9 +108,9 @@ impl Channel<'_> {
     }
 
     fn moments(&self) -> Vec<Statistic> {
-        let means = self.looks.iter().map(|l| mean_in_deviations(l.samples));
-        let mean = means.sum::<f64>() / (self.looks.len() as f64).sqrt();
-        let all: Vec<f64> = self.looks.iter().flat_map(|l| inner(&l.whitened.signal)).copied().collect();
+        let means = self.views.iter().map(|l| mean_in_deviations(l.samples));
+        let mean = means.sum::<f64>() / (self.views.len() as f64).sqrt();
+        let all: Vec<f64> = self.views.iter().flat_map(|l| inner(&l.whitened.signal)).copied().collect();
         let count = all.len().max(1) as f64;
         let middle = all.iter().sum::<f64>() / count;
         let power = |n: i32| all.iter().map(|v| (v - middle).powi(n)).sum::<f64>() / count;
@@ -125,8 +125,8 @@ impl Channel<'_> {
 
     fn bands(&self) -> Vec<Statistic> {
         let mut all = vec![([0.0; 2], 0.0, 0usize); BANDS];
-        for w in self.looks.iter().map(|l| l.whitened) {
-            let bins = judged(&w.spectrum, 1.0);
+        for w in self.views.iter().map(|l| l.whitened) {
+            let bins = judged_bins(&w.spectrum, 1.0);
             let step = w.sample_rate_hz / w.signal.len() as f64;
             for k in bins.clone() {
                 let band = (k - bins.start) * BANDS / bins.len();
@@ -145,19 +145,19 @@ impl Channel<'_> {
 
     /// Lines at the bearing's frequencies, over what is around them.
     fn lines(&self, aspect: Aspect, geometry: &Geometry) -> Vec<Statistic> {
-        let ratios = |l: &Look| {
+        let ratios = |l: &ResidualView| {
             if aspect == Aspect::Envelope {
                 over_floor(&coefficients(&squared_less_mean(&l.whitened.signal)), step_hz(l))
             } else {
                 over_floor(&l.whitened.spectrum, step_hz(l))
             }
         };
-        let all: Vec<Vec<f64>> = self.looks.iter().map(ratios).collect();
+        let all: Vec<Vec<f64>> = self.views.iter().map(ratios).collect();
         let spectrum = if aspect == Aspect::Envelope { "squared signal" } else { "signal" };
         let orders = Speeds { shaft_hz: 1.0, geometry: Some(*geometry), slip: 0.0 };
         let of = |line: Characteristic| {
             let (mut sum, mut count) = (0.0, 0usize);
-            for (l, ratios) in self.looks.iter().zip(&all) {
+            for (l, ratios) in self.views.iter().zip(&all) {
                 let at = (line.frequency_hz * l.condition.shaft_hz / step_hz(l)).round() as usize;
                 // The mean and what leaks from it are no line.
                 let here = ratios.get(at.saturating_sub(BESIDE).max(2)..=at + BESIDE).unwrap_or_default();
@@ -173,17 +173,17 @@ impl Channel<'_> {
 
     /// Power in stretches of time, over the median of all of them.
     fn times(&self) -> Vec<Statistic> {
-        let longest_s = self.looks.iter().map(duration_s).fold(0.0, f64::max);
+        let longest_s = self.views.iter().map(duration_s).fold(0.0, f64::max);
         let edges = evenly(STRETCHES, longest_s);
         let mut all = vec![Power::default(); STRETCHES];
-        for l in &self.looks {
+        for l in &self.views {
             for (i, v) in inside(&l.whitened.signal) {
                 all[between(&edges, i as f64 / l.condition.sample_rate_hz)].add(*v);
             }
         }
         let mut means: Vec<f64> = all.iter().filter(|p| p.count > 0).map(Power::mean).collect();
         let Some(usual) = median(&mut means).filter(|m| *m > 0.0) else { return Vec::new() };
-        let uneven = unevenness(&self.looks);
+        let uneven = unevenness(&self.views);
         let deviate = |power: &Power| {
             // Half as many degrees of freedom to a real number.
             let freedom = 0.5 * power.count as f64 / uneven;
@@ -198,22 +198,22 @@ impl Channel<'_> {
 
     /// Power at angles of the shaft, where tachometers tell it.
     fn shaft_angles(&self) -> Vec<Statistic> {
-        let Some(from) = self.looks.iter().map(|l| l.shaft).collect::<Option<Vec<f64>>>() else { return Vec::new() };
-        let angle = |n: usize, i: usize| turned(from[n], &self.looks[n].condition, 1.0, i).rem_euclid(TAU);
+        let Some(from) = self.views.iter().map(|l| l.shaft).collect::<Option<Vec<f64>>>() else { return Vec::new() };
+        let angle = |n: usize, i: usize| turned(from[n], &self.views[n].condition, 1.0, i).rem_euclid(TAU);
         self.places(Aspect::ShaftAngle, "while the shaft is at", "rad", &evenly(ANGLES, TAU), angle)
     }
 
     /// Power at places of the balls in their pitch.
     fn ball_places(&self, geometry: &Geometry) -> Vec<Statistic> {
-        let Some(from) = self.looks.iter().map(|l| l.cage).collect::<Option<Vec<f64>>>() else { return Vec::new() };
+        let Some(from) = self.views.iter().map(|l| l.cage).collect::<Option<Vec<f64>>>() else { return Vec::new() };
         let (pitch, ftf) = (TAU / geometry.balls as f64, geometry.orders().ftf);
-        let angle = |n: usize, i: usize| turned(from[n], &self.looks[n].condition, ftf, i).rem_euclid(pitch);
+        let angle = |n: usize, i: usize| turned(from[n], &self.views[n].condition, ftf, i).rem_euclid(pitch);
         self.places(Aspect::CageAngle, "while a ball is at", "rad of its pitch", &evenly(ANGLES, pitch), angle)
     }
 
     /// Power in ranges of the channel's velocity or position, each as long in all.
     fn motions(&self, aspect: Aspect, times: i32, words: &str, unit: &str) -> Vec<Statistic> {
-        let motions: Vec<Vec<f64>> = self.looks.iter().map(|l| integrated(l, times)).collect();
+        let motions: Vec<Vec<f64>> = self.views.iter().map(|l| integrated(l, times)).collect();
         let mut all: Vec<f64> = motions.iter().flat_map(|m| inner(m)).copied().collect();
         all.sort_by(f64::total_cmp);
         let Some(last) = all.len().checked_sub(1) else { return Vec::new() };
@@ -232,7 +232,7 @@ impl Channel<'_> {
         of: impl Fn(usize, usize) -> f64,
     ) -> Vec<Statistic> {
         let mut shares: Vec<Vec<(f64, usize)>> = vec![Vec::new(); edges.len() - 1];
-        for (n, l) in self.looks.iter().enumerate() {
+        for (n, l) in self.views.iter().enumerate() {
             let samples: Vec<(usize, &f64)> = inside(&l.whitened.signal).collect();
             for segment in samples.chunks(samples.len().div_ceil(SEGMENTS).max(1)) {
                 let (mut all, mut each) = (Power::default(), vec![Power::default(); shares.len()]);
@@ -256,14 +256,14 @@ impl Channel<'_> {
 
     /// How the power of recordings goes with their load and their speed, where these differ.
     fn conditions(&self) -> Vec<Statistic> {
-        let power = |l: &Look| {
-            let bins = &l.whitened.spectrum[judged(&l.whitened.spectrum, 1.0)];
+        let power = |l: &ResidualView| {
+            let bins = &l.whitened.spectrum[judged_bins(&l.whitened.spectrum, 1.0)];
             let count = bins.len().max(1) as f64;
             ((bins.iter().map(|x| x.norm_sqr()).sum::<f64>() / count).max(f64::MIN_POSITIVE).ln(), count)
         };
-        let powers: Vec<(f64, f64)> = self.looks.iter().map(power).collect();
+        let powers: Vec<(f64, f64)> = self.views.iter().map(power).collect();
         let over = |aspect: Aspect, what: &str, of: fn(&OperatingCondition) -> f64| {
-            let values: Vec<f64> = self.looks.iter().map(|l| of(&l.condition)).collect();
+            let values: Vec<f64> = self.views.iter().map(|l| of(&l.condition)).collect();
             let middle = values.iter().sum::<f64>() / values.len() as f64;
             let scatter = values.iter().zip(&powers).map(|(v, (_, n))| (v - middle).powi(2) / n).sum::<f64>().sqrt();
             let slope: f64 = values.iter().zip(&powers).map(|(v, (power, _))| (v - middle) * power).sum();
@@ -276,23 +276,23 @@ impl Channel<'_> {
 }
 
 /// Orders of the shaft at which a residual has its highest lines, each over what is around it, the highest first.
-pub fn highest_lines(look: &Look, most: usize) -> Vec<(f64, f64)> {
-    let ratios = over_floor(&look.whitened.spectrum, step_hz(look));
+pub fn highest_lines(view: &ResidualView, most: usize) -> Vec<(f64, f64)> {
+    let ratios = over_floor(&view.whitened.spectrum, step_hz(view));
     let peaks =
         (2..ratios.len().saturating_sub(2)).filter(|k| ratios[*k] > ratios[k - 1] && ratios[*k] >= ratios[k + 1]);
     let mut lines: Vec<(f64, f64)> =
-        peaks.map(|k| (k as f64 * step_hz(look) / look.condition.shaft_hz, ratios[k])).collect();
+        peaks.map(|k| (k as f64 * step_hz(view) / view.condition.shaft_hz, ratios[k])).collect();
     lines.sort_by(|a, b| b.1.total_cmp(&a.1));
     lines.truncate(most);
     lines
 }
 
-fn step_hz(look: &Look) -> f64 {
-    look.condition.sample_rate_hz / look.whitened.signal.len() as f64
+fn step_hz(view: &ResidualView) -> f64 {
+    view.condition.sample_rate_hz / view.whitened.signal.len() as f64
 }
 
-fn duration_s(look: &Look) -> f64 {
-    look.whitened.signal.len() as f64 / look.condition.sample_rate_hz
+fn duration_s(view: &ResidualView) -> f64 {
+    view.whitened.signal.len() as f64 / view.condition.sample_rate_hz
 }
 
 /// Power of a spectrum's values over that of the noise around them.
@@ -331,31 +331,31 @@ fn mean_in_deviations(samples: &[f64]) -> f64 {
 
 /// How many times as much as that of white noise the power of short blocks varies, at least once: what is coloured has fewer
 /// degrees of freedom than samples. Half of the blocks decide, so that what happens once does not.
-fn unevenness(looks: &[Look]) -> f64 {
+fn unevenness(views: &[ResidualView]) -> f64 {
     let of = |signal: &[f64]| -> Vec<f64> {
         inner(signal).chunks_exact(BLOCK).map(|b| b.iter().map(|v| v * v).sum::<f64>() / BLOCK as f64).collect()
     };
-    let mut blocks: Vec<f64> = looks.iter().flat_map(|l| of(&l.whitened.signal)).collect();
+    let mut blocks: Vec<f64> = views.iter().flat_map(|l| of(&l.whitened.signal)).collect();
     let Some(usual) = median(&mut blocks).filter(|m| *m > 0.0) else { return 1.0 };
     let deviation = typical_size(blocks.iter().map(|b| b / usual - 1.0));
     (deviation * deviation * BLOCK as f64 / 2.0).max(1.0)
 }
 
 /// The channel's velocity or, integrated twice, position.
-fn integrated(look: &Look, times: i32) -> Vec<f64> {
-    let mut bins = coefficients(look.samples);
-    let step = TAU * look.condition.sample_rate_hz / look.samples.len() as f64;
+fn integrated(view: &ResidualView, times: i32) -> Vec<f64> {
+    let mut bins = coefficients(view.samples);
+    let step = TAU * view.condition.sample_rate_hz / view.samples.len() as f64;
     let last = bins.len().saturating_sub(1);
     for (k, bin) in bins.iter_mut().enumerate() {
         let omega = k as f64 * step;
         let kept = omega >= TAU * INTEGRATED_FROM_HZ && k < last;
         *bin = if kept { *bin / Complex::new(0.0, omega).powi(times) } else { Complex::default() };
     }
-    let inverse = inverse_plan(look.samples.len());
+    let inverse = inverse_plan(view.samples.len());
     let mut out = inverse.make_output_vec();
     // Both buffers are made to the transform's measure.
     inverse.process(&mut bins, &mut out).unwrap_or_default();
-    let scale = (look.samples.len() as f64).sqrt().recip();
+    let scale = (view.samples.len() as f64).sqrt().recip();
     out.iter_mut().for_each(|v| *v *= scale);
     out
 }

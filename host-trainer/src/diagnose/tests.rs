@@ -1,7 +1,7 @@
-use super::compete::{Contender, Contest, Part};
-use super::hypothesis::{self, Pointers};
-use super::outcome::{Aspect, Outcome, Parameter, Test, Verdict};
-use super::sets::Sets;
+use super::data_split::DataSplit;
+use super::hypothesis::{self, InitialGuesses};
+use super::model_selection::{Candidate, ModelSelection, Part};
+use super::result::{Aspect, DiagnosisResult, Parameter, Test, Verdict};
 use super::{Task, diagnose};
 use crate::recording::{LoadOptions, Recording, Unit, load, reference_data};
 use crate::rig::test_support::{condition, nominal};
@@ -28,15 +28,15 @@ fn recordings_with_tachometer(rig: &Rig, seed: u64) -> Vec<Recording> {
     simulate_many(&runs).unwrap()
 }
 
-fn diagnosed(rig: &Rig, baseline: Option<&[Recording]>, recordings: &[Recording], seed: u64) -> Outcome {
+fn diagnosed(rig: &Rig, baseline: Option<&[Recording]>, recordings: &[Recording], seed: u64) -> DiagnosisResult {
     diagnose(&Task { rig, baseline, recordings, seed }, &|_| ()).unwrap()
 }
 
-fn of(truth: &Rig, seed: u64) -> Outcome {
+fn diagnosed_alone(truth: &Rig, seed: u64) -> DiagnosisResult {
     diagnosed(&nominal(), None, &recordings(truth, seed), seed)
 }
 
-fn number(outcome: &Outcome, key: &str) -> f64 {
+fn number(outcome: &DiagnosisResult, key: &str) -> f64 {
     match outcome.diagnosis.causes[0].parameters[key] {
         Parameter::Number(value) => value,
         Parameter::Name(_) => f64::NAN,
@@ -45,10 +45,10 @@ fn number(outcome: &Outcome, key: &str) -> f64 {
 
 #[test]
 fn null_a_healthy_rig_is_quiet() {
-    let outcome = of(&nominal(), 1);
+    let outcome = diagnosed_alone(&nominal(), 1);
     assert_eq!(outcome.diagnosis.verdict, Verdict::NoMismatch, "{:?}", outcome.diagnosis);
     assert!(outcome.diagnosis.causes.is_empty() && outcome.rig.effects.is_empty());
-    let standing = outcome.tests.iter().filter(|t| t.stands_out()).count();
+    let standing = outcome.tests.iter().filter(|t| t.is_significant()).count();
     assert!(outcome.tests.len() > 200 && standing <= 2, "{standing} of {}", outcome.tests.len());
     // What was held out is shown all the same, and no error is no more than its noise.
     let fit = &outcome.diagnosis.fit;
@@ -59,7 +59,7 @@ fn null_a_healthy_rig_is_quiet() {
 #[test]
 fn a_pit_is_named_sized_and_proved() {
     let pit = [("depth_m", 9e-7), ("width_rad", 0.07), ("angle_rad", 1.7)];
-    let outcome = of(&nominal().with_effect(EffectEntry::new("outer-race-defect", &pit)), 2);
+    let outcome = diagnosed_alone(&nominal().with_effect(EffectEntry::new("outer-race-defect", &pit)), 2);
     assert_eq!(outcome.diagnosis.verdict, Verdict::Mismatch, "{:?}", outcome.diagnosis);
     let cause = &outcome.diagnosis.causes[0];
     assert_eq!((cause.name.as_str(), outcome.diagnosis.causes.len()), ("outer-race-defect", 1));
@@ -77,14 +77,14 @@ fn a_pit_is_named_sized_and_proved() {
     // It strikes once for every ball that passes.
     let (location, bpfo) = (&outcome.diagnosis.location, nominal().bearing().unwrap().bearing.geometry().orders().bpfo);
     assert!(location.order.iter().any(|o| (o / bpfo - (o / bpfo).round()).abs() < 2e-3), "{location:?}");
-    let at_its_place = |t: &Test| t.aspect == Aspect::CageAngle && t.stands_out();
+    let at_its_place = |t: &Test| t.aspect == Aspect::CageAngle && t.is_significant();
     assert!(outcome.tests.iter().any(at_its_place) && !location.frequency_hz.is_empty(), "{location:?}");
 }
 
 #[test]
 fn a_stiffness_is_not_taken_for_another_effect() {
     let change = EffectEntry::new("stiffness-change", &[("value", 1.2e7)]).with_text("component", "outer");
-    let outcome = of(&nominal().with_effect(change), 3);
+    let outcome = diagnosed_alone(&nominal().with_effect(change), 3);
     assert_eq!(outcome.diagnosis.causes[0].name, "stiffness-change", "{:?}", outcome.diagnosis);
     assert!((number(&outcome, "value") / 1.2e7 - 1.0).abs() < 0.02);
     assert_eq!(outcome.diagnosis.causes[0].parameters["component"], Parameter::Name("outer".into()));
@@ -93,14 +93,14 @@ fn a_stiffness_is_not_taken_for_another_effect() {
 #[test]
 fn what_is_seen_in_the_samples_needs_no_search() {
     let clip = EffectEntry::new("sensor-clipping", &[("value", 0.2)]).with_text("channel", "ay");
-    let outcome = of(&nominal().with_effect(clip), 4);
+    let outcome = diagnosed_alone(&nominal().with_effect(clip), 4);
     assert_eq!(outcome.diagnosis.causes[0].name, "sensor-clipping", "{:?}", outcome.diagnosis);
     assert!((number(&outcome, "value") - 0.2).abs() < 1e-9);
     // Nothing else was sought, and so none is said not to explain it.
     assert!(outcome.caveats.len() == 1 && outcome.caveats[0].contains("cut off"), "{:?}", outcome.caveats);
     let bias = EffectEntry::new("sensor-bias", &[("value", 0.03)]).with_text("channel", "ax");
     let mains = EffectEntry::new("mains-interference", &[("frequency_hz", 50.0), ("amplitude", 0.02)]);
-    let outcome = of(&nominal().with_effect(bias).with_effect(mains), 5);
+    let outcome = diagnosed_alone(&nominal().with_effect(bias).with_effect(mains), 5);
     let names: Vec<_> = outcome.diagnosis.causes.iter().map(|c| c.name.as_str()).collect();
     assert_eq!(names, ["sensor-bias", "mains-interference"], "{:?}", outcome.diagnosis);
     assert!(outcome.caveats.is_empty(), "{:?}", outcome.caveats);
@@ -124,7 +124,7 @@ fn a_tachometer_tells_where_on_the_shaft_a_wave_is() {
 #[test]
 fn samples_that_are_missing_are_counted() {
     let missing = [("time_s", 0.17), ("count", 83.0)];
-    let outcome = of(&nominal().with_effect(EffectEntry::new("dropped-samples", &missing)), 7);
+    let outcome = diagnosed_alone(&nominal().with_effect(EffectEntry::new("dropped-samples", &missing)), 7);
     assert_eq!(outcome.diagnosis.causes[0].name, "dropped-samples", "{:?}", outcome.diagnosis);
     assert_eq!(number(&outcome, "count"), 83.0);
     assert!((number(&outcome, "time_s") - 0.17).abs() < 3.0 / 25_600.0, "{}", number(&outcome, "time_s"));
@@ -134,7 +134,7 @@ fn samples_that_are_missing_are_counted() {
 #[test]
 fn a_strong_mode_that_counters_what_it_is_driven_by_is_met() {
     let mode = [("frequency_hz", 2895.0), ("damping_ratio", 0.05), ("gain", -14.7)];
-    let outcome = of(&nominal().with_effect(EffectEntry::new("structural-resonance", &mode)), 10);
+    let outcome = diagnosed_alone(&nominal().with_effect(EffectEntry::new("structural-resonance", &mode)), 10);
     assert_eq!(outcome.diagnosis.causes[0].name, "structural-resonance", "{:?}", outcome.diagnosis);
     assert!((number(&outcome, "frequency_hz") / 2895.0 - 1.0).abs() < 0.01);
     assert!((number(&outcome, "damping_ratio") / 0.05 - 1.0).abs() < 0.2);
@@ -143,7 +143,7 @@ fn a_strong_mode_that_counters_what_it_is_driven_by_is_met() {
 #[test]
 fn a_strong_shock_is_no_load_step() {
     let shock = [("time_s", 0.2715), ("impulse_n_s", 0.08)];
-    let outcome = of(&nominal().with_effect(EffectEntry::new("shock", &shock)), 11);
+    let outcome = diagnosed_alone(&nominal().with_effect(EffectEntry::new("shock", &shock)), 11);
     let names: Vec<_> = outcome.diagnosis.causes.iter().map(|c| c.name.as_str()).collect();
     assert_eq!(names, ["shock"], "{:?}", outcome.diagnosis);
     assert!((number(&outcome, "time_s") - 0.2715).abs() < 1.0 / 25_600.0);
@@ -157,27 +157,34 @@ fn a_slow_search_goes_on_where_another_stops() {
         let clearance = EffectEntry::new("excess-clearance", &[("radial_clearance_m", gap)]);
         nominal().with_effect(EffectEntry::new("ball-defect", &pit)).with_effect(clearance)
     };
-    let observed = Observed::of_all(&recordings(&with(1e-6, 0.05, 8e-6), 13)).unwrap();
+    let observed = Observed::from_recordings(&recordings(&with(1e-6, 0.05, 8e-6), 13)).unwrap();
     let wrong = with(0.96e-6, 0.0496, 7.2e-6);
     let keys = [(1, "depth_m"), (1, "width_rad"), (1, "spin_rad"), (2, "radial_clearance_m")];
-    let coordinates = keys.map(|(n, key)| Coordinate::of(&wrong, &format!("effect[{n}].{key}")).unwrap());
+    let coordinates = keys.map(|(n, key)| Coordinate::for_key(&wrong, &format!("effect[{n}].{key}")).unwrap());
     let problem = Problem::new(&observed, wrong, coordinates.to_vec());
     let found = search(&problem, problem.start().unwrap(), &Limits::default()).unwrap();
-    let stopped = Contender { name: "excess-clearance", place: String::new(), problem, found, merit: 0.0, gain: 0.0 };
-    let nearer = stopped.nearer(12.0).unwrap();
-    let gap = |c: &Contender| c.rig().unwrap().effects[1].number("radial_clearance_m").unwrap();
+    let stopped = Candidate {
+        name: "excess-clearance",
+        place: String::new(),
+        problem,
+        found,
+        bic_gain: 0.0,
+        log_likelihood_gain: 0.0,
+    };
+    let nearer = stopped.refined(12.0).unwrap();
+    let gap = |c: &Candidate| c.rig().unwrap().effects[1].number("radial_clearance_m").unwrap();
     assert!((gap(&stopped) / 8e-6 - 1.0).abs() > 0.02, "{}", gap(&stopped));
     assert!((gap(&nearer) / 8e-6 - 1.0).abs() < 0.002, "{}", gap(&nearer));
 }
 
 /// Where another effect is sought beside that of a rig, which has been fitted alone.
-fn beside<'o, const N: usize>(sets: &'o Sets, rig: Rig, keys: [&str; N]) -> Contest<'o> {
+fn selection_given<'o, const N: usize>(split: &'o DataSplit, rig: Rig, keys: [&str; N]) -> ModelSelection<'o> {
     let keys = keys.map(|key| format!("effect[1].{key}"));
-    let unknown = keys.iter().map(|key| Coordinate::of(&rig, key).unwrap()).collect();
-    let Sets { fitted: all, brief, few, which, .. } = sets;
-    let alone = Contest { all, brief, few, which, rig, unknown, angles: None };
+    let unknown = keys.iter().map(|key| Coordinate::for_key(&rig, key).unwrap()).collect();
+    let DataSplit { fitted: all, beginnings, subset, which, .. } = split;
+    let alone = ModelSelection { all, beginnings, subset, which, rig, unknown, angles: None };
     let (problem, found) = alone.null(Part::All).unwrap();
-    Contest { rig: problem.rig_at(&found.point.coordinates).unwrap(), angles: Some(found.point.angles), ..alone }
+    ModelSelection { rig: problem.rig_at(&found.point.coordinates).unwrap(), angles: Some(found.point.angles), ..alone }
 }
 
 /// Apart from a load step, the pulses of a pit do not lie where they did.
@@ -186,13 +193,13 @@ fn a_load_step_beside_a_pit_is_met() {
     let pit = [("depth_m", 1.2e-6), ("width_rad", 0.07), ("angle_rad", 1.0)];
     let pitted = nominal().with_effect(EffectEntry::new("inner-race-defect", &pit));
     let step = EffectEntry::new("load-step", &[("time_s", 0.2113), ("change_n", 120.0)]);
-    let sets = Sets::of(&recordings(&pitted.clone().with_effect(step), 14)).unwrap();
-    let contest = beside(&sets, pitted, ["depth_m", "width_rad", "angle_rad"]);
-    let pointers = Pointers { times_s: vec![0.21], ..Pointers::default() };
-    let mut hypotheses = hypothesis::all(&contest.rig, sets.load_n, &pointers);
+    let split = DataSplit::new(&recordings(&pitted.clone().with_effect(step), 14)).unwrap();
+    let selection = selection_given(&split, pitted, ["depth_m", "width_rad", "angle_rad"]);
+    let guesses = InitialGuesses { times_s: vec![0.21], ..InitialGuesses::default() };
+    let mut hypotheses = hypothesis::all(&selection.rig, split.load_n, &guesses);
     hypotheses.retain(|h| h.name == "load-step");
-    let ranking = contest.run(&hypotheses, f64::NEG_INFINITY, &|_| ()).unwrap();
-    let rig = ranking.contenders[0].rig().unwrap();
+    let ranking = selection.run(&hypotheses, f64::NEG_INFINITY, &|_| ()).unwrap();
+    let rig = ranking.candidates[0].rig().unwrap();
     let change = rig.effects[1].number("change_n").unwrap();
     assert!((change / 120.0 - 1.0).abs() < 0.05, "{:?}", rig.effects);
 }
@@ -204,19 +211,19 @@ fn what_is_beside_a_pitted_ball_is_met() {
     let pit = EffectEntry::new("ball-defect", &[("depth_m", 1e-6), ("width_rad", 0.05), ("spin_rad", 0.0)]);
     let pitted = nominal().with_effect(pit);
     let clearance = EffectEntry::new("excess-clearance", &[("radial_clearance_m", 6e-6)]);
-    let sets = Sets::of(&recordings(&pitted.clone().with_effect(clearance), 12)).unwrap();
-    let contest = beside(&sets, pitted, ["depth_m", "width_rad", "spin_rad"]);
-    let hypotheses = hypothesis::all(&contest.rig, sets.load_n, &Pointers::default());
+    let split = DataSplit::new(&recordings(&pitted.clone().with_effect(clearance), 12)).unwrap();
+    let selection = selection_given(&split, pitted, ["depth_m", "width_rad", "spin_rad"]);
+    let hypotheses = hypothesis::all(&selection.rig, split.load_n, &InitialGuesses::default());
     let of_clearance: Vec<_> = hypotheses.into_iter().filter(|h| h.name == "excess-clearance").collect();
-    let ranking = contest.run(&of_clearance, f64::NEG_INFINITY, &|_| ()).unwrap();
-    let found = ranking.contenders[0].rig().unwrap().effects[1].number("radial_clearance_m").unwrap();
+    let ranking = selection.run(&of_clearance, f64::NEG_INFINITY, &|_| ()).unwrap();
+    let found = ranking.candidates[0].rig().unwrap().effects[1].number("radial_clearance_m").unwrap();
     assert!((found / 6e-6 - 1.0).abs() < 0.01, "{found}");
 }
 
 /// Where the search starts says what slips: a hundredth less and the waveforms are no longer alike.
 #[test]
 fn a_cage_that_slips_is_told_by_how_much() {
-    let outcome = of(&nominal().with_effect(EffectEntry::new("cage-slip", &[("fraction", 0.021)])), 8);
+    let outcome = diagnosed_alone(&nominal().with_effect(EffectEntry::new("cage-slip", &[("fraction", 0.021)])), 8);
     assert_eq!(outcome.diagnosis.causes[0].name, "cage-slip", "{:?}", outcome.diagnosis);
     assert!((number(&outcome, "fraction") / 0.021 - 1.0).abs() < 0.02, "{}", number(&outcome, "fraction"));
 }

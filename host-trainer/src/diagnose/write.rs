@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::outcome::{Diagnosis, HeldOut, Outcome, Test};
+use super::result::{Diagnosis, DiagnosisResult, HeldOut, Test};
 use crate::plot::DrawError;
 use crate::recording::write::{self, WriteError};
 use crate::recording::{Channel, Recording};
@@ -74,7 +74,7 @@ struct Fitted<'a> {
 
 impl<'a> Document<'a> {
     /// That of an outcome.
-    pub fn of(outcome: &'a Outcome) -> Self {
+    pub fn from_result(outcome: &'a DiagnosisResult) -> Self {
         let fitted = outcome.fitted.iter();
         let held_out = names(&outcome.held_out).into_iter().map(|name| format!("{HELD_OUT}/{name}"));
         Self {
@@ -111,7 +111,7 @@ pub fn names(held_out: &[HeldOut]) -> Vec<String> {
 ///
 /// # Errors
 /// What the operating system refuses; then the folder is as it was, unless it refused the renaming of a finished file.
-pub fn folder(out: &Path, outcome: &Outcome, report: &str) -> Result<(), StoreError> {
+pub fn folder(out: &Path, outcome: &DiagnosisResult, report: &str) -> Result<(), StoreError> {
     let io = |path: &Path| {
         let path = path.to_owned();
         move |source| StoreError::Io { path, source }
@@ -121,7 +121,7 @@ pub fn folder(out: &Path, outcome: &Outcome, report: &str) -> Result<(), StoreEr
     // Within the folder, so that renaming does not copy.
     let made = tempfile::Builder::new().prefix(".making-").tempdir_in(out).map_err(io(out))?;
     let file = |name: &str| made.path().join(name);
-    let document = serde_json::to_string_pretty(&Document::of(outcome))? + "\n";
+    let document = serde_json::to_string_pretty(&Document::from_result(outcome))? + "\n";
     let files = names(&outcome.held_out);
     fs::write(file(DOCUMENT), document).map_err(io(&file(DOCUMENT)))?;
     fs::write(file(RIG), outcome.rig.to_toml()).map_err(io(&file(RIG)))?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::terms;
-use crate::diagnose::outcome::SCHEMA;
+use crate::diagnose::result::SCHEMA;
 
 /// Why a diagnosis cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -67,7 +67,7 @@ fn parse(path: &Path, text: &[u8]) -> Result<Vec<String>, CausesError> {
     let list = causes.and_then(Value::as_array).ok_or_else(|| refuse("causes".into(), causes, "a list".into()))?;
     let name = |(index, cause): (usize, &Value)| {
         let name = cause.get("name");
-        let known = name.and_then(Value::as_str).filter(|name| terms::of(name).is_some());
+        let known = name.and_then(Value::as_str).filter(|name| terms::terms_for(name).is_some());
         known.map(str::to_owned).ok_or_else(|| {
             let names: Vec<_> = terms::names().collect();
             refuse(format!("causes[{index}].name"), name, format!("one of {}", names.join(", ")))
@@ -89,21 +89,21 @@ fn shown(value: &Value) -> String {
 mod tests {
     use super::*;
 
-    fn of(text: &str) -> Result<Vec<String>, String> {
-        parse(Path::new("d.json"), text.as_bytes()).map_err(|e| e.to_string())
+    fn parse(text: &str) -> Result<Vec<String>, String> {
+        super::parse(Path::new("d.json"), text.as_bytes()).map_err(|e| e.to_string())
     }
 
     #[test]
     fn causes_are_read_in_order() {
         let text = r#"{"schema": "ballrace-diagnosis/1", "causes": [{"name": "backlash", "probability": 1},
                        {"name": "unbalance"}]}"#;
-        assert_eq!(of(text).unwrap(), ["backlash", "unbalance"]);
-        assert!(of(r#"{"schema": "ballrace-diagnosis/1", "causes": []}"#).unwrap().is_empty());
+        assert_eq!(parse(text).unwrap(), ["backlash", "unbalance"]);
+        assert!(parse(r#"{"schema": "ballrace-diagnosis/1", "causes": []}"#).unwrap().is_empty());
     }
 
     #[test]
     fn what_is_no_diagnosis_is_refused_by_file_key_found_and_expected() {
-        let error = |text: &str| of(text).unwrap_err();
+        let error = |text: &str| parse(text).unwrap_err();
         assert!(error("{").starts_with("d.json: EOF while parsing"), "{}", error("{"));
         assert_eq!(error("{}"), "d.json, key `schema`: found nothing, expected \"ballrace-diagnosis/1\"");
         let schema = r#""schema": "ballrace-diagnosis/1""#;

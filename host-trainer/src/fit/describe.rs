@@ -3,12 +3,12 @@
 use ballrace_core::library::Term;
 use ballrace_core::model::Input;
 
-use super::once::{Once, Split};
 use super::report::{EquationReport, TermReport};
 use super::score;
+use super::single_fit::{SingleFit, Split};
 use crate::sindy_nn::engine::Samples;
 use crate::states::{Scales, concatenate};
-use crate::stlsq::{Diagnosis, Equation, Moments, diagnose};
+use crate::stlsq::{Diagnosis, Equation, RFactor, diagnose};
 
 /// Rows that are enough for shares and condition numbers, spread evenly.
 const ROWS: usize = 20_000;
@@ -21,13 +21,13 @@ pub struct Described {
 }
 
 /// Describes the dynamics of a fit.
-pub fn describe(once: &Once, split: &Split) -> Described {
+pub fn describe(once: &SingleFit, split: &Split) -> Described {
     let (layout, library) = (&once.layout, once.layout.library);
     let is_latent = !layout.encoder.widths().is_empty();
-    let moments = Moments::of(library, &latent_rows(once, split));
+    let moments = RFactor::from_samples(library, &latent_rows(once, split));
     let xi = &once.parts.xi;
     let column = |e: usize| -> Vec<f64> { xi.iter().skip(e).step_by(layout.latent).map(|v| f64::from(*v)).collect() };
-    let held_out = score::of(&once.model.view(), &split.held_out);
+    let held_out = score::score_model(&once.model.view(), &split.held_out);
     let mut reports = Vec::new();
     let mut equations = Vec::new();
     for e in 0..layout.latent {
@@ -66,7 +66,7 @@ pub fn describe(once: &Once, split: &Split) -> Described {
 }
 
 /// Rows of (z, ẋ): the library's variables beside whatever, for its columns' inner products.
-fn latent_rows(once: &Once, split: &Split) -> Samples<f32> {
+fn latent_rows(once: &SingleFit, split: &Split) -> Samples<f32> {
     let all = concatenate(&once.standardised(&split.train));
     let encoder = once.parts.encoder.view();
     let latent = once.layout.latent;
@@ -88,7 +88,7 @@ fn latent_rows(once: &Once, split: &Split) -> Samples<f32> {
 /// next explains most of the rest, and so on. Plain products ξ⟨θ ŷ⟩ would do for terms that are not
 /// correlated; the differences of one signal are, and their products then run to thousands of per
 /// cent of either sign.
-fn error_reduction_ratios(moments: &Moments, used: &[usize], coefficients: &[f64]) -> Vec<f64> {
+fn error_reduction_ratios(moments: &RFactor, used: &[usize], coefficients: &[f64]) -> Vec<f64> {
     let n = used.len();
     let mut gram: Vec<Vec<f64>> =
         used.iter().map(|a| used.iter().map(|b| moments.term_product(*a, *b)).collect()).collect();
@@ -124,7 +124,7 @@ fn error_reduction_ratios(moments: &Moments, used: &[usize], coefficients: &[f64
 }
 
 /// a^(k) of the derivative that equation `e` is for.
-fn left_side(once: &Once, e: usize) -> String {
+fn left_side(once: &SingleFit, e: usize) -> String {
     match once.parts.input {
         Input::VirtualStates(spec) => format!("a^({})", spec.orders.state(e) + 1),
         Input::Direct(_) => format!("dx{e}/dt"),

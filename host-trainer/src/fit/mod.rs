@@ -5,15 +5,15 @@
 //! score is taken by core's evaluator, sample by sample, as the device would. What a diagnosis has found enters the
 //! library before that, by [`terms`].
 
-mod calibrate;
 pub mod causes;
 mod describe;
-mod once;
+mod monitor_levels;
 pub mod report;
 pub mod score;
+mod single_fit;
 pub mod terms;
+pub mod text;
 pub mod verdict;
-pub mod words;
 
 use ballrace_core::library::Library;
 use ballrace_core::model::ModelError;
@@ -24,9 +24,9 @@ use crate::model::OwnedModel;
 use crate::sindy_nn::train::TrainConfig;
 use crate::stlsq::{StlsqConfig, noise_terms};
 use crate::surrogate;
-use once::{Once, Split, fit_once};
 use report::{Report, Training};
 use score::{NullScores, Score, Scores};
+use single_fit::{SingleFit, Split, fit_once};
 
 /// One recording of the channel that is modelled.
 #[derive(Clone, Debug, PartialEq)]
@@ -185,26 +185,26 @@ pub fn fit(
         move |share: f64| progress(Stage { name: name.clone(), done: (at as f64 + share) / fits as f64 })
     };
 
-    let split = Split::of(recordings, config.hold_out_every, config.spec.warm_up());
+    let split = Split::holding_out(recordings, config.hold_out_every, config.spec.warm_up());
     check_split(&split, config)?;
     let causal_spec = StateSpec { alignment: Alignment::Causal, ..config.spec };
     let mut at = 0;
-    let mut both = |split: &Split, name: &str| -> Result<(Once, Score, Score), FitError> {
+    let mut both = |split: &Split, name: &str| -> Result<(SingleFit, Score, Score), FitError> {
         let main = fit_once(split, sample_rate_hz, config.spec, config, &stage(name, at))?;
         at += 1;
         let causal = if causal_apart {
             let causal = fit_once(split, sample_rate_hz, causal_spec, config, &stage(&format!("{name}, causal"), at))?;
             at += 1;
-            score::of(&causal.model.view(), &split.held_out)
+            score::score_model(&causal.model.view(), &split.held_out)
         } else {
-            score::of(&main.model.view(), &split.held_out)
+            score::score_model(&main.model.view(), &split.held_out)
         };
-        let in_sample = score::of(&main.model.view(), &split.train);
+        let in_sample = score::score_model(&main.model.view(), &split.train);
         Ok((main, in_sample, causal))
     };
 
     let (main, in_sample, causal) = both(&split, "fit")?;
-    let held_out = score::of(&main.model.view(), &split.held_out);
+    let held_out = score::score_model(&main.model.view(), &split.held_out);
     let mut null = Vec::new();
     let mut last_surrogate = None;
     for k in 0..config.null_fits {
@@ -214,13 +214,13 @@ pub fn fit(
             within: split.within,
         };
         let (fitted, in_sample, causal) = both(&surrogate, &format!("null {} of {}", k + 1, config.null_fits))?;
-        let held_out = score::of(&fitted.model.view(), &surrogate.held_out);
+        let held_out = score::score_model(&fitted.model.view(), &surrogate.held_out);
         null.push(NullScores { in_sample: in_sample.mean(), held_out: held_out.mean(), causal: causal.next_sample });
         last_surrogate = Some((surrogate, fitted));
     }
 
     let scores = Scores { in_sample, held_out, causal, null };
-    let (model, monitor) = calibrate::monitor(&main, recordings, sample_rate_hz, config)?;
+    let (model, monitor) = monitor_levels::monitor(&main, recordings, sample_rate_hz, config)?;
     let described = describe::describe(&main, &split);
     let noise = last_surrogate.map(|(surrogate, fitted)| match &config.solver {
         Solver::Stlsq(stlsq) => noise_terms(
@@ -236,7 +236,7 @@ pub fn fit(
     });
     let report = Report {
         created_by: format!("ballrace {}", env!("CARGO_PKG_VERSION")),
-        training: Training::of(&split, sample_rate_hz, config, &main),
+        training: Training::new(&split, sample_rate_hz, config, &main),
         verdict: verdict::verdict(&scores),
         scores,
         equations: described.equations,

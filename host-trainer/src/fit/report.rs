@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::once::{Once, Split};
 use super::score::Scores;
+use super::single_fit::{SingleFit, Split};
 use super::terms::Entered;
 use super::verdict::Verdict;
 use super::{FitConfig, Solver};
@@ -112,7 +112,7 @@ pub struct MonitorReport {
 }
 
 impl Training {
-    pub(super) fn of(split: &Split, sample_rate_hz: f64, config: &FitConfig, once: &Once) -> Self {
+    pub(super) fn new(split: &Split, sample_rate_hz: f64, config: &FitConfig, once: &SingleFit) -> Self {
         let names = |series: &[super::Series]| series.iter().map(|s| s.name.clone()).collect();
         let samples = || split.train.iter().flat_map(|s| s.samples.iter().copied());
         let library = once.layout.library;

@@ -89,7 +89,7 @@ impl Sums {
 }
 
 /// Scores a model over recordings, all rows of all recordings together.
-pub fn of(model: &Model<'_>, recordings: &[Series]) -> Score {
+pub fn score_model(model: &Model<'_>, recordings: &[Series]) -> Score {
     let count = recordings.len().min(SCORED);
     let chosen: Vec<&Series> = (0..count).map(|i| &recordings[i * recordings.len() / count]).collect();
     let (derivatives, next) = sums(model, &chosen);

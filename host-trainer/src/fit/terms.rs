@@ -97,7 +97,7 @@ pub struct NoRoom {
 }
 
 /// What a cause adds; `None` for a name that the vocabulary has not.
-pub fn of(cause: &str) -> Option<Adds> {
+pub fn terms_for(cause: &str) -> Option<Adds> {
     row(cause).map(|(adds, _)| adds)
 }
 
@@ -197,7 +197,7 @@ mod tests {
         vocabulary.sort_unstable();
         answered.sort_unstable();
         assert_eq!(answered, vocabulary);
-        assert_eq!(of("gremlins"), None);
+        assert_eq!(terms_for("gremlins"), None);
     }
 
     #[test]

@@ -66,7 +66,7 @@ pub struct HeldOutError {
 
 /// The result of a calibration.
 #[derive(Clone, Debug, Serialize)]
-pub struct Calibration {
+pub struct SdofCalibration {
     /// The rig with the fitted values; `unknown` stays, for what is fitted is no more certain than its interval.
     #[serde(skip)]
     pub rig: Rig,
@@ -95,7 +95,7 @@ pub struct Calibration {
 /// # Errors
 ///
 /// A rig of another kind, recordings without what is needed, nothing unknown, or nothing that the data determine.
-pub fn calibrate_sdof(rig: &Rig, recordings: &[Recording]) -> Result<Calibration, BalanceError> {
+pub fn calibrate_sdof(rig: &Rig, recordings: &[Recording]) -> Result<SdofCalibration, BalanceError> {
     let machine = equation::machine(rig)?;
     let mut states = States::new(recordings)?;
     states.learn_hold(rig)?;
@@ -113,12 +113,12 @@ pub fn calibrate_sdof(rig: &Rig, recordings: &[Recording]) -> Result<Calibration
         .map(|((parameter, value), half)| Estimate {
             key: parameter.key().into(),
             unit: parameter.unit(),
-            guess: parameter.of(machine),
+            guess: parameter.value_in(machine),
             value: *value,
             interval95: [value - half, value + half],
         })
         .collect();
-    Ok(Calibration {
+    Ok(SdofCalibration {
         rig: found.rig,
         estimates,
         undetermined: found.undetermined,

@@ -3,10 +3,10 @@
 use super::{
     equation::Parameter,
     states::States,
-    table::{Model, Table},
+    table::{Table, TermModel},
     terms::Meaning,
 };
-use crate::rig::{EffectEntry, Value, config::SdofRig, effect::Holds};
+use crate::rig::{EffectEntry, Value, config::SdofRig, effect::ValueKind};
 
 /// Multiple of the nominal damping from which a damping is called friction that the nominal model has not.
 const FRICTION: f64 = 5.0;
@@ -25,11 +25,11 @@ pub struct Cause {
 }
 
 /// The causes of a model for a machine whose own parameters are those of the model.
-pub fn causes(table: &Table, model: &Model, machine: &SdofRig, states: &States) -> Vec<Cause> {
+pub fn causes(table: &Table, model: &TermModel, machine: &SdofRig, states: &States) -> Vec<Cause> {
     (0..model.parts.len()).map(|part| cause(table, model, part, machine, states)).collect()
 }
 
-fn cause(table: &Table, model: &Model, part: usize, machine: &SdofRig, states: &States) -> Cause {
+fn cause(table: &Table, model: &TermModel, part: usize, machine: &SdofRig, states: &States) -> Cause {
     let (index, variant) = model.parts[part];
     let term = &table.library.terms[index];
     let coefficients = table.coefficients(model, part);
@@ -49,7 +49,7 @@ fn cause(table: &Table, model: &Model, part: usize, machine: &SdofRig, states: &
         }
         Meaning::Spring => free.push("width_m"),
         Meaning::Change(parameter) => {
-            let nominal = parameter.of(machine);
+            let nominal = parameter.value_in(machine);
             let changed = (nominal + value).max(1e-6 * nominal.abs().max(1e-6));
             if parameter == Parameter::Damping && changed > FRICTION * nominal {
                 entry = EffectEntry::new("viscous-friction", &[("damping_n_s_per_m", value)]);
@@ -76,7 +76,7 @@ fn cause(table: &Table, model: &Model, part: usize, machine: &SdofRig, states: &
     entry = bias_or_force(entry, machine, states);
     if let Some(definition) = entry.definition() {
         for parameter in definition.parameters.iter().filter(|p| p.in_vocabulary()) {
-            if matches!(parameter.holds, Holds::Name(_)) {
+            if matches!(parameter.value_kind, ValueKind::Name(_)) {
                 entry.parameters.insert(parameter.name.into(), Value::Text("mass".into()));
             }
         }

@@ -3,14 +3,14 @@
 use rayon::prelude::*;
 
 use super::{
-    table::{Model, Table},
+    table::{Table, TermModel},
     terms::Meaning,
 };
 use crate::rig::EffectEntry;
 use crate::significance::{discoveries, sign_flip};
 
 /// Rate of false discoveries among single causes.
-const FALSE: f64 = 0.02;
+const SIGNIFICANCE_LEVEL: f64 = 0.02;
 /// Share of the held-out error that a cause must take away to be worth a word, for each number that it is free to choose.
 const WORTH: f64 = 0.005;
 /// What a second cause must do: p-value, share of the error, share of what all causes take away.
@@ -29,7 +29,7 @@ pub struct Trial {
     pub term: usize,
     /// Its best form; none where the data cannot tell it from the rig's own unknown parameters, or only the wrong sign
     /// fits.
-    pub model: Option<Model>,
+    pub model: Option<TermModel>,
     /// By block permutation, against no cause.
     pub p_value: f64,
 }
@@ -37,17 +37,17 @@ pub struct Trial {
 /// The outcome.
 pub struct Decision {
     /// The rig alone.
-    pub nothing: Model,
+    pub nothing: TermModel,
     /// Each cause alone.
     pub singles: Vec<Trial>,
     /// All models of as many causes as were chosen that were tried.
-    pub rivals: Vec<Model>,
+    pub rivals: Vec<TermModel>,
     /// The chosen one; no parts where nothing was found.
-    pub chosen: Model,
+    pub chosen: TermModel,
     /// Of the chosen one against none.
     pub p_value: f64,
     /// With columns that have no name on top.
-    pub rich: Model,
+    pub rich: TermModel,
     /// Of those against the chosen one.
     pub rich_p_value: f64,
 }
@@ -95,15 +95,15 @@ impl Decision {
     }
 }
 
-fn gains(before: &Model, after: &Model, nothing: &Model) -> (f64, f64) {
+fn gains(before: &TermModel, after: &TermModel, nothing: &TermModel) -> (f64, f64) {
     let (b, a, n) = (before.total(), after.total(), nothing.total());
     (1.0 - a / b, (b - a) / (n - a).max(f64::MIN_POSITIVE))
 }
 
 /// The model that leaves least; of near equals the one with less to choose from.
-fn least<'a>(table: &Table, models: &'a [Model]) -> Option<&'a Model> {
-    let searched = |m: &Model| m.parts.iter().filter(|(t, _)| table.library.terms[*t].variants.len() > 1).count();
-    let weighed = |m: &Model| m.total() * (1.0 + CHOICE * (m.columns.len() + searched(m)) as f64);
+fn least<'a>(table: &Table, models: &'a [TermModel]) -> Option<&'a TermModel> {
+    let searched = |m: &TermModel| m.parts.iter().filter(|(t, _)| table.library.terms[*t].variants.len() > 1).count();
+    let weighed = |m: &TermModel| m.total() * (1.0 + CHOICE * (m.columns.len() + searched(m)) as f64);
     models.iter().min_by(|a, b| weighed(a).total_cmp(&weighed(b)))
 }
 
@@ -120,15 +120,15 @@ pub fn decide(table: &Table, seed: u64) -> Option<Decision> {
         })
         .collect();
     let p_values: Vec<f64> = singles.iter().map(|t| t.p_value).collect();
-    let found = discoveries(&p_values, FALSE);
-    let worth = |m: &Model| {
+    let found = discoveries(&p_values, SIGNIFICANCE_LEVEL);
+    let worth = |m: &TermModel| {
         let inside = m.parts.iter().filter(|(t, _)| table.library.terms[*t].variants.len() > 1).count();
         let chosen_from = m.columns.len() - nothing.columns.len();
         gains(&nothing, m, &nothing).0 > WORTH * (chosen_from * (1 + inside)) as f64
     };
     let standing: Vec<usize> =
         (0..count).filter(|t| found[*t] && singles[*t].model.as_ref().is_some_and(worth)).collect();
-    let ones: Vec<Model> = standing.iter().filter_map(|t| singles[*t].model.clone()).collect();
+    let ones: Vec<TermModel> = standing.iter().filter_map(|t| singles[*t].model.clone()).collect();
     let mut chosen = least(table, &ones).cloned().unwrap_or_else(|| nothing.clone());
     let mut rivals = ones;
     if !chosen.parts.is_empty() {
@@ -136,10 +136,10 @@ pub fn decide(table: &Table, seed: u64) -> Option<Decision> {
             .flat_map(|a| (a + 1..count).map(move |b| (a, b)))
             .filter(|(a, b)| standing.contains(a) || standing.contains(b))
             .collect();
-        let twos: Vec<Model> = pairs.par_iter().filter_map(|(a, b)| table.best(&[*a, *b], &[])).collect();
+        let twos: Vec<TermModel> = pairs.par_iter().filter_map(|(a, b)| table.best(&[*a, *b], &[])).collect();
         if let Some(two) = least(table, &twos).filter(|two| passes(&chosen, two, &nothing, SECOND, seed)).cloned() {
             (chosen, rivals) = (two, twos);
-            let threes: Vec<Model> = (0..count)
+            let threes: Vec<TermModel> = (0..count)
                 .into_par_iter()
                 .filter(|t| chosen.parts.iter().all(|(part, _)| part != t))
                 .filter_map(|t| table.best(&[t], &chosen.parts))
@@ -157,13 +157,13 @@ pub fn decide(table: &Table, seed: u64) -> Option<Decision> {
     Some(Decision { nothing, singles, rivals, chosen, p_value, rich, rich_p_value })
 }
 
-fn passes(before: &Model, after: &Model, nothing: &Model, need: (f64, f64, f64), seed: u64) -> bool {
+fn passes(before: &TermModel, after: &TermModel, nothing: &TermModel, need: (f64, f64, f64), seed: u64) -> bool {
     let (relative, share) = gains(before, after, nothing);
     relative > need.1 && share > need.2 && sign_flip(&before.left, &after.left, seed) < need.0
 }
 
 /// The model with columns that have no name on top, as many as improve what is held out.
-fn rich(table: &Table, chosen: &Model) -> Model {
+fn rich(table: &Table, chosen: &TermModel) -> TermModel {
     let mut candidates = table.library.flexible.clone();
     for term in &table.library.terms {
         candidates.extend(term.variants.iter().flat_map(|v| &v.columns));
@@ -173,7 +173,7 @@ fn rich(table: &Table, chosen: &Model) -> Model {
     for length in chosen.columns.len() + 1..=all.len() {
         let columns = all[..length].to_vec();
         let (Some(values), Some(left)) = (table.gram.solve(&columns, &[]), table.held_out(&columns)) else { continue };
-        let model = Model { parts: chosen.parts.clone(), columns, values, left };
+        let model = TermModel { parts: chosen.parts.clone(), columns, values, left };
         if model.total() < best.total() {
             best = model;
         }

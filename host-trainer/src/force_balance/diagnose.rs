@@ -14,7 +14,7 @@ use super::{
     shooting,
     states::{Sensed, States},
     table::Table,
-    traces, words,
+    text, traces,
 };
 use crate::significance::shares;
 use crate::{
@@ -80,29 +80,30 @@ pub fn diagnose_sdof(
         (table, decision) = judge(&states)?;
     }
     let keys: Vec<String> = unknown.iter().map(|p| p.key().to_owned()).collect();
-    let ill = States { tracks: states.tracks[..count].to_vec(), ..states.clone() };
+    let under_test = States { tracks: states.tracks[..count].to_vec(), ..states.clone() };
     // Where the balance is at its limits (an acceleration's integrals lack what lies below the band) the simulation is
     // heard: a rig that leaves the sensor's noise and nothing else is acquitted.
-    let doubtful = ill.sensed == Sensed::Acceleration || decision.chosen.parts.is_empty();
+    let doubtful = under_test.sensed == Sensed::Acceleration || decision.chosen.parts.is_empty();
     if doubtful && verdict(&decision, &faults) != Verdict::NoMismatch && faults.is_empty() {
-        let simulated = shooting::refine(rig, &keys, &ill, None);
-        if simulated.is_some_and(|r| r.rms < ACQUITS * ill.band.noise_std) {
+        let simulated = shooting::refine(rig, &keys, &under_test, None);
+        if simulated.is_some_and(|r| r.rms < ACQUITS * under_test.band.noise_std) {
             decision = decision.acquitted();
         }
     }
     let verdict = verdict(&decision, &faults);
-    let case = Case { rig, states: &ill, table: &table, decision: &decision, faults: &faults, unknown: &unknown };
+    let case =
+        Case { rig, states: &under_test, table: &table, decision: &decision, faults: &faults, unknown: &unknown };
     Ok(case.finding(verdict, !baseline.is_empty(), seed))
 }
 
 /// Whether the rig as it is, or with its unknown parameters fitted, explains all samples that are not clipped, or too few
 /// rows are left to say more.
 fn explained_by_clipping(rig: &Rig, states: &States, unknown: &[Parameter], count: usize) -> bool {
-    let ill = States { tracks: states.tracks[..count].to_vec(), ..states.clone() };
+    let under_test = States { tracks: states.tracks[..count].to_vec(), ..states.clone() };
     let keys: Vec<String> = unknown.iter().map(|p| p.key().to_owned()).collect();
-    let simulated = shooting::refine(rig, &keys, &ill, None);
-    let valid = ill.tracks.iter().flat_map(|t| &t.valid).filter(|v| **v).count();
-    simulated.is_some_and(|r| calibrate::consistent(&r, &ill)) || 5 * valid < 2 * ill.rows()
+    let simulated = shooting::refine(rig, &keys, &under_test, None);
+    let valid = under_test.tracks.iter().flat_map(|t| &t.valid).filter(|v| **v).count();
+    simulated.is_some_and(|r| calibrate::consistent(&r, &under_test)) || 5 * valid < 2 * under_test.rows()
 }
 
 /// The unknown parameters that can be fitted together.
@@ -154,8 +155,8 @@ impl Case<'_> {
             .map(|(index, (cause, parameters))| FoundCause {
                 name: cause.entry.name.clone(),
                 probability: self.probability(cause.term, seed),
-                evidence: words::evidence(self.table, decision, index, &cause.entry.name, self.states),
-                equation: words::equation(&rig, self.rig.effects.len() + index),
+                evidence: text::evidence(self.table, decision, index, &cause.entry.name, self.states),
+                equation: text::equation(&rig, self.rig.effects.len() + index),
                 entry: rig.effects[self.rig.effects.len() + index].clone(),
                 parameters,
             })
@@ -166,7 +167,7 @@ impl Case<'_> {
         let root = |sum: f64| (sum / rows).sqrt();
         let fit = HeldOutFit {
             metric: "root mean square of the whitened force balance, cross-validated; 1 is the disturbance".into(),
-            held_out: words::held_out(self.states),
+            held_out: text::held_out(self.states),
             before: root(decision.nothing.total()),
             after: root(named.total()),
             noise_floor: self.table.floor.sqrt(),
@@ -181,12 +182,12 @@ impl Case<'_> {
         Finding {
             verdict,
             causes: if verdict == Verdict::Mismatch { found } else { Vec::new() },
-            rejected: words::rejected(self.table, decision, &causes),
+            rejected: text::rejected(self.table, decision, &causes),
             location: locate::locate(self.table, &decision.nothing, self.states),
             fit,
             own,
             sensor_noise_std: self.states.band.noise_std,
-            tests: words::tests(self.table, decision, seed),
+            tests: text::tests(self.table, decision, seed),
             traces,
             rig,
         }

@@ -7,8 +7,8 @@ use super::{
 use crate::rig::{
     Rig,
     config::{Model, Restoring, SdofRig},
-    plan::{DOFS, MASS, Moment, Plan},
-    simulate::plan_of,
+    plan::{Assembly, DOFS, Instant, MASS},
+    simulate::assemble,
 };
 
 /// A parameter of the rig as a column of the balance.
@@ -53,7 +53,7 @@ impl Parameter {
     }
 
     /// Its value.
-    pub fn of(self, rig: &SdofRig) -> f64 {
+    pub fn value_in(self, rig: &SdofRig) -> f64 {
         match self {
             Self::Mass => rig.mass_kg,
             Self::Damping => rig.damping_n_s_per_m,
@@ -82,7 +82,7 @@ impl Equation {
     ///
     /// A rig that is not of one degree of freedom.
     pub fn new(rig: &Rig, states: &States) -> Result<Self, BalanceError> {
-        let plan = plan_of(rig);
+        let plan = assemble(rig);
         let rig = match &plan.machine {
             Model::Sdof(machine) => machine.clone(),
             model => return Err(BalanceError::NotSdof { found: model.kind() }),
@@ -117,7 +117,7 @@ impl Equation {
     pub fn target(&self, unknown: &[Parameter]) -> Vec<f64> {
         let mut target = self.effects.clone();
         for parameter in Parameter::ALL.into_iter().filter(|p| !unknown.contains(p)) {
-            let value = parameter.of(&self.rig);
+            let value = parameter.value_in(&self.rig);
             target.iter_mut().zip(self.column(parameter)).for_each(|(y, x)| *y -= value * x);
         }
         target
@@ -125,10 +125,10 @@ impl Equation {
 }
 
 /// The forces of a plan's effects on the mass at each sample of a recording, N.
-pub fn forces(plan: &Plan, track: &Track, step_s: f64) -> Vec<f64> {
+pub fn forces(plan: &Assembly, track: &Track, step_s: f64) -> Vec<f64> {
     let (mut q, mut v) = ([0.0; DOFS], [0.0; DOFS]);
     let one = |k: usize| {
-        let at = Moment { time_s: k as f64 * step_s, ..Moment::default() };
+        let at = Instant { time_s: k as f64 * step_s, ..Instant::default() };
         (q[MASS], v[MASS]) = (track.position[k], track.velocity[k]);
         let mut sum = [0.0; DOFS];
         plan.forces.iter().for_each(|force| force(&at, &q, &v, &mut sum));

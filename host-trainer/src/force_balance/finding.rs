@@ -103,7 +103,7 @@ pub struct ResidualTest {
     /// What is looked for in it.
     pub what: String,
     /// What it takes away on held-out blocks, in standard deviations of the same with each block's sign by chance.
-    pub deviations: f64,
+    pub z: f64,
     /// Probability of as much by chance.
     pub p_value: f64,
 }

@@ -3,7 +3,7 @@
 use super::{
     finding::Where,
     states::States,
-    table::{Model, Table},
+    table::{Table, TermModel},
 };
 
 /// Stretches of each recording that are compared.
@@ -12,7 +12,7 @@ const STRETCHES: usize = 20;
 const LOUD: f64 = 2.0;
 
 /// Of what a model leaves of the recordings in question.
-pub fn locate(table: &Table, model: &Model, states: &States) -> Where {
+pub fn locate(table: &Table, model: &TermModel, states: &States) -> Where {
     let left = table.residual(model);
     let rows: Vec<(f64, usize, usize)> = left
         .iter()

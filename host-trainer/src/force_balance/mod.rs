@@ -43,10 +43,10 @@ mod table;
 mod terms;
 #[cfg(test)]
 pub(crate) mod testing;
+mod text;
 mod traces;
-mod words;
 
-pub use calibrate::{Calibration, Estimate, HeldOutError, Method, calibrate_sdof};
+pub use calibrate::{Estimate, HeldOutError, Method, SdofCalibration, calibrate_sdof};
 pub use diagnose::diagnose_sdof;
 pub use error::BalanceError;
 pub use finding::{

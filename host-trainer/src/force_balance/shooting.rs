@@ -34,7 +34,7 @@ pub struct Refined {
     pub starts: Vec<[f64; 2]>,
 }
 
-struct Window<'a> {
+struct ShootingWindow<'a> {
     track: &'a Track,
     first: usize,
     last: usize,
@@ -64,7 +64,7 @@ pub fn refine(rig: &Rig, keys: &[String], states: &States, window: Option<usize>
             let moved: Vec<[f64; 2]> =
                 windows.iter().zip(&starts).map(|(w, s)| [w.start[0] + s[0], w.start[1] + s[1]]).collect();
             let inside = keys.iter().zip(&trial).all(|(k, v)| rig.domain(k).is_none_or(|d| d.holds(*v)));
-            let found = inside.then(|| run.cost(&rig, &trial, &windows, &moved)).flatten();
+            let found = inside.then(|| run.sum_of_squares(&rig, &trial, &windows, &moved)).flatten();
             if let Some(better) = found.filter(|c| *c < cost) {
                 improved = Some((trial, moved, better));
                 break;
@@ -101,18 +101,18 @@ pub fn error(rig: &Rig, states: &States, window: Option<usize>) -> Option<f64> {
 pub fn follow(rig: &Rig, states: &States) -> Option<Vec<f64>> {
     let start = *refine(rig, &[], states, None)?.starts.first()?;
     let track = states.tracks.first()?;
-    let window = Window { track, first: 0, last: track.len(), start };
+    let window = ShootingWindow { track, first: 0, last: track.len(), start };
     Run { states, keys: &[] }.signal(rig, &window, start)
 }
 
-fn cut(states: &States, window: Option<usize>) -> Vec<Window<'_>> {
+fn cut(states: &States, window: Option<usize>) -> Vec<ShootingWindow<'_>> {
     let mut windows = Vec::new();
     for track in &states.tracks {
         let length = window.unwrap_or(track.len()).clamp(20, track.len().max(20));
         let count = (track.len() / length).max(1);
         for k in 0..count {
             let (first, last) = (k * track.len() / count, (k + 1) * track.len() / count);
-            windows.push(Window { track, first, last, start: [track.position[first], track.velocity[first]] });
+            windows.push(ShootingWindow { track, first, last, start: [track.position[first], track.velocity[first]] });
         }
     }
     windows
@@ -131,7 +131,7 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn signal(&self, rig: &Rig, window: &Window, start: [f64; 2]) -> Option<Vec<f64>> {
+    fn signal(&self, rig: &Rig, window: &ShootingWindow, start: [f64; 2]) -> Option<Vec<f64>> {
         let interpolation = match self.states.between {
             Between::Held => Interpolation::Hold,
             Between::Straight | Between::Smooth => Interpolation::Linear,
@@ -149,7 +149,7 @@ impl Run<'_> {
         Some(std::mem::take(&mut channel.samples))
     }
 
-    fn error(&self, rig: &Rig, window: &Window, start: [f64; 2]) -> Option<Vec<f64>> {
+    fn error(&self, rig: &Rig, window: &ShootingWindow, start: [f64; 2]) -> Option<Vec<f64>> {
         let simulated = self.signal(rig, window, start)?;
         let track = window.track;
         let left = (window.first..window.last).zip(simulated).map(
@@ -160,7 +160,13 @@ impl Run<'_> {
         Some(left.collect())
     }
 
-    fn cost(&self, rig: &Rig, values: &[f64], windows: &[Window], starts: &[[f64; 2]]) -> Option<f64> {
+    fn sum_of_squares(
+        &self,
+        rig: &Rig,
+        values: &[f64],
+        windows: &[ShootingWindow],
+        starts: &[[f64; 2]],
+    ) -> Option<f64> {
         let mut rig = rig.clone();
         for (key, value) in self.keys.iter().zip(values) {
             rig.set(key, *value).ok()?;
@@ -173,7 +179,7 @@ impl Run<'_> {
         each.map(|each| each.iter().sum()).filter(|c: &f64| c.is_finite())
     }
 
-    fn linearise(&self, rig: &Rig, values: &[f64], windows: &[Window]) -> Option<Vec<Piece>> {
+    fn linearise(&self, rig: &Rig, values: &[f64], windows: &[ShootingWindow]) -> Option<Vec<Piece>> {
         let (largest_q, largest_v) = self.states.amplitudes();
         windows
             .par_iter()

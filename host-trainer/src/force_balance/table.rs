@@ -33,14 +33,14 @@ pub struct Table {
     /// Fold of each block; blocks of healthy recordings have the last number, which is never left out.
     pub fold: Vec<usize>,
     /// Blocks of the recordings in question.
-    pub ill: Vec<usize>,
+    pub under_test: Vec<usize>,
     /// Variance of a whitened row by the sensor's noise alone.
     pub floor: f64,
 }
 
 /// One or more terms at once, with the best parameters inside them.
 #[derive(Clone, Debug)]
-pub struct Model {
+pub struct TermModel {
     /// Term and variant.
     pub parts: Vec<(usize, usize)>,
     /// Columns, the rig's own first.
@@ -51,7 +51,7 @@ pub struct Model {
     pub left: Vec<f64>,
 }
 
-impl Model {
+impl TermModel {
     /// Sum over the blocks.
     pub fn total(&self) -> f64 {
         self.left.iter().sum()
@@ -102,16 +102,16 @@ impl Table {
         let places = whitening.places(states);
         let questioned = healthy.iter().filter(|h| !**h).count().max(1);
         let each = (BLOCKS / questioned).max(2);
-        let (mut ends, mut fold, mut ill) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut ends, mut fold, mut under_test) = (Vec::new(), Vec::new(), Vec::new());
         let (mut start, mut number) = (0, 0);
         for (track, healthy) in healthy.iter().enumerate() {
             let length = places[start..].iter().take_while(|(t, _)| *t == track).count();
             let blocks = if length < 4 * each { usize::from(length > 0) } else { each };
             for block in 0..blocks {
                 ends.push(start + (block + 1) * length / blocks);
-                let in_turn = if questioned >= FOLDS { number } else { ill.len() };
+                let in_turn = if questioned >= FOLDS { number } else { under_test.len() };
                 if !*healthy {
-                    ill.push(fold.len());
+                    under_test.push(fold.len());
                 }
                 fold.push(if *healthy { FOLDS } else { in_turn % FOLDS });
             }
@@ -119,33 +119,33 @@ impl Table {
             start += length;
         }
         let gram = Gram::new(&white, &ends);
-        Self { library, gram, places, white, fold, ill, floor: whitening.sensor_variance }
+        Self { library, gram, places, white, fold, under_test, floor: whitening.sensor_variance }
     }
 
     /// Rows in question.
     pub fn rows(&self) -> usize {
-        self.ill.iter().map(|b| self.gram.counts[*b]).sum()
+        self.under_test.iter().map(|b| self.gram.counts[*b]).sum()
     }
 
     /// What each block in question keeps when predicted from the other folds.
     pub fn held_out(&self, columns: &[usize]) -> Option<Vec<f64>> {
         let left = self.gram.held_out(columns, &self.fold, FOLDS)?;
-        Some(self.ill.iter().map(|b| left[*b]).collect())
+        Some(self.under_test.iter().map(|b| left[*b]).collect())
     }
 
     /// The rig alone, its unknown parameters fitted.
-    pub fn nothing(&self) -> Option<Model> {
+    pub fn nothing(&self) -> Option<TermModel> {
         let columns = self.library.own_columns();
         let values = self.gram.solve(&columns, &[])?;
         let left = self.held_out(&columns)?;
-        Some(Model { parts: Vec::new(), columns, values, left })
+        Some(TermModel { parts: Vec::new(), columns, values, left })
     }
 
     /// The best variants of some terms at once, one of them possibly given; `None` where no variant's signs fit or the
     /// columns depend on each other.
-    pub fn best(&self, terms: &[usize], given: &[(usize, usize)]) -> Option<Model> {
+    pub fn best(&self, terms: &[usize], given: &[(usize, usize)]) -> Option<TermModel> {
         let own = self.library.own_columns();
-        let mut best: Option<(f64, Model)> = None;
+        let mut best: Option<(f64, TermModel)> = None;
         let sizes: Vec<usize> = terms.iter().map(|t| self.library.terms[*t].variants.len()).collect();
         let count: usize = sizes.iter().product();
         for index in 0..count {
@@ -163,16 +163,16 @@ impl Table {
             }
             let left = self.gram.left_total(&columns, &values);
             if best.as_ref().is_none_or(|(least, _)| left < *least) {
-                best = Some((left, Model { parts, columns, values, left: Vec::new() }));
+                best = Some((left, TermModel { parts, columns, values, left: Vec::new() }));
             }
         }
         let (_, model) = best?;
         let left = self.held_out(&model.columns)?;
-        Some(Model { left, ..model })
+        Some(TermModel { left, ..model })
     }
 
     /// The coefficients of a part of a model.
-    pub fn coefficients<'a>(&self, model: &'a Model, part: usize) -> &'a [f64] {
+    pub fn coefficients<'a>(&self, model: &'a TermModel, part: usize) -> &'a [f64] {
         let (term, variant) = model.parts[part];
         let columns = &self.library.terms[term].variants[variant].columns;
         let first = model.columns.iter().position(|c| *c == columns[0]).unwrap_or(0);
@@ -239,7 +239,7 @@ impl Table {
     }
 
     /// What a model leaves of each whitened row.
-    pub fn residual(&self, model: &Model) -> Vec<f64> {
+    pub fn residual(&self, model: &TermModel) -> Vec<f64> {
         let mut left = self.white[0].clone();
         for (column, value) in model.columns.iter().zip(&model.values) {
             left.iter_mut().zip(&self.white[*column]).for_each(|(r, x)| *r -= value * x);

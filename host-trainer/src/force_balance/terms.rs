@@ -11,7 +11,7 @@ use super::{
     equation::{Equation, Parameter, forces},
     states::{Sensed, States, Track},
 };
-use crate::rig::{EffectEntry, Rig, config::Restoring, simulate::plan_of};
+use crate::rig::{EffectEntry, Rig, config::Restoring, simulate::assemble};
 
 /// What a fitted coefficient means.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -153,7 +153,7 @@ impl Builder<'_> {
             if unknown.contains(&parameter) && !told {
                 continue;
             }
-            let value = parameter.of(&equation.rig);
+            let value = parameter.value_in(&equation.rig);
             // Damping that the nominal model has none of is friction.
             let (name, meaning, sign) = if parameter == Parameter::Damping && value == 0.0 {
                 ("viscous-friction", Meaning::Strength("damping_n_s_per_m"), Sign::Positive)
@@ -168,7 +168,7 @@ impl Builder<'_> {
     /// Minus the force of an effect of the vocabulary.
     fn force(&self, entry: &EffectEntry) -> Vec<f64> {
         let alone = Rig::new(self.rig.model.clone()).with_effect(entry.clone());
-        let plan = plan_of(&alone);
+        let plan = assemble(&alone);
         self.states.column(|track| forces(&plan, track, self.states.step_s()).iter().map(|f| -f).collect())
     }
 
@@ -216,10 +216,10 @@ impl Builder<'_> {
     fn forces(&mut self, equation: &Equation) {
         use Sign::{Any, Positive};
         let (_, largest_v) = self.states.amplitudes();
-        let ill: Vec<&Track> =
+        let under_test: Vec<&Track> =
             self.states.tracks.iter().zip(self.healthy).filter(|(_, h)| !**h).map(|(t, _)| t).collect();
-        let mut positions: Vec<f64> = ill.iter().flat_map(|t| t.position.iter().copied()).collect();
-        let longest = ill.iter().map(|t| t.len()).max().unwrap_or(0) as f64 * self.states.step_s();
+        let mut positions: Vec<f64> = under_test.iter().flat_map(|t| t.position.iter().copied()).collect();
+        let longest = under_test.iter().map(|t| t.len()).max().unwrap_or(0) as f64 * self.states.step_s();
         positions.sort_by(f64::total_cmp);
         let mut sizes: Vec<f64> = positions.iter().map(|q| q.abs()).collect();
         sizes.sort_by(f64::total_cmp);
@@ -259,7 +259,7 @@ impl Builder<'_> {
         let pendulum = rig.restoring == Restoring::Pendulum;
         let mut all = vec![0.0; self.states.rows()];
         for parameter in [Parameter::Mass, Parameter::Damping, Parameter::Stiffness] {
-            let value = parameter.of(rig);
+            let value = parameter.value_in(rig);
             all.iter_mut().zip(equation.column(parameter)).for_each(|(sum, x)| *sum += value * x);
         }
         let k = rig.stiffness_n_per_m;

@@ -2,7 +2,7 @@
 
 use super::DrawError;
 use super::style::{self, Axes, MEASURED, PREDICTED};
-use crate::window::Window;
+use crate::trace::Trace;
 
 /// Height of a panel.
 const PANEL: u32 = 230;
@@ -12,8 +12,8 @@ const PANEL: u32 = 230;
 ///
 /// # Errors
 /// What the drawing library says.
-pub fn svg(window: &Window, derivatives: &[usize]) -> Result<String, DrawError> {
-    let panels = u32::try_from(derivatives.len().max(1)).map_err(DrawError::of)?;
+pub fn svg(window: &Trace, derivatives: &[usize]) -> Result<String, DrawError> {
+    let panels = u32::try_from(derivatives.len().max(1)).map_err(DrawError::new)?;
     style::picture(PANEL * panels, |area| {
         for (area, d) in area.split_evenly((panels as usize, 1)).iter().zip(derivatives) {
             let (Some(measured), Some(predicted)) = (window.measured.get(*d), window.predicted.get(*d)) else {

@@ -36,7 +36,7 @@ pub fn svg(kurtogram: &Kurtogram, chosen: Option<&std::ops::Range<f64>>) -> Resu
             let share = (share * SCALE_STEPS as f64).round() / SCALE_STEPS as f64;
             Rectangle::new(corners, shade(share).filled())
         });
-        chart.draw_series(boxes).map_err(DrawError::of)?;
+        chart.draw_series(boxes).map_err(DrawError::new)?;
         let found = chosen.and_then(|band| {
             let near = |c: &&Cell| {
                 let tolerance = 1e-3 * c.bandwidth_hz;

@@ -17,7 +17,7 @@ pub mod trend;
 pub struct DrawError(String);
 
 impl DrawError {
-    fn of(error: impl std::fmt::Display) -> Self {
+    fn new(error: impl std::fmt::Display) -> Self {
         Self(error.to_string())
     }
 

@@ -2,7 +2,7 @@
 
 use super::DrawError;
 use super::style::{self, Axes, EARLY, INK, LATE};
-use crate::window::Window;
+use crate::trace::Trace;
 
 /// Height of a panel.
 const PANEL: u32 = 210;
@@ -14,7 +14,7 @@ const LOWEST_DB: f64 = -20.0;
 ///
 /// # Errors
 /// What the drawing library says.
-pub fn svg(early: (&str, &Window), late: (&str, &Window)) -> Result<String, DrawError> {
+pub fn svg(early: (&str, &Trace), late: (&str, &Trace)) -> Result<String, DrawError> {
     let decibels = |v: &f32| (20.0 * f64::from(*v).log10()).max(LOWEST_DB);
     let all = early.1.residual.iter().chain(&late.1.residual).map(decibels);
     let y = style::range(all, 0.05).ok_or_else(DrawError::empty)?;

@@ -62,9 +62,9 @@ pub fn picture(height: u32, draw: impl FnOnce(&Area<'_>) -> Result<(), DrawError
     let mut text = String::new();
     {
         let root = SVGBackend::with_string(&mut text, (WIDTH, height)).into_drawing_area();
-        root.fill(&WHITE).map_err(DrawError::of)?;
+        root.fill(&WHITE).map_err(DrawError::new)?;
         draw(&root)?;
-        root.present().map_err(DrawError::of)?;
+        root.present().map_err(DrawError::new)?;
     }
     Ok(text)
 }
@@ -104,8 +104,8 @@ fn chart_of<'a>(
     let mut x = (EDGE + LEFT) as i32 + 4;
     let y = LEGEND_HEIGHT as i32 / 2 + 4;
     for (name, color) in legend {
-        top.draw(&PathElement::new([(x, y), (x + 22, y)], color.stroke_width(3))).map_err(DrawError::of)?;
-        top.draw(&Text::new(*name, (x + 28, y), font.clone())).map_err(DrawError::of)?;
+        top.draw(&PathElement::new([(x, y), (x + 22, y)], color.stroke_width(3))).map_err(DrawError::new)?;
+        top.draw(&Text::new(*name, (x + 28, y), font.clone())).map_err(DrawError::new)?;
         // No font is at hand to measure with: a letter is about half as wide as high.
         x += 28 + (name.chars().count() as f64 * 0.54 * f64::from(LABEL)) as i32 + 24;
     }
@@ -117,7 +117,7 @@ fn chart_of<'a>(
         .x_label_area_size(44)
         .y_label_area_size(LEFT)
         .build_cartesian_2d(axes.x.clone(), axes.y.clone())
-        .map_err(DrawError::of)?;
+        .map_err(DrawError::new)?;
     let mut mesh = chart.configure_mesh();
     let number = |v: &f64| if rows.is_some() { String::new() } else { tick(*v) };
     if rows.is_some() {
@@ -135,14 +135,14 @@ fn chart_of<'a>(
         .label_style(("sans-serif", LABEL, &INK))
         .axis_desc_style(("sans-serif", LABEL + 1, &INK))
         .draw()
-        .map_err(DrawError::of)?;
+        .map_err(DrawError::new)?;
     drop(mesh);
     for (row, name) in rows.unwrap_or(&[]).iter().enumerate() {
         let (x, y) = chart.backend_coord(&(axes.x.start, row as f64 + 0.5));
         let font = ("sans-serif", LABEL).into_font().color(&INK).pos(Pos::new(HPos::Right, VPos::Center));
         // Places of the whole picture, as the backend counts them.
         let (left, above) = area.get_base_pixel();
-        area.draw(&Text::new(name.clone(), (x - 8 - left, y - above), font)).map_err(DrawError::of)?;
+        area.draw(&Text::new(name.clone(), (x - 8 - left, y - above), font)).map_err(DrawError::new)?;
     }
     Ok(chart)
 }
@@ -157,7 +157,7 @@ pub fn line(
     style: ShapeStyle,
 ) -> Result<(), DrawError> {
     let points = points.into_iter().filter(|(x, y)| x.is_finite() && y.is_finite());
-    chart.draw_series(LineSeries::new(points, style)).map(|_| ()).map_err(DrawError::of)
+    chart.draw_series(LineSeries::new(points, style)).map(|_| ()).map_err(DrawError::new)
 }
 
 /// A dashed line across.
@@ -166,7 +166,7 @@ pub fn line(
 /// What the drawing library says.
 pub fn dashed(chart: &mut Chart<'_>, from: (f64, f64), to: (f64, f64), color: RGBColor) -> Result<(), DrawError> {
     let series = DashedLineSeries::new([from, to], 6, 5, color.mix(0.75).stroke_width(1));
-    chart.draw_series(series).map(|_| ()).map_err(DrawError::of)
+    chart.draw_series(series).map(|_| ()).map_err(DrawError::new)
 }
 
 /// A line's colour and width in pixels.
@@ -180,7 +180,7 @@ pub fn stroke(color: RGBColor, width: u32) -> ShapeStyle {
 /// What the drawing library says.
 pub fn shade(chart: &mut Chart<'_>, x: Range<f64>, y: Range<f64>, color: RGBColor) -> Result<(), DrawError> {
     let area = Rectangle::new([(x.start, y.start), (x.end, y.end)], color.mix(0.1).filled());
-    chart.draw_series([area]).map(|_| ()).map_err(DrawError::of)
+    chart.draw_series([area]).map(|_| ()).map_err(DrawError::new)
 }
 
 /// A word at a place in the plot.
@@ -189,7 +189,7 @@ pub fn shade(chart: &mut Chart<'_>, x: Range<f64>, y: Range<f64>, color: RGBColo
 /// What the drawing library says.
 pub fn word(chart: &mut Chart<'_>, text: &str, at: (f64, f64), side: HPos, color: RGBColor) -> Result<(), DrawError> {
     let font = ("sans-serif", LABEL - 1).into_font().color(&color).pos(Pos::new(side, VPos::Top));
-    chart.draw_series([Text::new(text.to_owned(), at, font)]).map(|_| ()).map_err(DrawError::of)
+    chart.draw_series([Text::new(text.to_owned(), at, font)]).map(|_| ()).map_err(DrawError::new)
 }
 
 /// A number of an axis: as many digits as it needs, and a minus that is as wide as a digit.

@@ -168,7 +168,7 @@ pub(super) fn assemble(
     gaps.dedup();
 
     let convert = |column: Column| {
-        let unit = match Quantity::of(&column.name) {
+        let unit = match Quantity::from_name(&column.name) {
             Quantity::Acceleration => options.unit.or(entry.unit).or(raw.unit).unwrap_or_default(),
             Quantity::AccelerationIn(unit) => options.unit.unwrap_or(unit),
             Quantity::Other => Unit::MetrePerSecondSquared,

@@ -10,7 +10,7 @@ use super::{
     ReadError,
     assemble::{Column, Raw, Selection, TimeColumn},
     error::shown,
-    number,
+    parse_number,
     table::{self, ColumnSpec, Layout, Role},
     time_axis,
 };
@@ -74,7 +74,7 @@ fn header(bytes: &[u8], path: &Path) -> Result<Header, ReadError> {
         } else if !line.is_empty() {
             let separator = table::separator(line);
             let fields = table::split(line, separator);
-            let is_header = fields.iter().any(|f| !f.is_empty() && number::parse(f).is_none());
+            let is_header = fields.iter().any(|f| !f.is_empty() && parse_number::parse(f).is_none());
             let (names, row, body_row, body) = match comment {
                 _ if is_header => (fields, row, row + 1, at + length),
                 Some(text) => (table::split(text, separator), row - 1, row, at),

@@ -8,7 +8,7 @@ use std::path::Path;
 use super::{
     ReadError, Unit,
     assemble::{Column, Raw, Selection},
-    number,
+    parse_number,
     table::{self, ColumnSpec, Layout, Role},
 };
 
@@ -28,7 +28,7 @@ pub(super) fn is_named(path: &Path) -> bool {
 /// Whether the first line of a file is a row of this format.
 pub(super) fn is_row(line: &[u8]) -> bool {
     let fields = table::split(line, table::separator(line));
-    fields.len() == WIDTH && fields.iter().all(|f| number::parse(f).is_some())
+    fields.len() == WIDTH && fields.iter().all(|f| parse_number::parse(f).is_some())
 }
 
 /// Shaft speed in Hz and load in N of a folder `BearingX_Y`: X is the operating condition
@@ -78,7 +78,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, selection: &Selection, skip_bad: b
 /// Seconds after midnight of the first row; nothing where that row is bad.
 fn start_s(bytes: &[u8], separator: u8) -> Option<f64> {
     let fields = table::split(table::first_line(bytes).0, separator);
-    let time: Vec<f64> = fields.iter().take(TIME.len()).map_while(|f| number::parse(f)).collect();
+    let time: Vec<f64> = fields.iter().take(TIME.len()).map_while(|f| parse_number::parse(f)).collect();
     let [hour, minute, second, microsecond] = time[..] else {
         return None;
     };

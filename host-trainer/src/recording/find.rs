@@ -17,7 +17,7 @@ pub(super) fn jobs(paths: &[PathBuf], options: &LoadOptions) -> Result<Vec<Job>,
     let mut jobs = Vec::new();
     for (group, path) in paths.iter().enumerate() {
         for entry in entries(path)? {
-            let format = Format::of(&entry.file)?;
+            let format = Format::from_path(&entry.file)?;
             let variable = match format {
                 Format::Mat => options.variable.clone().or_else(|| entry.variable.clone()),
                 _ => None,
@@ -41,10 +41,10 @@ fn entries(path: &Path) -> Result<Vec<Entry>, ReadError> {
     if manifest.is_file() {
         return Ok(Manifest::read(&manifest)?.entries);
     }
-    let files = files(path)?;
+    let files = list_files(path)?;
     let femto = |f: &&PathBuf| femto::is_named(f);
-    let csv = |f: &&PathBuf| matches!(Format::of(f), Ok(Format::Csv));
-    let any = |f: &&PathBuf| Format::of(f).is_ok();
+    let csv = |f: &&PathBuf| matches!(Format::from_path(f), Ok(Format::Csv));
+    let any = |f: &&PathBuf| Format::from_path(f).is_ok();
     let kinds: [&dyn Fn(&&PathBuf) -> bool; 3] = [&femto, &csv, &any];
     for kind in kinds {
         let found: Vec<Entry> = files.iter().filter(kind).cloned().map(Entry::new).collect();
@@ -56,7 +56,7 @@ fn entries(path: &Path) -> Result<Vec<Entry>, ReadError> {
 }
 
 /// The files of a folder, so ordered that `r2` stands before `r10`.
-fn files(folder: &Path) -> Result<Vec<PathBuf>, ReadError> {
+fn list_files(folder: &Path) -> Result<Vec<PathBuf>, ReadError> {
     let io = |source| ReadError::Io { path: folder.into(), source };
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).map_err(io)? {

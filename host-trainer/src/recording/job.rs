@@ -26,7 +26,7 @@ pub(super) enum Format {
 
 impl Format {
     /// By the file's ending.
-    pub fn of(path: &Path) -> Result<Self, ReadError> {
+    pub fn from_path(path: &Path) -> Result<Self, ReadError> {
         let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
         match ending.as_str() {
             "csv" => Ok(Self::Csv),

@@ -9,7 +9,7 @@ use std::path::Path;
 use super::{
     ReadError,
     error::shown,
-    number::{self, number},
+    parse_number::{self, number},
 };
 
 /// What happens to a column.
@@ -166,7 +166,7 @@ fn careful_row(line: &[u8], row: usize, layout: &Layout) -> Result<Vec<f64>, Rea
             continue;
         }
         let name = || column.name.clone();
-        let Some(value) = number::parse(field) else {
+        let Some(value) = parse_number::parse(field) else {
             let found = shown(field);
             return Err(ReadError::NotANumber { path: path.into(), row, column: name(), found });
         };

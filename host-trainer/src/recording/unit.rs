@@ -57,7 +57,7 @@ pub(super) enum Quantity {
 impl Quantity {
     /// What the columns of this name hold. In a vibration recording a column without a sign to the
     /// contrary is an acceleration.
-    pub(super) fn of(name: &str) -> Self {
+    pub(super) fn from_name(name: &str) -> Self {
         const PLAIN: [&str; 5] = ["tacho", "u", "q", "qd", "qdd"];
         const OTHER_UNIT: [&str; 7] = ["_rad", "_n", "_m", "_m_s", "_s", "_hz", "_rpm"];
         if PLAIN.contains(&name) {

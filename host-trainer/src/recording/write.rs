@@ -11,7 +11,7 @@ use std::{
 use toml::{Table, Value};
 
 use super::{Recording, manifest, unit::default_location};
-use crate::files;
+use crate::atomic_write;
 
 /// Why a recording could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -156,5 +156,5 @@ fn check(path: &Path, recording: &Recording) -> Result<(), WriteError> {
 }
 
 fn persist(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), WriteError> {
-    files::write_with(path, write).map_err(|source| WriteError::Io { path: path.into(), source })
+    atomic_write::write_with(path, write).map_err(|source| WriteError::Io { path: path.into(), source })
 }

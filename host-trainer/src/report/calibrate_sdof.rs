@@ -1,10 +1,10 @@
 //! The report of `ballrace calibrate` for a rig of one degree of freedom.
 
+use super::format::{significant, with_interval};
 use super::held_out::{self, Quantity, Rigs};
-use super::number::{significant, with_interval};
 use super::{Cell, Document, Section, Tone};
-use crate::diagnose::outcome::{HeldOut, Location};
-use crate::force_balance::{Calibration, HeldOutError, HeldOutTrace, Method};
+use crate::diagnose::result::{HeldOut, Location};
+use crate::force_balance::{HeldOutError, HeldOutTrace, Method, SdofCalibration};
 use crate::plot::DrawError;
 use crate::recording::Recording;
 
@@ -12,7 +12,7 @@ use crate::recording::Recording;
 ///
 /// # Errors
 /// What the drawing library says.
-pub fn document(done: &Calibration, recordings: &[Recording]) -> Result<Document, DrawError> {
+pub fn document(done: &SdofCalibration, recordings: &[Recording]) -> Result<Document, DrawError> {
     let held_out = done.held_out.as_ref();
     let about = match (recordings.len(), held_out) {
         (1, Some(h)) => format!("one recording; held out: {}", h.recordings),
@@ -26,7 +26,7 @@ pub fn document(done: &Calibration, recordings: &[Recording]) -> Result<Document
             "Simulated over the whole stretch from the start that leaves least, driven by the recorded input alone: small \
              errors of force add up.",
         );
-        let quantity = Quantity::of(&done.rig, trace.channel);
+        let quantity = Quantity::for_channel(&done.rig, trace.channel);
         let rigs = Rigs { before: "the rig as it was", after: "the rig, calibrated" };
         let held = held(trace, first.sample_rate_hz);
         document = document.section(held_out::pictures(section, &held, quantity, rigs, &Location::default())?);
@@ -39,7 +39,7 @@ pub fn document(done: &Calibration, recordings: &[Recording]) -> Result<Document
 }
 
 /// The result in a sentence.
-pub fn verdict(done: &Calibration) -> (Tone, String) {
+pub fn verdict(done: &SdofCalibration) -> (Tone, String) {
     let Some(h) = &done.held_out else {
         return (Tone::Open, "The rig was calibrated; the recordings are too short to judge it by any.".into());
     };
@@ -53,7 +53,7 @@ pub fn verdict(done: &Calibration) -> (Tone, String) {
 }
 
 /// How the estimates came about, in a sentence.
-pub fn method(done: &Calibration) -> &'static str {
+pub fn method(done: &SdofCalibration) -> &'static str {
     match done.method {
         Method::Simulation => "Fitted by simulation, which leaves no more than the sensor's noise.",
         Method::ForceBalance => {
@@ -73,7 +73,7 @@ fn held(trace: &HeldOutTrace, sample_rate_hz: f64) -> HeldOut {
     }
 }
 
-fn parameters(done: &Calibration) -> Section {
+fn parameters(done: &SdofCalibration) -> Section {
     let row = |e: &crate::force_balance::Estimate| {
         let (value, interval) = with_interval(e.value, Some(e.interval95));
         let numbers = [significant(e.guess, 4), value, interval].map(Cell::number);
@@ -85,7 +85,7 @@ fn parameters(done: &Calibration) -> Section {
     done.undetermined.iter().fold(section, |section, sentence| section.paragraph(format!("Undetermined: {sentence}.")))
 }
 
-fn errors(done: &Calibration, h: &HeldOutError) -> Section {
+fn errors(done: &SdofCalibration, h: &HeldOutError) -> Section {
     let number = |v: Option<f64>| Cell::number(v.map_or("diverges".into(), |v| significant(v, 3)));
     let rows = vec![
         vec![Cell::text("force balance, N"), number(Some(h.balance_before_n)), number(Some(h.balance_after_n))],

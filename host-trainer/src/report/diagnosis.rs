@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use super::format::{by_chance, chance, significant, with_interval};
 use super::held_out::{self, Quantity, Rigs};
-use super::number::{by_chance, chance, significant, with_interval};
 use super::{Cell, Document, Section, Tone};
 use crate::diagnose::Task;
-use crate::diagnose::outcome::{Aspect, Cause, FALSE, HeldOut, Outcome, Parameter, Test, Verdict};
+use crate::diagnose::result::{Aspect, Cause, DiagnosisResult, FDR_LEVEL, HeldOut, Parameter, Test, Verdict};
 use crate::diagnose::write::{self, StoreError};
 use crate::plot::DrawError;
 use crate::plot::comparison::{self, Curve, Names};
@@ -21,7 +21,7 @@ const MOST_TESTS: usize = 12;
 ///
 /// # Errors
 /// As [`write::folder`]; what the drawing library says.
-pub fn folder(out: &Path, task: &Task, outcome: &Outcome) -> Result<(), StoreError> {
+pub fn folder(out: &Path, task: &Task, outcome: &DiagnosisResult) -> Result<(), StoreError> {
     write::folder(out, outcome, &document(task, outcome)?.html())
 }
 
@@ -29,7 +29,7 @@ pub fn folder(out: &Path, task: &Task, outcome: &Outcome) -> Result<(), StoreErr
 ///
 /// # Errors
 /// What the drawing library says.
-pub fn document(task: &Task, outcome: &Outcome) -> Result<Document, DrawError> {
+pub fn document(task: &Task, outcome: &DiagnosisResult) -> Result<Document, DrawError> {
     let before = task.rig;
     let (tone, sentence) = verdict(outcome);
     let mut document = Document::new("What the simulation left out", about(task), tone, sentence);
@@ -58,7 +58,7 @@ fn about(task: &Task) -> String {
 }
 
 /// The verdict in a sentence.
-pub fn verdict(outcome: &Outcome) -> (Tone, String) {
+pub fn verdict(outcome: &DiagnosisResult) -> (Tone, String) {
     let diagnosis = &outcome.diagnosis;
     let fit = &diagnosis.fit;
     let numbers = [fit.before, fit.after, fit.noise_floor].map(|v| significant(v, 3));
@@ -99,8 +99,8 @@ pub fn verdict(outcome: &Outcome) -> (Tone, String) {
 }
 
 /// What shows most that something differs, as a sentence of its own.
-fn most_telling(outcome: &Outcome) -> String {
-    let first = outcome.tests.first().filter(|t| t.stands_out());
+fn most_telling(outcome: &DiagnosisResult) -> String {
+    let first = outcome.tests.first().filter(|t| t.is_significant());
     first.map_or_else(String::new, |t| format!(" It shows most in {} ({}).", t.what, by_chance(t.p_value)))
 }
 
@@ -136,14 +136,14 @@ fn listed(names: &[String]) -> String {
 }
 
 /// The picture that convinces: of the channel that shows it most, the first recording.
-fn seen(before: &Rig, outcome: &Outcome) -> Result<Option<Section>, DrawError> {
+fn seen(before: &Rig, outcome: &DiagnosisResult) -> Result<Option<Section>, DrawError> {
     let location = &outcome.diagnosis.location;
     let of_channel = |h: &&HeldOut| !location.channel.is_empty() && h.name.ends_with(&location.channel);
     let held = outcome.held_out.iter();
     let Some(held) = held.clone().find(of_channel).or(held.clone().next()).filter(|h| !h.measured.is_empty()) else {
         return Ok(None);
     };
-    let quantity = Quantity::of(before, &location.channel);
+    let quantity = Quantity::for_channel(before, &location.channel);
     let fitted = if before.unknown.is_empty() { "the rig as it was" } else { "the rig, its unknowns fitted" };
     let corrected = if outcome.diagnosis.causes.is_empty() { fitted } else { "the corrected rig" };
     let rigs = Rigs { before: fitted, after: corrected };
@@ -183,7 +183,7 @@ fn cause(index: usize, cause: &Cause) -> Section {
     if rows.is_empty() { section } else { section.table("", &["parameter, SI", "value", "95 % interval"], rows) }
 }
 
-fn fit(before: &Rig, outcome: &Outcome) -> Section {
+fn fit(before: &Rig, outcome: &DiagnosisResult) -> Section {
     let fit = &outcome.diagnosis.fit;
     let numbers = [fit.before, fit.after, fit.noise_floor].map(|v| Cell::number(significant(v, 4)));
     let row = numbers.into_iter().chain([Cell::number(chance(fit.p_value))]).collect();
@@ -202,7 +202,7 @@ fn capital(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-fn alternatives(outcome: &Outcome) -> Option<Section> {
+fn alternatives(outcome: &DiagnosisResult) -> Option<Section> {
     let rejected = &outcome.diagnosis.rejected;
     let rows: Vec<Vec<Cell>> = rejected.iter().map(|r| vec![Cell::text(&r.name), Cell::text(&r.why)]).collect();
     let section = Section::new("Explanations that lost");
@@ -210,7 +210,7 @@ fn alternatives(outcome: &Outcome) -> Option<Section> {
 }
 
 /// Where it shows: in words, with the p-value of each, and drawn.
-fn place(outcome: &Outcome) -> Result<Option<Section>, DrawError> {
+fn place(outcome: &DiagnosisResult) -> Result<Option<Section>, DrawError> {
     let location = &outcome.diagnosis.location;
     let span = |[from, to]: [f64; 2]| format!("{} to {}", significant(from, 3), significant(to, 3));
     let spans = |name, list: &[[f64; 2]], aspect: Aspect| -> Vec<(&str, String, Option<f64>)> {
@@ -243,8 +243,7 @@ fn place(outcome: &Outcome) -> Result<Option<Section>, DrawError> {
         Section::new("Where it shows").table("", &["", "where", "p of the most telling test there"], rows);
     for (aspect, x) in [(Aspect::Spectrum, "frequency, Hz"), (Aspect::Time, "time, s")] {
         let of = |t: &&Test| t.aspect == aspect && t.channel == location.channel;
-        let mut at: Vec<([f64; 2], f64)> =
-            outcome.tests.iter().filter(of).filter_map(|t| Some((t.at?, t.deviations))).collect();
+        let mut at: Vec<([f64; 2], f64)> = outcome.tests.iter().filter(of).filter_map(|t| Some((t.at?, t.z))).collect();
         at.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
         let (Some(first), Some(last)) = (at.first(), at.last()) else { continue };
         let range = first.0[0]..last.0[1];
@@ -253,14 +252,14 @@ fn place(outcome: &Outcome) -> Result<Option<Section>, DrawError> {
         let names = Names { x, y: "standard deviations" };
         section = section.figure(
             comparison::svg(&[curve], range, names, &[])?,
-            format!("{}: {}, in standard deviations of what chance gives.", location.channel, aspect.words()),
+            format!("{}: {}, in standard deviations of what chance gives.", location.channel, aspect.text()),
         );
     }
     Ok(Some(section))
 }
 
 /// p of the most telling test of these aspects that lies within an interval.
-fn p_within(outcome: &Outcome, aspects: &[Aspect], [from, to]: [f64; 2]) -> Option<f64> {
+fn p_within(outcome: &DiagnosisResult, aspects: &[Aspect], [from, to]: [f64; 2]) -> Option<f64> {
     let slack = 1e-3 * to.abs();
     let within = |t: &&Test| {
         aspects.contains(&t.aspect)
@@ -270,14 +269,14 @@ fn p_within(outcome: &Outcome, aspects: &[Aspect], [from, to]: [f64; 2]) -> Opti
     outcome.tests.iter().filter(within).map(|t| t.p_value).min_by(f64::total_cmp)
 }
 
-fn tests(outcome: &Outcome) -> Option<Section> {
+fn tests(outcome: &DiagnosisResult) -> Option<Section> {
     let all = &outcome.tests;
-    let standing = all.iter().filter(|t| t.stands_out()).count();
+    let standing = all.iter().filter(|t| t.is_significant()).count();
     let section = Section::new("What was looked for, before any cause was sought").paragraph(format!(
-        "{standing} of {} tests stand out at a rate of false discoveries of {:.0} %. Standard deviations are those of the same \
+        "{standing} of {} tests stand out at a rate of false discoveries of {:.0} %. Standard z are those of the same \
          test by chance; p is of one test alone, q the rate of false discoveries at which it stands out of all.",
         all.len(),
-        100.0 * FALSE
+        100.0 * FDR_LEVEL
     ));
     let mut aspects: Vec<Aspect> = Vec::new();
     // The most telling aspect first.
@@ -287,15 +286,15 @@ fn tests(outcome: &Outcome) -> Option<Section> {
         }
     }
     let numbers = |t: &Test| {
-        let deviations = format!("{:.1}", t.deviations).replace('-', "−");
-        [deviations, chance(t.p_value), chance(t.q_value)].map(Cell::number)
+        let z = format!("{:.1}", t.z).replace('-', "−");
+        [z, chance(t.p_value), chance(t.q_value)].map(Cell::number)
     };
     let of_aspect = |aspect: &Aspect| {
         let of: Vec<&Test> = all.iter().filter(|t| t.aspect == *aspect).collect();
-        let standing = of.iter().filter(|t| t.stands_out()).count();
+        let standing = of.iter().filter(|t| t.is_significant()).count();
         let first = of.first()?;
         let words =
-            [Cell::text(aspect.words()), Cell::number(format!("{standing} of {}", of.len())), Cell::text(&first.what)];
+            [Cell::text(aspect.text()), Cell::number(format!("{standing} of {}", of.len())), Cell::text(&first.what)];
         Some(words.into_iter().chain(numbers(first)).collect())
     };
     let rows: Vec<Vec<Cell>> = aspects.iter().filter_map(of_aspect).collect();
@@ -312,7 +311,7 @@ fn tests(outcome: &Outcome) -> Option<Section> {
     (!rows.is_empty()).then(|| section.table(caption, &["test", "standard deviations", "p", "q"], rows))
 }
 
-fn fitted(before: &Rig, outcome: &Outcome) -> Option<Section> {
+fn fitted(before: &Rig, outcome: &DiagnosisResult) -> Option<Section> {
     let row = |(name, value, interval): &(String, f64, [f64; 2])| {
         let (value, interval) = with_interval(*value, Some(*interval));
         let given = before.get(name).map_or("–".into(), |v| significant(v, 4));
@@ -323,7 +322,7 @@ fn fitted(before: &Rig, outcome: &Outcome) -> Option<Section> {
     (!rows.is_empty()).then(|| section.table("", &["parameter", "given", "fitted", "95 % interval"], rows))
 }
 
-fn caveats(outcome: &Outcome) -> Option<Section> {
+fn caveats(outcome: &DiagnosisResult) -> Option<Section> {
     let section = Section::new("To bear in mind");
     (!outcome.caveats.is_empty())
         .then(|| outcome.caveats.iter().fold(section, |section, caveat| section.paragraph(caveat)))
@@ -332,11 +331,11 @@ fn caveats(outcome: &Outcome) -> Option<Section> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::outcome::{Diagnosis, Fit, Location, Rejected, SCHEMA};
+    use crate::diagnose::result::{Diagnosis, Fit, Location, Rejected, SCHEMA};
     use crate::report::html::tests::assert_well_formed;
     use crate::rig::test_support::nominal;
 
-    fn outcome(verdict: Verdict, causes: Vec<Cause>, after: f64) -> Outcome {
+    fn outcome(verdict: Verdict, causes: Vec<Cause>, after: f64) -> DiagnosisResult {
         let signal = |size: f64| (0..4096).map(|k| size * (0.37 * f64::from(k)).sin()).collect::<Vec<f64>>();
         let held = |name: &str| HeldOut {
             name: name.into(),
@@ -350,11 +349,11 @@ mod tests {
             channel: "ay",
             at: Some([200.0 * f64::from(k), 200.0 * f64::from(k + 1)]),
             what: format!("band <{k}>"),
-            deviations: 9.0 - f64::from(k),
+            z: 9.0 - f64::from(k),
             p_value: 1e-12,
             q_value: if k < 9 { 1e-10 } else { 0.5 },
         };
-        Outcome {
+        DiagnosisResult {
             diagnosis: Diagnosis {
                 schema: SCHEMA.into(),
                 verdict,
@@ -382,7 +381,7 @@ mod tests {
         }
     }
 
-    fn page(outcome: &Outcome) -> Document {
+    fn page(outcome: &DiagnosisResult) -> Document {
         document(&Task { rig: &nominal(), baseline: None, recordings: &[], seed: 0 }, outcome).unwrap()
     }
 

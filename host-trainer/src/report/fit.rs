@@ -5,7 +5,7 @@ use crate::export;
 use crate::fit::Fitted;
 use crate::input::Input;
 use crate::plot::DrawError;
-use crate::window::Window;
+use crate::trace::Trace;
 
 /// A fit and the recordings that it was made of.
 ///
@@ -21,7 +21,7 @@ pub fn document(fitted: &Fitted, input: &Input) -> Result<Document, DrawError> {
     if let Some(series) = held_out.or(input.series.first()) {
         document = document.section(signal::prediction(&view, series, input.sample_rate_hz)?);
     }
-    let names = Window::of(&view, &[], input.sample_rate_hz, 0..0).names;
+    let names = Trace::record(&view, &[], input.sample_rate_hz, 0..0).names;
     Ok(document.sections([
         model::derivatives(report, &names),
         model::equations(report),

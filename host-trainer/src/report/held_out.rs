@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use super::{Cell, Section, number::significant};
+use super::{Cell, Section, format::significant};
 use crate::calibrate::distance::log_spectral;
-use crate::diagnose::outcome::{HeldOut, Location};
+use crate::diagnose::result::{HeldOut, Location};
 use crate::plot::DrawError;
 use crate::plot::comparison::{self, Curve, Names};
 use crate::plot::lines::Mark;
@@ -32,7 +32,7 @@ pub enum Quantity {
 
 impl Quantity {
     /// That of a rig's channel.
-    pub fn of(rig: &Rig, channel: &str) -> Self {
+    pub fn for_channel(rig: &Rig, channel: &str) -> Self {
         match &rig.model {
             Model::Sdof(machine) if channel == "q" => match machine.restoring {
                 Restoring::Linear => Self::Position,

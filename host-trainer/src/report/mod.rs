@@ -16,11 +16,11 @@ pub mod calibrate;
 pub mod calibrate_sdof;
 pub mod diagnosis;
 pub mod fit;
+pub mod format;
 pub mod held_out;
 pub mod html;
 pub mod model;
 pub mod monitor;
-pub mod number;
 pub mod signal;
 pub mod spectra;
 

@@ -3,7 +3,7 @@
 use super::{Cell, Section, Tone};
 use crate::export::Sizes;
 use crate::fit::report::Report;
-use crate::fit::words;
+use crate::fit::text;
 
 /// Equations and terms that are shown; the model file has the rest.
 const MOST_EQUATIONS: usize = 16;
@@ -21,25 +21,25 @@ pub fn scores(report: &Report) -> Section {
     let row = |name: &str, value: String, null: String, meaning: &str| {
         vec![Cell::text(name), Cell::number(value), Cell::number(null), Cell::text(meaning)]
     };
-    let null = words::null(s, |n| Some(n.held_out));
+    let null = text::null(s, |n| Some(n.held_out));
     let (mean, spread) = null.split_once(" ± ").map_or((null.as_str(), None), |(mean, spread)| (mean, Some(spread)));
     let rows = vec![
         row(
             "in sample",
             format!("{:.4}", s.in_sample.mean()),
-            words::null(s, |n| Some(n.in_sample)),
+            text::null(s, |n| Some(n.in_sample)),
             "How well the model describes the recordings it was fitted to: the usual figure, and the most flattering.",
         ),
         row(
             "held out",
             format!("{:.4}", s.held_out.mean()),
-            words::null(s, |n| Some(n.held_out)),
+            text::null(s, |n| Some(n.held_out)),
             "The same on recordings not fitted to (they do choose thresholds and when to stop): what is lost against “in sample” was learnt by heart.",
         ),
         row(
             "causal",
-            words::optional(s.causal.next_sample),
-            words::null(s, |n| n.causal),
+            text::optional(s.causal.next_sample),
+            text::null(s, |n| n.causal),
             "How well the next sample is foretold from past ones only, on held-out recordings: the one figure that no algebra of differences can lift.",
         ),
         row(
@@ -63,7 +63,7 @@ pub fn scores(report: &Report) -> Section {
 pub fn equations(report: &Report) -> Section {
     let t = &report.training;
     let shown = report.equations.iter().take(MOST_EQUATIONS);
-    let lines = shown.map(|equation| words::sum(equation, MOST_TERMS)).collect();
+    let lines = shown.map(|equation| text::sum(equation, MOST_TERMS)).collect();
     let variables = match report.equations.first().is_some_and(|e| e.r_squared_held_out.is_none()) {
         true => "z are the latent variables of the encoder, their rates are turned into derivatives by the decoder",
         false => "z are the scaled virtual states",

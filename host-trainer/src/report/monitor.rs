@@ -8,7 +8,7 @@ use crate::export;
 use crate::input::Input;
 use crate::model::OwnedModel;
 use crate::plot::{DrawError, trend};
-use crate::watch::Watched;
+use crate::replay::Replayed;
 use ballrace_core::monitor::{MonitorConfig, Status};
 
 /// Events that are listed; a broken sensor can give thousands.
@@ -18,21 +18,21 @@ const MOST_EVENTS: usize = 40;
 ///
 /// # Errors
 /// What the drawing library says.
-pub fn document(device: &OwnedModel, input: &Input, watched: &Watched) -> Result<Document, DrawError> {
+pub fn document(device: &OwnedModel, input: &Input, watched: &Replayed) -> Result<Document, DrawError> {
     let view = device.view();
     let (tone, verdict) = verdict(watched);
     let about = format!("{} recordings, channel {}, {} Hz", input.series.len(), input.channel, input.sample_rate_hz);
     let mut document = Document::new("What the device saw", about, tone, verdict)
         .section(trend(watched, &view.monitor, None)?)
         .section(events(watched));
-    if let Some(comparison) = Comparison::of(input, None) {
+    if let Some(comparison) = Comparison::from_input(input, None) {
         document = document.section(comparison.spectra()?).section(comparison.prediction(&view)?);
     }
     Ok(document.section(totals(watched, input)).section(model::sizes(&export::sizes(&view))))
 }
 
 /// What the device made of the machine.
-pub fn verdict(watched: &Watched) -> (Tone, String) {
+pub fn verdict(watched: &Replayed) -> (Tone, String) {
     let s = &watched.summary;
     let blind = match (s.status, s.faults.total()) {
         (Status::Blind, _) => " At the end it was blind: too many samples were broken.",
@@ -56,7 +56,7 @@ pub fn verdict(watched: &Watched) -> (Tone, String) {
 ///
 /// # Errors
 /// What the drawing library says.
-pub fn trend(watched: &Watched, limits: &MonitorConfig, mark: Option<(usize, &str)>) -> Result<Section, DrawError> {
+pub fn trend(watched: &Replayed, limits: &MonitorConfig, mark: Option<(usize, &str)>) -> Result<Section, DrawError> {
     let svg = trend::svg_with_mark(&watched.blocks, limits, mark)?;
     Ok(Section::new("The residual over time").figure(
         svg,
@@ -70,7 +70,7 @@ pub fn trend(watched: &Watched, limits: &MonitorConfig, mark: Option<(usize, &st
 }
 
 /// What the device told of.
-pub fn events(watched: &Watched) -> Section {
+pub fn events(watched: &Replayed) -> Section {
     let text = |event: &Value, key: &str| event.get(key).and_then(Value::as_str).unwrap_or("").to_owned();
     let number = |event: &Value, key: &str, digits: usize| {
         Cell::number(event.get(key).and_then(Value::as_f64).map_or(String::new(), |v| format!("{v:.digits$}")))
@@ -96,7 +96,7 @@ pub fn events(watched: &Watched) -> Section {
     }
 }
 
-fn totals(watched: &Watched, input: &Input) -> Section {
+fn totals(watched: &Replayed, input: &Input) -> Section {
     let s = &watched.summary;
     let row = |name: &str, value: String| vec![Cell::text(name), Cell::number(value)];
     let mut rows = vec![

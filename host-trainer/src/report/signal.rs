@@ -8,7 +8,7 @@ use crate::input::Input;
 use crate::plot::{DrawError, density, derivative, envelope, residual};
 use crate::signal::envelope::envelope_spectrum;
 use crate::signal::spectrum::{band_of_most_gain, welch};
-use crate::window::Window;
+use crate::trace::Trace;
 
 /// Recordings that a spectrum is averaged over.
 const AVERAGED: usize = 5;
@@ -30,7 +30,7 @@ pub struct Comparison<'i> {
 
 impl<'i> Comparison<'i> {
     /// The first recordings beside the last; `None` for fewer than two.
-    pub fn of(input: &'i Input, ball_pass_hz: Option<f64>) -> Option<Self> {
+    pub fn from_input(input: &'i Input, ball_pass_hz: Option<f64>) -> Option<Self> {
         let count = AVERAGED.min(input.series.len() / 2);
         let early = input.series.get(..count).filter(|s| !s.is_empty())?;
         let late = input.series.get(input.series.len() - count..)?;
@@ -132,16 +132,16 @@ pub fn prediction(model: &Model<'_>, series: &Series, sample_rate_hz: f64) -> Re
     Ok(section.figure(
         derivative::svg(&window, &chosen)?,
         format!(
-            "Derivatives of {} as measured and as predicted by the device's own code, in standard deviations of the healthy \
+            "Derivatives of {} as measured and as predicted by the device's own code, in standard z of the healthy \
              recordings: the lowest and the highest difference of the model.",
             series.name
         ),
     ))
 }
 
-fn middle(model: &Model<'_>, series: &Series, sample_rate_hz: f64, count: usize) -> Window {
+fn middle(model: &Model<'_>, series: &Series, sample_rate_hz: f64, count: usize) -> Trace {
     let start = series.samples.len().saturating_sub(count) / 2;
-    Window::of(model, &series.samples, sample_rate_hz, start..start + count)
+    Trace::record(model, &series.samples, sample_rate_hz, start..start + count)
 }
 
 fn samples(series: &[Series]) -> Vec<&[f32]> {

@@ -4,7 +4,7 @@ use super::{Cell, Document, Section, Tone};
 use crate::plot::lines::{Labels, Mark};
 use crate::plot::{DrawError, cycle, density, kurtogram, lines};
 use crate::signal::characteristic::Family;
-use crate::spectra::{Analysis, Choice, Found, SpeedSource};
+use crate::spectra::{Analysis, BandChoice, MarkedLine, SpeedSource};
 
 /// Everything on some recordings.
 ///
@@ -52,22 +52,22 @@ fn band(analysis: &Analysis) -> String {
     format!("{:.0} to {:.0} Hz", band.start, band.end)
 }
 
-fn decibels(found: &Found) -> f64 {
+fn decibels(found: &MarkedLine) -> f64 {
     10.0 * found.line.ratio.max(f64::MIN_POSITIVE).log10()
 }
 
 /// Why the band was chosen.
 fn why(analysis: &Analysis) -> String {
     match (analysis.band.choice, analysis.band.log_p_value) {
-        (Choice::Stated, _) => "as stated".into(),
-        (Choice::Lines(family), Some(p)) => format!(
+        (BandChoice::Stated, _) => "as stated".into(),
+        (BandChoice::Lines(family), Some(p)) => format!(
             "chosen because its squared envelope shows {} and its harmonics most surely (noise would in one case of 10^{:.0})",
             family.name(),
             -p / std::f64::consts::LN_10
         ),
-        (Choice::Lines(family), None) => format!("chosen because it shows {}", family.name()),
-        (Choice::Kurtosis, _) => "chosen because its kurtosis is the greatest of all".into(),
-        (Choice::Nothing, _) => "as nothing stands out: all that a converter's filter leaves alone".into(),
+        (BandChoice::Lines(family), None) => format!("chosen because it shows {}", family.name()),
+        (BandChoice::Kurtosis, _) => "chosen because its kurtosis is the greatest of all".into(),
+        (BandChoice::Nothing, _) => "as nothing stands out: all that a converter's filter leaves alone".into(),
     }
 }
 
@@ -204,7 +204,7 @@ fn envelope(analysis: &Analysis, section: Section) -> Result<Section, DrawError>
 fn orders(analysis: &Analysis, section: Section) -> Result<Option<Section>, DrawError> {
     let (Some(spectrum), Some(shaft_hz)) = (&analysis.orders, analysis.speed.used_hz) else { return Ok(None) };
     let base = |family: Family| {
-        let own = |l: &&Found| {
+        let own = |l: &&MarkedLine| {
             let c = &l.characteristic;
             c.family == family && c.harmonic == 1 && c.sideband == 0
         };

@@ -42,14 +42,13 @@
 //! contact run in plain numbers, run by run, and bring eight runs down to a third to a sixth of the nominal rig's
 //! speed, one run to about half.
 
+pub mod batch;
 pub mod bearing;
-pub mod conduct;
 pub mod config;
 pub mod effect;
 mod error;
 pub mod kinematics;
 pub(crate) mod noise;
-pub mod path;
 pub mod plan;
 pub mod random_part;
 pub mod sdof;
@@ -58,6 +57,7 @@ pub mod simulate;
 mod simulate_tests;
 #[cfg(test)]
 pub(crate) mod test_support;
+pub mod transfer_path;
 
 pub use config::{EffectEntry, Model, Rig, Value};
 pub use error::RigError;

@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 use super::{
     config::{BearingRig, SdofRig},
     effect::component::{self, Component},
-    effect::pit::Passage,
+    effect::local_defect::Passage,
 };
 
 /// Degrees of freedom that a force can act on. An sdof rig uses only the first.
@@ -35,11 +35,11 @@ pub const MASS: usize = 0;
 
 /// How far the noise that a run leaves out takes its state from where it is: the covariance of the velocities, m²/s².
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scatter(pub [[f64; DOFS]; DOFS]);
+pub struct VelocityCovariance(pub [[f64; DOFS]; DOFS]);
 
 /// An instant of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moment {
+pub struct Instant {
     /// Time from the first sample, s; negative while settling.
     pub time_s: f64,
     /// Shaft angle ψ, rad.
@@ -51,11 +51,11 @@ pub struct Moment {
 }
 
 /// Adds forces in N to each degree of freedom, from positions in m and velocities in m/s.
-pub type Force = Box<dyn Fn(&Moment, &[f64; DOFS], &[f64; DOFS], &mut [f64; DOFS]) + Send + Sync>;
+pub type Force = Box<dyn Fn(&Instant, &[f64; DOFS], &[f64; DOFS], &mut [f64; DOFS]) + Send + Sync>;
 /// Adds to each ball's loss of deflection, m: what its contact force law then has less of.
-pub type Profile = Box<dyn Fn(&Moment, &mut [f64]) + Send + Sync>;
+pub type Profile = Box<dyn Fn(&Instant, &mut [f64]) + Send + Sync>;
 /// Adds the balls that meet a pit between two moments, a step apart.
-pub type Meeting = Box<dyn Fn(&[Moment; 2], usize, &mut Vec<Passage>) + Send + Sync>;
+pub type Meeting = Box<dyn Fn(&[Instant; 2], usize, &mut Vec<Passage>) + Send + Sync>;
 /// Alters a signal.
 pub type Signal = Box<dyn Fn(&Acquisition, &mut Vec<f64>) + Send + Sync>;
 
@@ -107,13 +107,13 @@ pub enum Machine {
 }
 
 /// A run with its effects.
-pub struct Plan {
+pub struct Assembly {
     /// Parameters.
     pub machine: Machine,
     /// Of the noise that the run leaves out: a force law is then the mean over it.
-    pub scatter: Option<Scatter>,
+    pub velocity_covariance: Option<VelocityCovariance>,
     /// Whether a force law is another where noise scatters the state.
-    pub heeds_scatter: bool,
+    pub depends_on_velocity_noise: bool,
     /// Change of the shaft speed per second from t = 0, as a fraction.
     pub speed_rate_per_s: f64,
     /// Cage speed as a fraction of that of pure rolling.
@@ -123,7 +123,7 @@ pub struct Plan {
     /// Contact geometry.
     pub profiles: Vec<Profile>,
     /// Contact geometry that a ball may be past in less than a step.
-    pub pits: Vec<Meeting>,
+    pub defects: Vec<Meeting>,
     /// Output chain.
     pub signals: Vec<(Stage, Signal)>,
     /// Fastest rate that an effect brings, rad/s; the step is chosen by it and by [`Plan::turning_rad_per_s`].
@@ -138,18 +138,18 @@ pub struct Plan {
     pub surplus: usize,
 }
 
-impl Plan {
+impl Assembly {
     /// The nominal machine.
     pub fn new(machine: Machine) -> Self {
         Self {
             machine,
-            scatter: None,
-            heeds_scatter: false,
+            velocity_covariance: None,
+            depends_on_velocity_noise: false,
             speed_rate_per_s: 0.0,
             cage_factor: 1.0,
             forces: Vec::new(),
             profiles: Vec::new(),
-            pits: Vec::new(),
+            defects: Vec::new(),
             signals: Vec::new(),
             rate_rad_per_s: 0.0,
             order: 0.0,
@@ -169,7 +169,7 @@ impl Plan {
 
     /// A mass's nominal parameters and degrees of freedom.
     pub fn component(&self, component: Component) -> component::Part {
-        component.of(&self.machine)
+        component.part_of(&self.machine)
     }
 
     /// Says that something in the run changes as fast as this, rad/s or 1/s.
@@ -190,19 +190,19 @@ impl Plan {
     /// Adds a force.
     pub fn force(
         &mut self,
-        force: impl Fn(&Moment, &[f64; DOFS], &[f64; DOFS], &mut [f64; DOFS]) + Send + Sync + 'static,
+        force: impl Fn(&Instant, &[f64; DOFS], &[f64; DOFS], &mut [f64; DOFS]) + Send + Sync + 'static,
     ) {
         self.forces.push(Box::new(force));
     }
 
     /// Adds a loss of deflection.
-    pub fn profile(&mut self, profile: impl Fn(&Moment, &mut [f64]) + Send + Sync + 'static) {
+    pub fn profile(&mut self, profile: impl Fn(&Instant, &mut [f64]) + Send + Sync + 'static) {
         self.profiles.push(Box::new(profile));
     }
 
     /// Adds a pit.
-    pub fn pit(&mut self, meeting: impl Fn(&[Moment; 2], usize, &mut Vec<Passage>) + Send + Sync + 'static) {
-        self.pits.push(Box::new(meeting));
+    pub fn defect(&mut self, meeting: impl Fn(&[Instant; 2], usize, &mut Vec<Passage>) + Send + Sync + 'static) {
+        self.defects.push(Box::new(meeting));
     }
 
     /// Adds an alteration of the signals.

@@ -15,10 +15,10 @@ use super::{
     bearing::{self, Impulse, Linear, Prepared, Tangent, Visited},
     config::{BearingRig, Rig},
     error::RigError,
-    plan::{Acquisition, DOFS, Plan, Scatter, Stage},
+    plan::{Acquisition, Assembly, DOFS, Stage, VelocityCovariance},
     simulate::{
-        OperatingCondition, Start, bearing_of, fewest_substeps, in_order, plan_in, plan_of, shortest_settling_s,
-        side_by_side,
+        OperatingCondition, Start, assemble, assemble_in_noise, bearing_of, fewest_substeps, output_chain,
+        shortest_settling_s, side_by_side,
     },
 };
 
@@ -41,7 +41,7 @@ pub struct RandomPart {
     /// Responses of `ax` and `ay` to 1 N during one sample, m/s², at moments that stand for all: their powers' mean counts.
     pub responses: Vec<[Vec<f64>; 2]>,
     /// What all of the force adds to the state.
-    pub scatter: Scatter,
+    pub scatter: VelocityCovariance,
 }
 
 /// A rig whose random part is asked for.
@@ -53,7 +53,7 @@ pub struct Asked<'a> {
     pub condition: OperatingCondition,
     /// The scatter, where it is known of a rig that is nearly the same: force laws that are others in noise then count by the
     /// mean of their slopes in that. That is much less work, and enough for what is alike in both rigs.
-    pub known: Option<Scatter>,
+    pub known: Option<VelocityCovariance>,
 }
 
 /// What the process force becomes in the random part of `ax` and `ay` of each, as [`bearing::response`](super::bearing)
@@ -69,16 +69,16 @@ pub fn random_parts(asked: &[Asked]) -> Vec<Result<RandomPart, RigError>> {
 
 impl Asked<'_> {
     /// The scatter that is known, where force laws are others in it.
-    fn heeded(&self, plan: &Plan) -> Option<Scatter> {
-        self.known.filter(|_| plan.heeds_scatter)
+    fn heeded(&self, plan: &Assembly) -> Option<VelocityCovariance> {
+        self.known.filter(|_| plan.depends_on_velocity_noise)
     }
 
     /// The run along which it is linearised without more ado; nothing of one that is linearised otherwise, or refused.
     fn along(&self) -> Option<Along> {
         self.rig.check().ok()?;
-        let plan = plan_of(self.rig);
-        let is_needed = !plan.forces.is_empty() && (self.known.is_some() || !plan.heeds_scatter);
-        is_needed.then(|| Along::of(self.rig, &self.condition, self.heeded(&plan), LINEARISED_AT).ok())?
+        let plan = assemble(self.rig);
+        let is_needed = !plan.forces.is_empty() && (self.known.is_some() || !plan.depends_on_velocity_noise);
+        is_needed.then(|| Along::new(self.rig, &self.condition, self.heeded(&plan), LINEARISED_AT).ok())?
     }
 }
 
@@ -94,21 +94,21 @@ fn states(asked: &[Asked]) -> Vec<Option<Result<Vec<Visited>, RigError>>> {
 fn random_part(of: &Asked, states: Option<Result<Vec<Visited>, RigError>>) -> Result<RandomPart, RigError> {
     let Asked { rig, condition, .. } = of;
     rig.check()?;
-    let plan = plan_of(rig);
+    let plan = assemble(rig);
     let machine = &bearing_of(&plan.machine)?;
     let impulse = |tangent: &Tangent| {
         Linear::new(machine, tangent, condition.sample_rate_hz, 1).impulse(condition.samples, DECAYED, &[])
     };
     let mut impulses = match states {
         Some(states) => {
-            let forces = plan_in(rig, of.heeded(&plan)).forces;
+            let forces = assemble_in_noise(rig, of.heeded(&plan)).forces;
             vec![impulse(&bearing::along(machine, &forces, &states?))]
         }
-        None if plan.heeds_scatter => in_scatter(rig, machine, condition, impulse)?,
+        None if plan.depends_on_velocity_noise => in_scatter(rig, machine, condition, impulse)?,
         None => vec![impulse(&bearing::at_rest(machine, condition.load_n))],
     };
     let scatter = scatter(machine, condition, &impulses);
-    let chain: Vec<_> = in_order(plan).into_iter().filter(|(stage, _)| *stage <= Stage::Transducer).collect();
+    let chain: Vec<_> = output_chain(plan).into_iter().filter(|(stage, _)| *stage <= Stage::Transducer).collect();
     let sensed = |(channel, mut signal, path_force): (&str, Vec<f64>, Vec<f64>)| {
         let at = Acquisition { channel, sample_rate_hz: condition.sample_rate_hz, preroll: 0, path_force: &path_force };
         // What the chain adds to nothing at all is no response.
@@ -141,10 +141,10 @@ fn in_scatter(
     for (round, moments) in MOMENTS.into_iter().enumerate() {
         let now = Some(scatter(machine, condition, &found));
         // One run in, one result out.
-        let visited = visited(vec![Along::of(rig, condition, now, condition.samples)?]).swap_remove(0)?;
-        let few = few(&visited);
-        let tangent_in = |scatter: Scatter| {
-            let plan = plan_in(rig, Some(scatter));
+        let visited = visited(vec![Along::new(rig, condition, now, condition.samples)?]).swap_remove(0)?;
+        let few = subset(&visited);
+        let tangent_in = |scatter: VelocityCovariance| {
+            let plan = assemble_in_noise(rig, Some(scatter));
             (bearing::along(machine, &plan.forces, &few), plan.forces)
         };
         if round == 0 {
@@ -165,24 +165,24 @@ fn in_scatter(
 }
 
 /// Some hundred of visited states.
-fn few(visited: &[Visited]) -> Vec<Visited> {
+fn subset(visited: &[Visited]) -> Vec<Visited> {
     visited.iter().step_by((visited.len() / LINEARISED_AT).max(1)).copied().collect()
 }
 
 /// Whether a force law of the rig is another where noise scatters the state.
-pub fn heeds_scatter(rig: &Rig) -> bool {
-    plan_of(rig).heeds_scatter
+pub fn depends_on_velocity_noise(rig: &Rig) -> bool {
+    assemble(rig).depends_on_velocity_noise
 }
 
 /// What all of the process force scatters the velocities by, the mean over moments.
-fn scatter(machine: &BearingRig, condition: &OperatingCondition, impulses: &[Impulse]) -> Scatter {
+fn scatter(machine: &BearingRig, condition: &OperatingCondition, impulses: &[Impulse]) -> VelocityCovariance {
     let power = 0.5 * machine.excitation.process_force_psd_n2_per_hz * condition.sample_rate_hz;
     let mut mean = [[0.0; DOFS]; DOFS];
     for impulse in impulses {
         let pairs = mean.iter_mut().flatten().zip(impulse.velocities.iter().flatten());
         pairs.for_each(|(sum, one)| *sum += power * one / impulses.len() as f64);
     }
-    Scatter(mean)
+    VelocityCovariance(mean)
 }
 
 /// A short run along which a rig is linearised: with its noise, or without where what that scatters is given.
@@ -193,18 +193,18 @@ struct Along {
 
 impl Along {
     /// So many states of it are kept, those of all samples at most.
-    fn of(
+    fn new(
         rig: &Rig,
         condition: &OperatingCondition,
-        scatter: Option<Scatter>,
+        scatter: Option<VelocityCovariance>,
         states: usize,
     ) -> Result<Self, RigError> {
         let samples = condition.samples.min((LINEARISED_OVER_S * condition.sample_rate_hz) as usize).max(1);
         let substeps = Some(fewest_substeps(rig, scatter, condition));
         let seeded = Start::seeded(LINEARISED_WITH);
         let settle_s = LINEARISED_AFTER_S.min(shortest_settling_s(rig));
-        let start = Start { substeps, scatter, noise: scatter.is_none(), settle_s, ..seeded };
-        let mut plan = plan_in(rig, scatter);
+        let start = Start { substeps, velocity_covariance: scatter, noise: scatter.is_none(), settle_s, ..seeded };
+        let mut plan = assemble_in_noise(rig, scatter);
         let kept: Arc<Mutex<Vec<Visited>>> = Arc::default();
         let keep = Arc::clone(&kept);
         let interval_s = samples as f64 / condition.sample_rate_hz / states.min(samples) as f64;

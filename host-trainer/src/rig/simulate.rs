@@ -10,7 +10,7 @@ use super::{
     effect::Values,
     error::RigError,
     noise,
-    plan::{Acquisition, Plan, Scatter, Signal, Stage},
+    plan::{Acquisition, Assembly, Signal, Stage, VelocityCovariance},
 };
 use crate::recording::{Channel, Recording, Source};
 
@@ -52,7 +52,7 @@ pub struct Start {
     pub substeps: Option<usize>,
     /// What a process force that the run leaves out would add to its state: the run is then the mean over it, as far as the
     /// force laws that know of it go.
-    pub scatter: Option<Scatter>,
+    pub velocity_covariance: Option<VelocityCovariance>,
 }
 
 impl Start {
@@ -70,7 +70,7 @@ impl Start {
             noise: true,
             settle_s: Self::SETTLE_S,
             substeps: None,
-            scatter: None,
+            velocity_covariance: None,
         }
     }
 
@@ -80,7 +80,7 @@ impl Start {
     }
 
     /// These angles, and nothing random.
-    pub fn silent(cage_angle0_rad: f64, shaft_angle0_rad: f64) -> Self {
+    pub fn noise_free(cage_angle0_rad: f64, shaft_angle0_rad: f64) -> Self {
         Self { cage_angle0_rad, shaft_angle0_rad, noise: false, ..Self::seeded(0) }
     }
 }
@@ -115,7 +115,7 @@ pub fn simulate_altered(
     rig: &Rig,
     condition: &OperatingCondition,
     start: &Start,
-    alter: &dyn Fn(&mut Plan),
+    alter: &dyn Fn(&mut Assembly),
 ) -> Result<Recording, RigError> {
     let run = Run { rig, condition: *condition, start: *start };
     let (prepared, chain) = prepare(&run, alter)?;
@@ -173,8 +173,8 @@ pub(super) fn side_by_side<T: Send>(
 
 /// Steps for each sample that are enough where errors of 1e-5 m/s² do not matter, as beside any real noise: the linear
 /// modes are exact at any step, the contact follows at one step a sample, and only an effect can be too fast for that.
-pub fn fewest_substeps(rig: &Rig, scatter: Option<Scatter>, condition: &OperatingCondition) -> usize {
-    let plan = plan_in(rig, scatter);
+pub fn fewest_substeps(rig: &Rig, scatter: Option<VelocityCovariance>, condition: &OperatingCondition) -> usize {
+    let plan = assemble_in_noise(rig, scatter);
     let steps = |rate: f64, most: f64| (rate / (condition.sample_rate_hz * FASTEST_PER_STEP)).ceil().clamp(1.0, most);
     let turning = plan.turning_rad_per_s(condition.shaft_hz);
     steps(plan.rate_rad_per_s, MOST_SUBSTEPS).max(steps(turning, MOST_IN_TURNING)) as usize
@@ -213,7 +213,7 @@ struct Chain {
     signals: Vec<(Stage, Signal)>,
 }
 
-fn prepare(run: &Run, alter: &dyn Fn(&mut Plan)) -> Result<(Prepared, Chain), RigError> {
+fn prepare(run: &Run, alter: &dyn Fn(&mut Assembly)) -> Result<(Prepared, Chain), RigError> {
     let OperatingCondition { shaft_hz, load_n, sample_rate_hz, samples } = run.condition;
     let refuse =
         |field, found: f64, expected| Err(RigError::BadCondition { field, found: found.to_string(), expected });
@@ -243,7 +243,7 @@ fn prepare(run: &Run, alter: &dyn Fn(&mut Plan)) -> Result<(Prepared, Chain), Ri
             expected: "one rate; the path between rig and sensor was identified at it",
         });
     }
-    let mut plan = plan_in(run.rig, run.start.scatter);
+    let mut plan = assemble_in_noise(run.rig, run.start.velocity_covariance);
     alter(&mut plan);
     let rig = bearing_of(&plan.machine)?;
     let prepared = Prepared::new(&rig, &mut plan, &run.condition, &run.start);
@@ -267,28 +267,28 @@ pub fn bearing_of(model: &Model) -> Result<BearingRig, RigError> {
     }
 }
 
-fn chain(rig: &BearingRig, start: &Start, plan: Plan) -> Chain {
+fn chain(rig: &BearingRig, start: &Start, plan: Assembly) -> Chain {
     let noise_std = if start.noise { rig.sensor.noise_std_m_per_s2 } else { 0.0 };
     let locations = [rig.sensor.horizontal.name(), rig.sensor.vertical.name()];
-    Chain { noise_std, locations, signals: in_order(plan) }
+    Chain { noise_std, locations, signals: output_chain(plan) }
 }
 
 /// The output chain from machine to file.
-pub(super) fn in_order(plan: Plan) -> Vec<(Stage, Signal)> {
+pub(super) fn output_chain(plan: Assembly) -> Vec<(Stage, Signal)> {
     let mut signals = plan.signals;
     signals.sort_by_key(|(stage, _)| *stage);
     signals
 }
 
 /// The rig's machine with its effects put in.
-pub(crate) fn plan_of(rig: &Rig) -> Plan {
-    plan_in(rig, None)
+pub(crate) fn assemble(rig: &Rig) -> Assembly {
+    assemble_in_noise(rig, None)
 }
 
 /// The same where noise that is left out scatters the state.
-pub(super) fn plan_in(rig: &Rig, scatter: Option<Scatter>) -> Plan {
-    let mut plan = Plan::new(rig.model.clone());
-    plan.scatter = scatter;
+pub(super) fn assemble_in_noise(rig: &Rig, scatter: Option<VelocityCovariance>) -> Assembly {
+    let mut plan = Assembly::new(rig.model.clone());
+    plan.velocity_covariance = scatter;
     for entry in &rig.effects {
         if let Some(values) = Values::new(entry, rig.model.kind()) {
             (values.definition().apply)(&values, &mut plan);

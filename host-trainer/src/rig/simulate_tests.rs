@@ -2,7 +2,7 @@ use std::fs;
 
 use super::{
     EffectEntry, OperatingCondition, Rig, Run, Start, simulate, simulate_many,
-    test_support::{RATE, condition, nominal, parse, rms, samples, silent},
+    test_support::{RATE, condition, noise_free, nominal, parse, rms, samples},
 };
 use crate::recording::reference_data;
 
@@ -29,7 +29,7 @@ fn golden_reference_trajectories() {
             samples: rows.len(),
         };
         let error = |substeps| {
-            let start = Start { substeps, ..Start::silent(stated("cage_angle0_rad"), stated("shaft_angle0_rad")) };
+            let start = Start { substeps, ..Start::noise_free(stated("cage_angle0_rad"), stated("shaft_angle0_rad")) };
             let recording = simulate(&rig, &condition, &start).unwrap();
             [("ay", 1), ("ax", 2)].map(|(channel, column)| {
                 let pairs = samples(&recording, channel).iter().zip(&rows);
@@ -53,7 +53,7 @@ fn invariant_a_narrow_pit_is_as_fine_steps_have_it() {
         }
         let rig = nominal().with_effect(pit);
         let run = |substeps| {
-            let start = Start { substeps, ..Start::silent(0.3, 0.7) };
+            let start = Start { substeps, ..Start::noise_free(0.3, 0.7) };
             samples(&simulate(&rig, &condition(30.0, 500.0, 6400), &start).unwrap(), "ay").to_vec()
         };
         let fine = run(Some(64));
@@ -126,7 +126,7 @@ fn literature_process_force_has_its_density() {
 
 #[test]
 fn invariant_tachometer_marks_each_turn() {
-    let recording = silent(&nominal());
+    let recording = noise_free(&nominal());
     let marks: Vec<usize> =
         samples(&recording, "tacho").iter().enumerate().filter(|(_, v)| **v == 1.0).map(|(i, _)| i).collect();
     assert_eq!(marks.len(), 15);
@@ -139,7 +139,7 @@ fn invariant_tachometer_marks_each_turn() {
 fn invariant_energy_decays_without_excitation() {
     // Shaft at rest, a blow to the housing: nothing feeds the rig after it.
     let rig = nominal().with_effect(EffectEntry::new("shock", &[("time_s", 0.0), ("impulse_n_s", 0.05)]));
-    let recording = simulate(&rig, &condition(0.0, 500.0, 12_800), &Start::silent(0.3, 0.7)).unwrap();
+    let recording = simulate(&rig, &condition(0.0, 500.0, 12_800), &Start::noise_free(0.3, 0.7)).unwrap();
     let windows: Vec<f64> = samples(&recording, "ay").chunks(1280).map(rms).collect();
     assert!(windows.windows(2).take(4).all(|w| w[1] < 0.1 * w[0]), "{windows:?}");
     assert!(windows[9] < 1e-10 * windows[0], "{windows:?}");

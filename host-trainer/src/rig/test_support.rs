@@ -57,8 +57,8 @@ pub fn condition(shaft_hz: f64, load_n: f64, samples: usize) -> OperatingConditi
 }
 
 /// Half a second at 30 Hz and 500 N without noise, which makes lines sharp and the background their leakage.
-pub fn silent(rig: &Rig) -> Recording {
-    simulate(rig, &condition(30.0, 500.0, 12_800), &Start::silent(0.3, 0.7)).unwrap()
+pub fn noise_free(rig: &Rig) -> Recording {
+    simulate(rig, &condition(30.0, 500.0, 12_800), &Start::noise_free(0.3, 0.7)).unwrap()
 }
 
 pub fn with(name: &str, numbers: &[(&str, f64)]) -> Rig {

@@ -94,7 +94,7 @@ impl<T: Real> Engine<T> {
             let value = value.to_f64();
             if value != 0.0 {
                 losses.sparsity += value.abs() / count;
-                *gradient = T::of(gradient.to_f64() + lambdas.sparsity * value.signum() / count);
+                *gradient = T::from_f64(gradient.to_f64() + lambdas.sparsity * value.signum() / count);
             }
         }
         losses

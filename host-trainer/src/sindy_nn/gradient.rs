@@ -218,7 +218,7 @@ impl<T: Real> WithSimd for Pass<'_, T> {
         );
 
         // L_dz/dt pulls on both sides: (∇φ) ẋ and Θ(z) Ξ.
-        let pull = T::of(scale(lambdas.latent, layout.latent));
+        let pull = T::from_f64(scale(lambdas.latent, layout.latent));
         let mut square = 0.0;
         for i in 0..layout.latent {
             let measured = &mut b.encoder.output.row_mut(i)[capacity..];
@@ -260,7 +260,7 @@ fn residual<S: Simd, T: Real>(
 ) -> [f64; 2] {
     let mut squares = [0.0; 2];
     for (n, (out, target)) in out.chunks_exact_mut(capacity).zip(target.chunks_exact(capacity)).enumerate() {
-        let scale = T::splat(simd, T::of(scales[n % 2]));
+        let scale = T::splat(simd, T::from_f64(scales[n % 2]));
         let mut sum = T::splat(simd, T::ZERO);
         out[samples..].copy_from_slice(&target[samples..]);
         for (out, target) in T::vectors_mut::<S>(out).iter_mut().zip(T::vectors::<S>(target)) {

@@ -114,7 +114,7 @@ fn activate_back<S: Simd, T: Real>(simd: S, row: &[T], adjoint: &mut [T], value:
     let (a, da) = adjoint.split_at_mut(value);
     let (h, dh) = (T::vectors::<S>(h), T::vectors::<S>(dh));
     let (a, da) = (T::vectors_mut::<S>(a), T::vectors_mut::<S>(da));
-    let one = T::splat(simd, T::of(1.0));
+    let one = T::splat(simd, T::from_f64(1.0));
     for i in 0..h.len() {
         let slope = T::sub(simd, h[i], T::mul(simd, h[i], h[i]));
         let bend = T::mul(simd, T::sub(simd, T::sub(simd, one, h[i]), h[i]), dh[i]);

@@ -14,7 +14,7 @@ pub trait Real:
     /// Zero.
     const ZERO: Self;
     /// Rounds a double.
-    fn of(value: f64) -> Self;
+    fn from_f64(value: f64) -> Self;
     /// As a double.
     fn to_f64(self) -> f64;
     /// Lanes of a vector.
@@ -89,7 +89,7 @@ impl Real for f32 {
     type V<S: Simd> = S::f32s;
     const ZERO: Self = 0.0;
 
-    fn of(value: f64) -> Self {
+    fn from_f64(value: f64) -> Self {
         value as f32
     }
     fn to_f64(self) -> f64 {
@@ -169,7 +169,7 @@ impl Real for f64 {
     type V<S: Simd> = S::f64s;
     const ZERO: Self = 0.0;
 
-    fn of(value: f64) -> Self {
+    fn from_f64(value: f64) -> Self {
         value
     }
     fn to_f64(self) -> f64 {

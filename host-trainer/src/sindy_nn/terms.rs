@@ -94,7 +94,7 @@ impl Terms {
             let earlier = |r: usize| T::vectors::<S>(&before[r * columns..][..columns]);
             let z = |variable: usize| T::vectors::<S>(z.row(variable, columns));
             match *row {
-                Row::One => out.fill(T::splat(simd, T::of(1.0))),
+                Row::One => out.fill(T::splat(simd, T::from_f64(1.0))),
                 Row::Product { prefix, variable } => {
                     for ((out, a), b) in out.iter_mut().zip(earlier(prefix)).zip(z(variable)) {
                         *out = T::mul(simd, *a, *b);
@@ -160,7 +160,7 @@ impl Terms {
                         _ => (self.sine(variable, harmonic), -1.0),
                     };
                     let stride = z.stride;
-                    let factor = T::splat(simd, T::of(sign * harmonic as f64));
+                    let factor = T::splat(simd, T::from_f64(sign * harmonic as f64));
                     let slope = T::vectors::<S>(theta.row(slope));
                     let z_adjoint = T::vectors_mut::<S>(&mut z_adjoint[variable * stride..][..columns]);
                     for i in 0..adjoint.len() {

@@ -3,7 +3,7 @@
 use ballrace_core::library::Library;
 use serde::{Deserialize, Serialize};
 
-use super::{Equation, Moments, StlsqConfig, fit};
+use super::{Equation, RFactor, StlsqConfig, fit};
 use crate::sindy_nn::engine::Samples;
 
 /// |correlation| above which two terms cannot be told apart.
@@ -21,7 +21,7 @@ pub struct Diagnosis {
 }
 
 /// Looks at the columns of a fit.
-pub fn diagnose(train: &Moments, equations: &[Equation]) -> Diagnosis {
+pub fn diagnose(train: &RFactor, equations: &[Equation]) -> Diagnosis {
     let used: Vec<usize> = (0..train.terms).filter(|t| equations.iter().any(|e| e.coefficients[*t] != 0.0)).collect();
     let all: Vec<usize> = (0..train.terms).collect();
     let mut inseparable = Vec::new();
@@ -57,8 +57,8 @@ pub fn noise_terms(
             Samples { inputs: s.inputs, x: s.x[..len].to_vec(), dx: u.dx[..len].to_vec() }
         })
         .collect();
-    let parts = Moments::of_each(library, &mixed);
-    let Some(moments) = Moments::merge(&parts.iter().collect::<Vec<_>>()) else { return 0.0 };
+    let parts = RFactor::from_each(library, &mixed);
+    let Some(moments) = RFactor::merge(&parts.iter().collect::<Vec<_>>()) else { return 0.0 };
     let kept: usize = equations
         .iter()
         .enumerate()

@@ -5,10 +5,10 @@
 //! the largest whose held-out error is within one standard error of the best (Breiman et al. 1984).
 
 mod diagnose;
-mod moments;
+mod r_factor;
 
 pub use diagnose::{Diagnosis, diagnose, noise_terms};
-pub use moments::Moments;
+pub use r_factor::RFactor;
 
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsqCore;
@@ -47,11 +47,11 @@ fn grid() -> Vec<f64> {
 
 /// Fits every output of `train`; `held_out`, one per recording, chooses the thresholds. Without
 /// held-out recordings and without a stated threshold nothing is thresholded.
-pub fn fit(train: &Moments, held_out: &[Moments], config: &StlsqConfig) -> Vec<Equation> {
+pub fn fit(train: &RFactor, held_out: &[RFactor], config: &StlsqConfig) -> Vec<Equation> {
     (0..train.outputs()).into_par_iter().map(|output| fit_output(train, held_out, output, config)).collect()
 }
 
-fn fit_output(train: &Moments, held_out: &[Moments], output: usize, config: &StlsqConfig) -> Equation {
+fn fit_output(train: &RFactor, held_out: &[RFactor], output: usize, config: &StlsqConfig) -> Equation {
     let at = |threshold: f64| Equation { coefficients: threshold_path(train, output, threshold, config), threshold };
     if let Some(threshold) = config.threshold {
         return at(threshold);
@@ -93,7 +93,7 @@ fn choose(candidates: Vec<(Equation, Vec<f64>)>) -> Equation {
 }
 
 /// Coefficients of one equation for one threshold.
-fn threshold_path(train: &Moments, output: usize, threshold: f64, config: &StlsqConfig) -> Vec<f64> {
+fn threshold_path(train: &RFactor, output: usize, threshold: f64, config: &StlsqConfig) -> Vec<f64> {
     let scales: Vec<f64> = (0..train.terms).map(|t| train.term_rms(t)).collect();
     let target_power = train.variance(output).max(f64::MIN_POSITIVE);
     let mut active: Vec<usize> = (0..train.terms).filter(|t| scales[*t] > 0.0).collect();
@@ -115,7 +115,7 @@ fn threshold_path(train: &Moments, output: usize, threshold: f64, config: &Stlsq
 }
 
 /// Least squares for the active terms, in coefficients of columns with unit RMS.
-fn solve(train: &Moments, active: &[usize], scales: &[f64], output: usize, ridge: f64) -> Vec<f64> {
+fn solve(train: &RFactor, active: &[usize], scales: &[f64], output: usize, ridge: f64) -> Vec<f64> {
     if active.is_empty() {
         return Vec::new();
     }

@@ -33,8 +33,8 @@ fn names(equation: &Equation) -> Vec<String> {
 
 #[test]
 fn finds_the_terms_and_their_coefficients() {
-    let parts: Vec<_> = (0..5).map(|k| Moments::of(library(), &known(3000, 0.1, k))).collect();
-    let train = Moments::merge(&parts[..3].iter().collect::<Vec<_>>()).unwrap();
+    let parts: Vec<_> = (0..5).map(|k| RFactor::from_samples(library(), &known(3000, 0.1, k))).collect();
+    let train = RFactor::merge(&parts[..3].iter().collect::<Vec<_>>()).unwrap();
     let equations = fit(&train, &parts[3..], &StlsqConfig::default());
     assert_eq!(names(&equations[0]), ["1", "z1", "z0·z1"]);
     assert_eq!(names(&equations[1]), ["sin(z0)"]);
@@ -50,8 +50,8 @@ fn moments_say_what_the_rows_say() {
     let cut = 2 * 233;
     let first = Samples { inputs: 2, x: samples.x[..cut].to_vec(), dx: samples.dx[..cut].to_vec() };
     let second = Samples { inputs: 2, x: samples.x[cut..].to_vec(), dx: samples.dx[cut..].to_vec() };
-    let parts = Moments::of_each(library(), &[first, second]);
-    let merged = Moments::merge(&parts.iter().collect::<Vec<_>>()).unwrap();
+    let parts = RFactor::from_each(library(), &[first, second]);
+    let merged = RFactor::merge(&parts.iter().collect::<Vec<_>>()).unwrap();
     let coefficients: Vec<f64> = (0..library().len()).map(|t| 0.1 * t as f64 - 0.5).collect();
     let mut theta = vec![0.0; library().len()];
     for output in 0..2 {
@@ -78,7 +78,7 @@ fn a_threshold_means_the_same_for_every_record_length_and_unit() {
         for unit in [1.0, 1e-3, 1e4] {
             let mut samples = known(count, 0.3, 3);
             samples.dx.iter_mut().for_each(|v| *v *= unit);
-            let equations = fit(&Moments::of(library(), &samples), &[], &config);
+            let equations = fit(&RFactor::from_samples(library(), &samples), &[], &config);
             assert_eq!(names(&equations[0]), ["1", "z1", "z0·z1"], "{count} {unit}");
         }
     }
@@ -89,8 +89,8 @@ fn null_noise_keeps_hardly_anything() {
     let config = StlsqConfig::default();
     let states: Vec<_> = (0..6).map(|k| known(3000, 0.1, k)).collect();
     let others: Vec<_> = (10..16).map(|k| known(3000, 0.1, k)).collect();
-    let parts = Moments::of_each(library(), &states);
-    let train = Moments::merge(&parts[..4].iter().collect::<Vec<_>>()).unwrap();
+    let parts = RFactor::from_each(library(), &states);
+    let train = RFactor::merge(&parts[..4].iter().collect::<Vec<_>>()).unwrap();
     let equations = fit(&train, &parts[4..], &config);
     // The constant is no noise: these targets have a mean.
     assert!(noise_terms(library(), &states, &others, &equations, &config) <= 1.0);
@@ -103,7 +103,7 @@ fn inseparable_terms_are_named() {
     let x: Vec<f32> = (0..2000).map(|_| 0.01 * normal(&mut rng)).collect();
     let dx = x.iter().map(|x| 3.0 * x + 0.01 * normal(&mut rng)).collect();
     let library = Library::new(1, 1, 1).unwrap();
-    let moments = Moments::of(library, &Samples { inputs: 1, x, dx });
+    let moments = RFactor::from_samples(library, &Samples { inputs: 1, x, dx });
     let equations = fit(&moments, &[], &StlsqConfig { threshold: Some(0.0), ..Default::default() });
     let diagnosis = diagnose(&moments, &equations);
     assert!(diagnosis.inseparable.iter().any(|(a, b, _)| (*a, *b) == (1, 2)), "{diagnosis:?}");

@@ -44,7 +44,7 @@ impl Coordinate {
     /// the unit that its name ends in, or in itself where that is more.
     ///
     /// `None` for a name that is none, or that holds whole numbers.
-    pub fn of(rig: &Rig, key: &str) -> Option<Self> {
+    pub fn for_key(rig: &Rig, key: &str) -> Option<Self> {
         let value = rig.get(key)?;
         let signed = matches!(rig.domain(key)?, Domain::Positive | Domain::NotNegative | Domain::NotPositive);
         let scale = match rig.domain(key)? {
@@ -52,7 +52,7 @@ impl Coordinate {
             _ if signed && value != 0.0 => Scale::Log { sign: value.signum() },
             _ => Scale::Linear { unit: unit(key, value) },
         };
-        let steady = rig.effect_of(key).and_then(EffectEntry::definition).is_some_and(|d| d.deterministic);
+        let steady = rig.effect_of(key).and_then(EffectEntry::definition).is_some_and(|d| d.is_deterministic);
         Some(Self {
             key: key.into(),
             scale,
@@ -122,7 +122,7 @@ mod tests {
         let wavy =
             EffectEntry::new("inner-race-waviness", &[("amplitude_m", 1e-7), ("lobes", 5.0), ("phase_rad", 3.0)]);
         let rig = nominal().with_effect(entry).with_effect(wavy);
-        let scale = |key: &str| Coordinate::of(&rig, key).unwrap().scale;
+        let scale = |key: &str| Coordinate::for_key(&rig, key).unwrap().scale;
         assert_eq!(scale("effect[1].gain"), Scale::Linear { unit: 12.0 });
         assert_eq!(scale("effect[1].frequency_hz"), Scale::Log { sign: 1.0 });
         assert_eq!(scale("effect[2].phase_rad"), Scale::Linear { unit: 1.0 });

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use realfft::num_complex::Complex;
 
 use super::observed::{CHANNELS, Coefficients, Observed, coefficients, padded};
-use crate::rig::plan::Scatter;
+use crate::rig::plan::VelocityCovariance;
 use crate::rig::random_part::{Asked, RandomPart, random_parts};
 use crate::rig::simulate::{fewest_substeps, shortest_settling_s, simulate_all};
 use crate::rig::{OperatingCondition, Rig, RigError, Run, Start};
@@ -24,7 +24,7 @@ use crate::signal::transform::inverse_plan;
 
 /// What a rig says of one recording.
 #[derive(Clone, Debug)]
-pub struct Expected {
+pub struct Prediction {
     /// D of `ax` and `ay`.
     pub mean: [Coefficients; 2],
     /// Of the random part.
@@ -37,12 +37,12 @@ pub struct Noise {
     /// S of `ax` and `ay`.
     pub variance: [Vec<f64>; 2],
     /// How far it takes the state from where the silent rig is.
-    pub scatter: Scatter,
+    pub velocity_covariance: VelocityCovariance,
 }
 
 /// A run without noise, as it is on average in the noise that it leaves out.
 #[derive(Clone, Copy, Debug)]
-pub struct Silent<'a> {
+pub struct NoiseFreeRun<'a> {
     /// The rig.
     pub rig: &'a Rig,
     /// Its operating condition.
@@ -50,7 +50,7 @@ pub struct Silent<'a> {
     /// Cage and shaft at t = 0, rad.
     pub angles: [f64; 2],
     /// The noise.
-    pub scatter: Scatter,
+    pub scatter: VelocityCovariance,
 }
 
 /// The random part of each recording by each of these rigs, recording after recording.
@@ -89,7 +89,7 @@ fn seen(rig: &Rig, condition: &OperatingCondition, part: RandomPart) -> Noise {
             variance.iter_mut().zip(path.power(condition.samples)).for_each(|(s, h)| *s *= h);
         }
     }
-    Noise { variance, scatter }
+    Noise { variance, velocity_covariance: scatter }
 }
 
 /// Mean of the squared magnitudes of the Fourier coefficients of short signals, as if each were followed by zeros up to a
@@ -132,14 +132,18 @@ fn mean(many: impl ExactSizeIterator<Item = Vec<f64>>) -> Vec<f64> {
 ///
 /// # Errors
 /// What the simulation refuses; one that diverges is an error of its own in the list.
-pub fn means(runs: &[Silent]) -> Result<Vec<Result<[Coefficients; 2], RigError>>, RigError> {
+pub fn means(runs: &[NoiseFreeRun]) -> Result<Vec<Result<[Coefficients; 2], RigError>>, RigError> {
     let runs: Vec<Run> = runs
         .iter()
-        .map(|&Silent { rig, condition, angles: [cage, shaft], scatter }| {
+        .map(|&NoiseFreeRun { rig, condition, angles: [cage, shaft], scatter }| {
             let scatter = Some(scatter);
             let substeps = Some(fewest_substeps(rig, scatter, &condition));
             let settle_s = shortest_settling_s(rig);
-            Run { rig, condition, start: Start { substeps, settle_s, scatter, ..Start::silent(cage, shaft) } }
+            Run {
+                rig,
+                condition,
+                start: Start { substeps, settle_s, velocity_covariance: scatter, ..Start::noise_free(cage, shaft) },
+            }
         })
         .collect();
     let transform = |recording: crate::recording::Recording| {
@@ -150,17 +154,17 @@ pub fn means(runs: &[Silent]) -> Result<Vec<Result<[Coefficients; 2], RigError>>
 
 /// Bins that are judged, up to a share of half the sample rate: all but the mean and the last, whose coefficients are
 /// real.
-pub fn judged(spectrum: &[Complex<f64>], band: f64) -> std::ops::Range<usize> {
+pub fn judged_bins(spectrum: &[Complex<f64>], band: f64) -> std::ops::Range<usize> {
     let last = spectrum.len().saturating_sub(1);
     1..((band * last as f64) as usize).clamp(1, last.max(1))
 }
 
 /// −ln L of a recording, up to a share of half the sample rate.
-pub fn misfit(observed: &Observed, expected: &Expected, band: f64) -> f64 {
+pub fn neg_log_likelihood(observed: &Observed, expected: &Prediction, band: f64) -> f64 {
     let channel = |c: usize| {
         let Some(x) = &observed.spectra[c] else { return 0.0 };
         let (d, s) = (&expected.mean[c], &expected.noise.variance[c]);
-        judged(x, band).map(|k| s[k].ln() + (x[k] - d[k]).norm_sqr() / s[k]).sum::<f64>()
+        judged_bins(x, band).map(|k| s[k].ln() + (x[k] - d[k]).norm_sqr() / s[k]).sum::<f64>()
     };
     channel(0) + channel(1)
 }

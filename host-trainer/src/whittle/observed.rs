@@ -61,15 +61,15 @@ impl Observed {
     ///
     /// # Errors
     /// As [`Observed::of`], for the first that lacks something.
-    pub fn of_all(recordings: &[Recording]) -> Result<Vec<Self>, NotObserved> {
-        recordings.iter().map(Self::of).collect()
+    pub fn from_recordings(recordings: &[Recording]) -> Result<Vec<Self>, NotObserved> {
+        recordings.iter().map(Self::from_recording).collect()
     }
 
     /// A recording with its speed and load.
     ///
     /// # Errors
     /// A recording without acceleration, speed or load.
-    pub fn of(recording: &Recording) -> Result<Self, NotObserved> {
+    pub fn from_recording(recording: &Recording) -> Result<Self, NotObserved> {
         let name = recording.source.to_string();
         let refuse = |found: &str, expected| NotObserved { recording: name.clone(), found: found.into(), expected };
         let channels = accelerations(recording);
@@ -89,7 +89,7 @@ impl Observed {
             OperatingCondition { shaft_hz, load_n, sample_rate_hz: recording.sample_rate_hz, samples: recording.len() };
         let spectra = channels.map(|channel| channel.map(|c| coefficients(&c.samples)));
         let samples = channels.map(|channel| channel.map(|c| c.samples.clone()));
-        let tachometer = Reading::of(recording, shaft_hz);
+        let tachometer = Reading::from_recording(recording, shaft_hz);
         Ok(Self { name: recording.name(), condition, samples, spectra, tachometer })
     }
 }

@@ -9,7 +9,7 @@ use realfft::num_complex::Complex;
 
 use super::align;
 use super::coordinate::{ANGLE_STEP, Coordinate};
-use super::likelihood::{Expected, Noise, Silent, judged, means, misfit, noises_in};
+use super::likelihood::{Noise, NoiseFreeRun, Prediction, judged_bins, means, neg_log_likelihood, noises_in};
 use super::observed::{Coefficients, Observed};
 use super::tachometer::Reading;
 use crate::rig::{Rig, RigError};
@@ -44,7 +44,7 @@ pub struct Point {
 #[derive(Clone, Debug)]
 pub struct Expansion {
     /// −ln L of each recording.
-    pub misfits: Vec<f64>,
+    pub neg_log_likelihoods: Vec<f64>,
     /// What is left above chance, in the same unit: squares over their variance, less one each.
     pub excess: f64,
     /// Its gradient.
@@ -57,8 +57,8 @@ pub struct Expansion {
 
 impl Expansion {
     /// −ln L of all recordings.
-    pub fn misfit(&self) -> f64 {
-        self.misfits.iter().sum()
+    pub fn neg_log_likelihood(&self) -> f64 {
+        self.neg_log_likelihoods.iter().sum()
     }
 }
 
@@ -100,7 +100,7 @@ impl<'o> Problem<'o> {
     ///
     /// # Errors
     /// What the simulation refuses of all of them.
-    pub fn aligned_beside(
+    pub fn aligned_given(
         &self,
         rig: &Rig,
         without: &Rig,
@@ -122,7 +122,7 @@ impl<'o> Problem<'o> {
     /// Angles moved to where they suit a rig better, by [`align::lag`].
     fn moved(&self, rig: &Rig, angles: &[[f64; 2]]) -> Result<Vec<[f64; 2]>, RigError> {
         let noise = self.noise(rig)?;
-        let means = means(&align::silent(rig, self.observed, &noise, angles))?;
+        let means = means(&align::noise_free_runs(rig, self.observed, &noise, angles))?;
         let lags = self.observed.iter().zip(&noise).zip(means);
         let lags = lags.map(|((o, noise), mean)| Ok(align::lag(rig, o, &noise.variance, &mean?)));
         let each = self.observed.iter().zip(angles).zip(lags);
@@ -158,22 +158,24 @@ impl<'o> Problem<'o> {
     ///
     /// # Errors
     /// What the simulation refuses, a run that diverges among it.
-    pub fn expected(&self, point: &Point) -> Result<Vec<Expected>, RigError> {
+    pub fn predict(&self, point: &Point) -> Result<Vec<Prediction>, RigError> {
         let rig = self.rig_at(&point.coordinates)?;
         let noise = self.noise(&rig)?;
-        let means = means(&align::silent(&rig, self.observed, &noise, &point.angles))?;
-        means.into_iter().zip(noise).map(|(mean, noise)| Ok(Expected { mean: mean?, noise })).collect()
+        let means = means(&align::noise_free_runs(&rig, self.observed, &noise, &point.angles))?;
+        means.into_iter().zip(noise).map(|(mean, noise)| Ok(Prediction { mean: mean?, noise })).collect()
     }
 
     /// −ln L of each recording.
     ///
     /// # Errors
     /// As [`Problem::expected`].
-    pub fn misfits(&self, point: &Point) -> Result<Vec<f64>, RigError> {
-        let expected = self.expected(point)?;
+    pub fn neg_log_likelihoods(&self, point: &Point) -> Result<Vec<f64>, RigError> {
+        let expected = self.predict(point)?;
         let each = self.observed.iter().zip(&expected).zip(&point.angles);
         Ok(each
-            .map(|((o, e), [_, shaft])| misfit(o, e, self.band) + self.of_tachometer(o, |t| t.misfit(*shaft)))
+            .map(|((o, e), [_, shaft])| {
+                neg_log_likelihood(o, e, self.band) + self.of_tachometer(o, |t| t.neg_log_likelihood(*shaft))
+            })
             .collect())
     }
 
@@ -215,15 +217,18 @@ impl<'o> Problem<'o> {
         let noises = noises_in(&rigs, self.observed)?;
         let mut runs = Vec::new();
         for ((o, &[cage, shaft]), noises) in self.observed.iter().zip(&point.angles).zip(noises.chunks(rigs.len())) {
-            let scatter = noises[0].scatter;
-            let as_it_is = Silent { rig: &base, condition: o.condition, angles: [cage, shaft], scatter };
+            let scatter = noises[0].velocity_covariance;
+            let as_it_is = NoiseFreeRun { rig: &base, condition: o.condition, angles: [cage, shaft], scatter };
             runs.push(as_it_is);
             runs.extend(mean_of.iter().map(|a| {
-                let own = variance_of.iter().position(|b| a == b).map_or(scatter, |place| noises[1 + place].scatter);
-                Silent { rig: &moved[*a], scatter: own, ..as_it_is }
+                let own = variance_of
+                    .iter()
+                    .position(|b| a == b)
+                    .map_or(scatter, |place| noises[1 + place].velocity_covariance);
+                NoiseFreeRun { rig: &moved[*a], scatter: own, ..as_it_is }
             }));
-            runs.push(Silent { angles: [cage + ANGLE_STEP, shaft], ..as_it_is });
-            runs.push(Silent { angles: [cage, shaft + ANGLE_STEP], ..as_it_is });
+            runs.push(NoiseFreeRun { angles: [cage + ANGLE_STEP, shaft], ..as_it_is });
+            runs.push(NoiseFreeRun { angles: [cage, shaft + ANGLE_STEP], ..as_it_is });
         }
         let means = means(&runs)?.into_iter().collect::<Result<Vec<_>, _>>()?;
         let count = self.coordinates.len();
@@ -256,13 +261,13 @@ impl<'o> Problem<'o> {
                         slopes[*a].log_variance =
                             pairs.map(|(s, t)| (t / s).ln() / self.coordinates[*a].step()).collect();
                     }
-                    local.add(judged(x, self.band), x, &means[0][channel], &at[channel], &slopes);
+                    local.add(judged_bins(x, self.band), x, &means[0][channel], &at[channel], &slopes);
                 }
                 (index, local)
             })
             .collect();
         let mut out = Expansion {
-            misfits: vec![0.0; self.observed.len()],
+            neg_log_likelihoods: vec![0.0; self.observed.len()],
             excess: 0.0,
             gradient: vec![0.0; unknowns],
             scores: Vec::new(),
@@ -272,7 +277,8 @@ impl<'o> Problem<'o> {
             let global = |a: usize| if a < count { a } else { count + 2 * index + a - count };
             let (o, shaft) = (&self.observed[index], point.angles[index][1]);
             out.excess += local.excess;
-            out.misfits[index] = local.misfit + self.of_tachometer(o, |t| t.misfit(shaft));
+            out.neg_log_likelihoods[index] =
+                local.neg_log_likelihood + self.of_tachometer(o, |t| t.neg_log_likelihood(shaft));
             let place = global(count + 1);
             out.information[(place, place)] += self.of_tachometer(o, Reading::information);
             for of_band in &local.scores {
@@ -304,7 +310,7 @@ fn quotient(from: &[Complex<f64>], to: &[Complex<f64>], step: f64) -> Coefficien
 
 /// One recording's part of an [`Expansion`].
 struct Local {
-    misfit: f64,
+    neg_log_likelihood: f64,
     excess: f64,
     /// As [`Expansion::scores`].
     scores: Vec<Vec<f64>>,
@@ -313,12 +319,12 @@ struct Local {
 
 impl Local {
     fn new(unknowns: usize) -> Self {
-        Self { misfit: 0.0, excess: 0.0, scores: Vec::new(), information: Mat::zeros(unknowns, unknowns) }
+        Self { neg_log_likelihood: 0.0, excess: 0.0, scores: Vec::new(), information: Mat::zeros(unknowns, unknowns) }
     }
 
     fn add(&mut self, bins: Range<usize>, x: &[Complex<f64>], d: &[Complex<f64>], s: &[f64], slopes: &[Slope]) {
         let left = bins.clone().map(|k| (x[k] - d[k]).norm_sqr() / s[k]).sum::<f64>();
-        self.misfit += left + bins.clone().map(|k| s[k].ln()).sum::<f64>();
+        self.neg_log_likelihood += left + bins.clone().map(|k| s[k].ln()).sum::<f64>();
         self.excess += left - bins.len() as f64;
         let width = bins.len().div_ceil(BANDS).max(1);
         for band in (0..BANDS).map(|n| bins.start + n * width..(bins.start + (n + 1) * width).min(bins.end)) {

@@ -12,30 +12,30 @@ pub struct Limits {
     /// Steps at most.
     pub steps: usize,
     /// Less gain than this in −ln L ends it, and less than [`OF_EXCESS`] of what is left.
-    pub gain: f64,
+    pub least_increment: f64,
     /// Greatest change of a coordinate in a step.
     pub change: f64,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { steps: 40, gain: 0.02, change: 0.5 }
+        Self { steps: 40, least_increment: 0.02, change: 0.5 }
     }
 }
 
 /// How far a coordinate strays from where the search began at no cost to speak of: a factor of e². What the recordings do
 /// not tell stays where it was, instead of running away along a likelihood that is flat.
-const STRAYS: f64 = 2.0;
+const PRIOR_STD: f64 = 2.0;
 
 /// Share of what is left above chance that a gain must come to: a rig that leaves 10⁶ is wrong by more than any last step mends.
-const OF_EXCESS: f64 = 1e-5;
+const LEAST_SHARE_OF_EXCESS: f64 = 1e-5;
 
 /// Keeps an angle on which nothing depends where it is.
 const ANGLE_STIFFNESS: f64 = 1e-3;
 
 /// What a search has found.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct Optimum {
     /// The most likely point.
     pub point: Point,
     /// The likelihood around it.
@@ -48,7 +48,7 @@ pub struct Found {
 ///
 /// # Errors
 /// What the simulation refuses at the start.
-pub fn search_from_rig(problem: &Problem) -> Result<Found, RigError> {
+pub fn search_from_rig(problem: &Problem) -> Result<Optimum, RigError> {
     search(problem, problem.start()?, &Limits::default())
 }
 
@@ -56,10 +56,10 @@ pub fn search_from_rig(problem: &Problem) -> Result<Found, RigError> {
 ///
 /// # Errors
 /// What the simulation refuses at the start.
-pub fn search(problem: &Problem, from: Point, limits: &Limits) -> Result<Found, RigError> {
+pub fn search(problem: &Problem, from: Point, limits: &Limits) -> Result<Optimum, RigError> {
     let anchor = from.coordinates.clone();
     let pull = |point: &Point| -> f64 {
-        let away = point.coordinates.iter().zip(&anchor).map(|(u, a)| ((u - a) / STRAYS).powi(2));
+        let away = point.coordinates.iter().zip(&anchor).map(|(u, a)| ((u - a) / PRIOR_STD).powi(2));
         0.5 * away.sum::<f64>()
     };
     let mut point = from;
@@ -73,8 +73,8 @@ pub fn search(problem: &Problem, from: Point, limits: &Limits) -> Result<Found, 
                 continue;
             };
             // Where no rig can stand there is nothing to gain.
-            let misfit: f64 = problem.misfits(&next).map_or(f64::INFINITY, |m| m.iter().sum());
-            let gain = expansion.misfit() + pull(&point) - misfit - pull(&next);
+            let neg_log_likelihood: f64 = problem.neg_log_likelihoods(&next).map_or(f64::INFINITY, |m| m.iter().sum());
+            let gain = expansion.neg_log_likelihood() + pull(&point) - neg_log_likelihood - pull(&next);
             if gain > 0.0 {
                 gained = Some((next, gain));
                 damping.follow(gain / promised);
@@ -83,15 +83,15 @@ pub fn search(problem: &Problem, from: Point, limits: &Limits) -> Result<Found, 
             damping.raise();
         }
         let Some((next, gain)) = gained else {
-            return Ok(Found { point, expansion, converged: true });
+            return Ok(Optimum { point, expansion, converged: true });
         };
         point = next;
         expansion = problem.expand(&point)?;
-        if gain < limits.gain.max(OF_EXCESS * expansion.excess) {
-            return Ok(Found { point, expansion, converged: true });
+        if gain < limits.least_increment.max(LEAST_SHARE_OF_EXCESS * expansion.excess) {
+            return Ok(Optimum { point, expansion, converged: true });
         }
     }
-    Ok(Found { point, expansion, converged: false })
+    Ok(Optimum { point, expansion, converged: false })
 }
 
 /// Damping by how far steps keep what they promise: H. B. Nielsen, "Damping parameter in Marquardt's method", IMM-REP-1999-05
@@ -130,7 +130,7 @@ impl Damping {
 fn stepped(point: &Point, anchor: &[f64], expansion: &Expansion, damping: f64, most: f64) -> Option<(Point, f64)> {
     let count = expansion.gradient.len();
     let coordinates = point.coordinates.len();
-    let stiffness = 1.0 / (STRAYS * STRAYS);
+    let stiffness = 1.0 / (PRIOR_STD * PRIOR_STD);
     let undamped = |a: usize| expansion.information[(a, a)] + if a < coordinates { stiffness } else { ANGLE_STIFFNESS };
     let system =
         Mat::from_fn(

@@ -24,7 +24,7 @@ pub struct Reading {
 
 impl Reading {
     /// Of the channel `tacho`; nothing without one, or where its pulses are not one a turn of about this speed.
-    pub fn of(recording: &Recording, shaft_hz: f64) -> Option<Self> {
+    pub fn from_recording(recording: &Recording, shaft_hz: f64) -> Option<Self> {
         let rate = recording.sample_rate_hz;
         let angle = ShaftAngle::from_tacho(&recording.channel("tacho")?.samples, rate).ok()?;
         let ratio = angle.mean_hz() / shaft_hz;
@@ -49,11 +49,11 @@ impl Reading {
     }
 
     /// −ln L of an angle, less what does not depend on it.
-    pub fn misfit(self, shaft_rad: f64) -> f64 {
+    pub fn neg_log_likelihood(self, shaft_rad: f64) -> f64 {
         0.5 * (self.off(shaft_rad) / self.deviation_rad).powi(2)
     }
 
-    /// Slope of [`Reading::misfit`].
+    /// Slope of [`Reading::neg_log_likelihood`].
     pub fn gradient(self, shaft_rad: f64) -> f64 {
         self.off(shaft_rad) * self.information()
     }
@@ -77,20 +77,20 @@ mod tests {
 
     #[test]
     fn the_angle_at_the_first_sample_and_a_drift_are_read() {
-        let reading = Reading::of(&recording(&nominal()), 30.0).unwrap();
+        let reading = Reading::from_recording(&recording(&nominal()), 30.0).unwrap();
         assert!(reading.off(1.9).abs() < TAU * 30.0 / 25_600.0, "{reading:?}");
         assert!(reading.gains_per_s.abs() < 1e-3, "{reading:?}");
         assert!((reading.next_to(1.9 + 5.0 * TAU) - 1.9 - 5.0 * TAU).abs() < 0.01);
         let drift = EffectEntry::new("speed-drift", &[("rate_per_s", 0.04)]);
-        let reading = Reading::of(&recording(&nominal().with_effect(drift)), 30.0).unwrap();
+        let reading = Reading::from_recording(&recording(&nominal().with_effect(drift)), 30.0).unwrap();
         assert!((reading.gains_per_s / 0.04 - 1.0).abs() < 0.02, "{reading:?}");
     }
 
     #[test]
     fn what_is_no_pulse_a_turn_is_not_read() {
         let mut recording = recording(&nominal());
-        assert_eq!(Reading::of(&recording, 60.0), None);
+        assert_eq!(Reading::from_recording(&recording, 60.0), None);
         recording.channels.retain(|c| c.name != "tacho");
-        assert_eq!(Reading::of(&recording, 30.0), None);
+        assert_eq!(Reading::from_recording(&recording, 30.0), None);
     }
 }

@@ -3,7 +3,7 @@ use std::f64::consts::TAU;
 use realfft::num_complex::Complex;
 
 use super::coordinate::Coordinate;
-use super::likelihood::{Noise, Silent, judged, mean_power, means, noises};
+use super::likelihood::{Noise, NoiseFreeRun, judged_bins, mean_power, means, noises};
 use super::observed::Observed;
 use super::problem::{Point, Problem};
 use super::search::search_from_rig;
@@ -24,11 +24,11 @@ fn observed_with_tachometers(rig: &Rig, loads: &[f64], seed: u64) -> Vec<Observe
         start: Start::seeded(seed + i as u64),
     };
     let runs: Vec<Run> = loads.iter().enumerate().map(run).collect();
-    simulate_many(&runs).unwrap().iter().map(|r| Observed::of(r).unwrap()).collect()
+    simulate_many(&runs).unwrap().iter().map(|r| Observed::from_recording(r).unwrap()).collect()
 }
 
 fn problem<'o>(observed: &'o [Observed], rig: &Rig, keys: &[&str]) -> Problem<'o> {
-    let coordinates = keys.iter().map(|k| Coordinate::of(rig, k).unwrap()).collect();
+    let coordinates = keys.iter().map(|k| Coordinate::for_key(rig, k).unwrap()).collect();
     Problem::new(observed, rig.clone(), coordinates)
 }
 
@@ -79,11 +79,11 @@ fn the_angles_of_a_pitted_ball_and_of_a_wavy_inner_race_are_found() {
         let observed = observed(&rig, &[500.0, 800.0], 11);
         let problem = Problem::of_angles(&observed, rig.clone());
         let truth = (0..2).map(|i| Start::seeded(11 + i)).map(|s| [s.cage_angle0_rad, s.shaft_angle0_rad]).collect();
-        let at_truth = problem.misfits(&Point { coordinates: Vec::new(), angles: truth }).unwrap();
-        let found = search_from_rig(&problem).unwrap().expansion.misfits;
-        let without = search_from_rig(&Problem::of_angles(&observed, nominal())).unwrap().expansion.misfits;
+        let at_truth = problem.neg_log_likelihoods(&Point { coordinates: Vec::new(), angles: truth }).unwrap();
+        let found = search_from_rig(&problem).unwrap().expansion.neg_log_likelihoods;
+        let without = search_from_rig(&Problem::of_angles(&observed, nominal())).unwrap().expansion.neg_log_likelihoods;
         for ((found, truth), without) in found.iter().zip(&at_truth).zip(&without) {
-            let gains = [found, truth].map(|misfit| without - misfit);
+            let gains = [found, truth].map(|neg_log_likelihood| without - neg_log_likelihood);
             assert!(gains[0] > 0.99 * gains[1], "{}: gains {gains:?} in ln L", effect.name);
         }
     }
@@ -97,10 +97,10 @@ fn invariant_the_residual_of_the_true_rig_is_as_large_as_it_says() {
     let observed = observed(&rig, &[120.0, 900.0], 3);
     let problem = problem(&observed, &rig, &[]);
     let found = search_from_rig(&problem).unwrap();
-    for (o, e) in observed.iter().zip(problem.expected(&found.point).unwrap()) {
+    for (o, e) in observed.iter().zip(problem.predict(&found.point).unwrap()) {
         for channel in 0..2 {
             let x = o.spectra[channel].as_ref().unwrap();
-            let bins: Vec<usize> = judged(x, 1.0).collect();
+            let bins: Vec<usize> = judged_bins(x, 1.0).collect();
             for band in bins.chunks(bins.len() / 12) {
                 let power = |k: &usize| (x[*k] - e.mean[channel][*k]).norm_sqr() / e.noise.variance[channel][*k];
                 let mean = band.iter().map(power).sum::<f64>() / band.len() as f64;
@@ -120,13 +120,13 @@ fn invariant_the_gradient_is_that_of_the_misfit() {
     let problem = problem(&observed, &rig, &keys);
     let start = problem.start().unwrap();
     let expansion = problem.expand(&start).unwrap();
-    let misfit = |point: &Point| problem.misfits(point).unwrap()[0];
+    let neg_log_likelihood = |point: &Point| problem.neg_log_likelihoods(point).unwrap()[0];
     let step = 1e-4;
     for (a, key) in keys.iter().enumerate() {
         let mut moved = [start.clone(), start.clone()];
         moved[0].coordinates[a] -= step;
         moved[1].coordinates[a] += step;
-        let slope = (misfit(&moved[1]) - misfit(&moved[0])) / (2.0 * step);
+        let slope = (neg_log_likelihood(&moved[1]) - neg_log_likelihood(&moved[0])) / (2.0 * step);
         let scale = slope.abs().max(expansion.information[(a, a)].sqrt());
         assert!((expansion.gradient[a] - slope).abs() < 0.02 * scale, "{key}: {} {slope}", expansion.gradient[a]);
     }
@@ -162,9 +162,10 @@ fn invariant_friction_in_noise_is_as_many_runs_show() {
         let rig = nominal().with_effect(friction);
         let start = |seed| Start { cage_angle0_rad: angles[0], shaft_angle0_rad: angles[1], ..Start::seeded(seed) };
         let runs: Vec<Run> = (0..RUNS).map(|i| Run { rig: &rig, condition: at, start: start(100 + i) }).collect();
-        let many: Vec<Observed> = simulate_many(&runs).unwrap().iter().map(|r| Observed::of(r).unwrap()).collect();
+        let many: Vec<Observed> =
+            simulate_many(&runs).unwrap().iter().map(|r| Observed::from_recording(r).unwrap()).collect();
         let noise = alone(&Asked { rig: &rig, condition: at, known: None });
-        let silent = Silent { rig: &rig, condition: at, angles, scatter: noise.scatter };
+        let silent = NoiseFreeRun { rig: &rig, condition: at, angles, scatter: noise.velocity_covariance };
         let expected = means(&[silent]).unwrap().remove(0).unwrap();
         for bins in [1..100, 100..200, 200..400, 400..800] {
             let count = bins.len() as f64;
@@ -190,7 +191,7 @@ fn invariant_the_noise_of_one_of_many_is_to_the_bit_what_it_is_alone() {
         nominal().with_effect(EffectEntry::new(name, &[(key, value)]).with_text("component", "outer"))
     };
     let rubs = with("coulomb-friction", "force_n", 0.3);
-    let known = Some(alone(&Asked { rig: &rubs, condition: at, known: None }).scatter);
+    let known = Some(alone(&Asked { rig: &rubs, condition: at, known: None }).velocity_covariance);
     let springs = [1e14, 3e14, 1e15].map(|cubic| (with("hardening-stiffness", "cubic_n_per_m3", cubic), None));
     let frictions = [0.15, 0.2, 0.3, 0.5].map(|force| (with("coulomb-friction", "force_n", force), known));
     let mut rigs = [springs.as_slice(), &frictions].concat();
@@ -199,7 +200,12 @@ fn invariant_the_noise_of_one_of_many_is_to_the_bit_what_it_is_alone() {
     let asked: Vec<Asked> = rigs.iter().map(|(rig, known)| Asked { rig, condition: at, known: *known }).collect();
     for (of, together) in asked.iter().zip(noises(&asked)) {
         let (alone, together) = (alone(of), together.unwrap());
-        assert_eq!((together.variance, together.scatter), (alone.variance, alone.scatter), "{:?}", of.rig.effects);
+        assert_eq!(
+            (together.variance, together.velocity_covariance),
+            (alone.variance, alone.velocity_covariance),
+            "{:?}",
+            of.rig.effects
+        );
     }
 }
 
@@ -211,7 +217,8 @@ fn invariant_a_housing_that_friction_holds_is_as_many_runs_show() {
     let speed = [("force_n", 20.0), ("regularisation_m_per_s", 2e-5)];
     let rig = nominal().with_effect(EffectEntry::new("coulomb-friction", &speed).with_text("component", "outer"));
     let runs: Vec<Run> = (0..RUNS).map(|i| Run { rig: &rig, condition: at, start: Start::seeded(i) }).collect();
-    let many: Vec<Observed> = simulate_many(&runs).unwrap().iter().map(|r| Observed::of(r).unwrap()).collect();
+    let many: Vec<Observed> =
+        simulate_many(&runs).unwrap().iter().map(|r| Observed::from_recording(r).unwrap()).collect();
     let noise = alone(&Asked { rig: &rig, condition: at, known: None });
     for bins in [600..1200, 1200..2400, 2400..4800] {
         // Runs begin at other angles: what repeats in them stands out of the rest, whose median it does not move.

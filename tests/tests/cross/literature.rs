@@ -2,7 +2,7 @@
 
 use ballrace::fit::Series;
 use ballrace::states::{Scales, rows};
-use ballrace::stlsq::{Moments, StlsqConfig, fit};
+use ballrace::stlsq::{RFactor, StlsqConfig, fit};
 use ballrace_core::library::Library;
 use ballrace_core::states::{Alignment, Orders, StateSpec};
 use ballrace_tests::{femto, white_noise};
@@ -49,8 +49,8 @@ fn r_squared(recordings: &[Series], alignment: Alignment, dimension: usize, degr
     let config = StlsqConfig { threshold: Some(0.0), ridge: 0.0, ..StlsqConfig::default() };
     let each = |series: &Series| {
         let mut rows = rows(&series.samples, spec);
-        Scales::of(std::slice::from_ref(&rows)).apply(&mut rows);
-        let moments = Moments::of(library, &rows);
+        Scales::from_rows(std::slice::from_ref(&rows)).apply(&mut rows);
+        let moments = RFactor::from_samples(library, &rows);
         let equations = fit(&moments, &[], &config);
         let scores = equations.iter().enumerate().map(|(o, e)| moments.r_squared(o, &e.coefficients));
         scores.sum::<f64>() / equations.len() as f64

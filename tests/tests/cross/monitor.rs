@@ -7,7 +7,7 @@ use ballrace::stlsq::StlsqConfig;
 use ballrace_core::monitor::Status;
 use ballrace_core::states::{Alignment, Orders, StateSpec};
 use ballrace_firmware_sim::event::Event;
-use ballrace_firmware_sim::faults::{Injector, Plan};
+use ballrace_firmware_sim::faults::{FaultPlan, Injector};
 use ballrace_firmware_sim::runner::{Recording, Runner};
 use ballrace_firmware_sim::source::in_memory;
 use ballrace_tests::femto;
@@ -36,7 +36,7 @@ fn changes(model: &OwnedModel, recordings: &[Series], plan: &str) -> Vec<(usize,
     let model = model.view();
     let mut scratch = vec![0.0; Runner::scratch_len(&model)];
     let mut runner = Runner::new(&model, &mut scratch).unwrap();
-    let mut injector = Injector::new(plan.parse::<Plan>().unwrap(), 7);
+    let mut injector = Injector::new(plan.parse::<FaultPlan>().unwrap(), 7);
     let mut changes = Vec::new();
     for series in recordings {
         let recording = Recording { name: &series.name, sample_rate_hz: SAMPLE_RATE_HZ };

@@ -9,9 +9,9 @@ use crate::diagnose::DiagnoseError;
 use crate::diagnose::residual::{Whitened, whitened};
 use crate::recording::Recording;
 use crate::rig::{EffectEntry, Rig};
-use crate::signal::maximum::golden_section;
+use crate::signal::golden_section::golden_section;
 use crate::signal::transform::{hann, inverse_plan};
-use crate::whittle::likelihood::{Expected, judged};
+use crate::whittle::likelihood::{Prediction, judged_bins};
 use crate::whittle::observed::{Observed, accelerations};
 use crate::whittle::problem::Problem;
 
@@ -29,12 +29,12 @@ const APART_HZ: f64 = 0.05;
 /// # Errors
 /// Recordings without acceleration, speed or load; a rig that cannot run.
 pub fn taken_out(rig: &Rig, recordings: &[Recording]) -> Result<Option<(Fault, Vec<Recording>)>, DiagnoseError> {
-    let observed = Observed::of_all(recordings)?;
+    let observed = Observed::from_recordings(recordings)?;
     let problem = Problem::of_angles(&observed, rig.clone());
-    let expected = problem.expected(&problem.start()?)?;
+    let expected = problem.predict(&problem.start()?)?;
     let Some((near_hz, stands_out)) = found(&observed, &whitened(&observed, &expected)) else { return Ok(None) };
     let left: Vec<Left> =
-        observed.iter().zip(&expected).enumerate().flat_map(|(n, (o, e))| Left::of(n, o, e)).collect();
+        observed.iter().zip(&expected).enumerate().flat_map(|(n, (o, e))| Left::from_recording(n, o, e)).collect();
     let hz = refined(&left, near_hz);
     let mut without = recordings.to_vec();
     for of in &left {
@@ -108,7 +108,7 @@ struct Left {
 }
 
 impl Left {
-    fn of(recording: usize, o: &Observed, e: &Expected) -> Vec<Self> {
+    fn from_recording(recording: usize, o: &Observed, e: &Prediction) -> Vec<Self> {
         let n = o.condition.samples;
         let inverse = inverse_plan(n);
         let window = hann(n);
@@ -116,7 +116,7 @@ impl Left {
         let of = |channel: usize| {
             let x = o.spectra[channel].as_ref()?;
             let mut bins = vec![Complex::default(); x.len()];
-            for k in judged(x, 1.0) {
+            for k in judged_bins(x, 1.0) {
                 bins[k] = x[k] - e.mean[channel][k];
             }
             let mut signal = inverse.make_output_vec();

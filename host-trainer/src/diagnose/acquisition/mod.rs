@@ -43,10 +43,10 @@ impl Acquired {
     ///
     /// # Errors
     /// Recordings without acceleration, speed or load; a rig that cannot run.
-    pub fn of(rig: &Rig, recordings: &[Recording]) -> Result<Self, DiagnoseError> {
+    pub fn detect(rig: &Rig, recordings: &[Recording]) -> Result<Self, DiagnoseError> {
         let clipped = clipped(recordings);
         let noise_std = rig.bearing().map_or(0.0, |machine| machine.sensor.noise_std_m_per_s2);
-        let mut taken_out = offset(&Observed::of_all(recordings)?, noise_std);
+        let mut taken_out = offset(&Observed::from_recordings(recordings)?, noise_std);
         let mut recordings = without(recordings, &taken_out);
         if let Some((line, without)) = mains::taken_out(rig, &recordings)? {
             recordings = without;

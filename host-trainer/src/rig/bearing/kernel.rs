@@ -17,8 +17,8 @@ use super::{
     setup::{MAX_RUNS, Setup, gather},
 };
 use crate::rig::{
-    effect::pit::Passage,
-    plan::{DOFS, Moment, OUTER_X, OUTER_Y},
+    effect::local_defect::Passage,
+    plan::{DOFS, Instant, OUTER_X, OUTER_Y},
 };
 
 /// Samples between two exact evaluations of the angles.
@@ -75,7 +75,7 @@ pub(super) struct Kernel<'a, L: Lanes, const HOOKS: bool> {
     gains: [[f64; 2]; MAX_RUNS],
     pitches: [usize; MAX_RUNS],
     /// Of each run: the instants of a step.
-    moments: [[Moment; INSTANTS.len()]; MAX_RUNS],
+    moments: [[Instant; INSTANTS.len()]; MAX_RUNS],
     /// Whether there are forces of effects in any run.
     forced: bool,
     /// Room for what these are computed from, and for what they add to.
@@ -105,7 +105,7 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
             angles0: [[0.0; 2]; MAX_RUNS],
             gains: [[0.0; 2]; MAX_RUNS],
             pitches: [0; MAX_RUNS],
-            moments: [[Moment::default(); INSTANTS.len()]; MAX_RUNS],
+            moments: [[Instant::default(); INSTANTS.len()]; MAX_RUNS],
             forced: runs.iter().any(|run| !run.forces.is_empty()),
             lanes_of_states: [[0.0; MAX_RUNS]; STATES],
             lanes_of_forces: [[0.0; MAX_RUNS]; DOFS],

@@ -24,7 +24,7 @@ pub(super) fn identity<const N: usize>() -> Matrix<N> {
 impl<const N: usize> Phi<N> {
     /// Taylor series of φ₃ at X/2ˢ, the others from it, then s doublings
     /// φₖ(2X) = 2⁻ᵏ (φ₀(X) φₖ(X) + Σⱼ φⱼ(X)/(k−j)!, j = 1…k).
-    pub(super) fn of(x: &Matrix<N>) -> Self {
+    pub(super) fn from_matrix(x: &Matrix<N>) -> Self {
         let norm = x.iter().map(|row| row.iter().map(|v| v.abs()).sum::<f64>()).fold(0.0, f64::max);
         let doublings = (norm / 0.5).log2().ceil().clamp(0.0, 60.0) as i32;
         let x = combination(&[(0.5f64.powi(doublings), x)]);
@@ -61,7 +61,7 @@ mod tests {
         // X = θ J: eˣ is the rotation by θ, X φ₁ = eˣ − I, X φ₂ = φ₁ − I, X φ₃ = φ₂ − I/2.
         for theta in [1e-3, 0.7, 40.0] {
             let x = [[0.0, -theta], [theta, 0.0]];
-            let Phi([p0, p1, p2, p3]) = Phi::of(&x);
+            let Phi([p0, p1, p2, p3]) = Phi::from_matrix(&x);
             let (s, c) = f64::sin_cos(theta);
             let one = identity::<2>();
             let close = |a: Matrix<2>, b: Matrix<2>| {

@@ -6,7 +6,7 @@ use super::step::Step;
 use crate::rig::{
     config::BearingRig,
     noise,
-    plan::{DOFS, Force, INNER_X, INNER_Y, Meeting, Moment, OUTER_X, OUTER_Y, Plan, Profile, RESONATOR_Y},
+    plan::{Assembly, DOFS, Force, INNER_X, INNER_Y, Instant, Meeting, OUTER_X, OUTER_Y, Profile, RESONATOR_Y},
     simulate::{OperatingCondition, Start},
 };
 
@@ -78,7 +78,7 @@ pub(in crate::rig) struct Prepared {
     pub process: Vec<f64>,
     pub forces: Vec<Force>,
     pub profiles: Vec<Profile>,
-    pub pits: Vec<Meeting>,
+    pub defects: Vec<Meeting>,
 }
 
 /// What runs must share to go side by side.
@@ -98,7 +98,7 @@ pub(in crate::rig) struct Shape {
 impl Prepared {
     pub(in crate::rig) fn new(
         rig: &BearingRig,
-        plan: &mut Plan,
+        plan: &mut Assembly,
         condition: &OperatingCondition,
         start: &Start,
     ) -> Self {
@@ -159,15 +159,15 @@ impl Prepared {
             process,
             forces: std::mem::take(&mut plan.forces),
             profiles: std::mem::take(&mut plan.profiles),
-            pits: std::mem::take(&mut plan.pits),
+            defects: std::mem::take(&mut plan.defects),
         }
     }
 
     /// An instant of a sample, so many of its steps after its start, by the angles there and what they gain in the sample.
-    pub(super) fn moment(&self, angles0: [f64; 2], gains: [f64; 2], sample: usize, steps: f64) -> Moment {
+    pub(super) fn moment(&self, angles0: [f64; 2], gains: [f64; 2], sample: usize, steps: f64) -> Instant {
         let fraction = steps / self.substeps as f64;
         let time_s = (sample as f64 - self.settle as f64 + fraction) / self.sample_rate_hz;
-        Moment {
+        Instant {
             time_s,
             shaft_rad: angles0[0] + fraction * gains[0],
             shaft_rad_per_s: self.turning.speed(time_s),
@@ -185,7 +185,7 @@ impl Prepared {
             substeps: self.substeps,
             drifting: self.drifting,
             hertzian: self.exponent == 1.5,
-            hooks: !(self.forces.is_empty() && self.profiles.is_empty() && self.pits.is_empty()),
+            hooks: !(self.forces.is_empty() && self.profiles.is_empty() && self.defects.is_empty()),
         }
     }
 }
@@ -217,7 +217,7 @@ pub(super) fn system_y(rig: &BearingRig) -> [[f64; 6]; 6] {
 }
 
 /// Steps a sample, from the contact's frequency at its operating deflection. The linear modes are exact at any step.
-fn substeps(rig: &BearingRig, plan: &Plan, condition: &OperatingCondition) -> usize {
+fn substeps(rig: &BearingRig, plan: &Assembly, condition: &OperatingCondition) -> usize {
     let bearing = &rig.bearing;
     // All the load on one ball: as stiff as the contact gets at rest.
     let deflection =

@@ -16,7 +16,7 @@ use super::{
 };
 use crate::rig::{
     config::{Bearing, BearingRig},
-    plan::{DOFS, Force, INNER_X, INNER_Y, Moment, OUTER_X, OUTER_Y, RESONATOR_Y},
+    plan::{DOFS, Force, INNER_X, INNER_Y, Instant, OUTER_X, OUTER_Y, RESONATOR_Y},
 };
 
 /// Slopes of the forces that the rig's linear part has not: −∂F/∂q, N/m, and −∂F/∂q̇, N s/m, row by row the degree of
@@ -32,7 +32,7 @@ pub(in crate::rig) struct Tangent {
 }
 
 /// A state of a run: when, positions and velocities.
-pub(in crate::rig) type Visited = (Moment, [f64; DOFS], [f64; DOFS]);
+pub(in crate::rig) type Visited = (Instant, [f64; DOFS], [f64; DOFS]);
 
 /// Share of a coordinate's standard deviation over which its slope is taken, and in a silent run, whose force laws are smooth.
 const SPAN: f64 = 0.3;

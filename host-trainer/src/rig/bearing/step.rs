@@ -39,9 +39,9 @@ impl<const N: usize, const M: usize> Step<N, M> {
         let input = |m: &Matrix<N>| -> [[f64; M]; N] {
             std::array::from_fn(|i| std::array::from_fn(|k| m[i][M + k] * inverse_mass[k]))
         };
-        let [half, half1, ..] = Phi::of(&scaled).0.map(|m| unscale(&m));
+        let [half, half1, ..] = Phi::from_matrix(&scaled).0.map(|m| unscale(&m));
         let doubled = combination(&[(2.0, &scaled)]);
-        let [full, p1, p2, p3] = Phi::of(&doubled).0.map(|m| unscale(&m));
+        let [full, p1, p2, p3] = Phi::from_matrix(&doubled).0.map(|m| unscale(&m));
         let a_matrix = combination(&[(0.5 * h, &half1)]);
         let a = input(&a_matrix);
         let less_one = combination(&[(1.0, &half), (-1.0, &identity())]);

@@ -92,7 +92,7 @@ impl Rig {
     pub fn domain(&self, key: &str) -> Option<Domain> {
         if let Some((index, parameter)) = effect_key(key) {
             let definition = self.effects.get(index)?.definition()?;
-            return definition.parameters.iter().find(|p| p.name == parameter)?.holds.number();
+            return definition.parameters.iter().find(|p| p.name == parameter)?.value_kind.number();
         }
         self.model.keys().iter().find(|k| k.name == key).map(|k| k.domain)
     }

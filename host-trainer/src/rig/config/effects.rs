@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::rig::effect::{self, Definition, Holds, Values};
+use crate::rig::effect::{self, Definition, ValueKind, Values};
 
 /// A parameter of an effect.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,14 +108,14 @@ impl EffectEntry {
             return Some(("name".into(), Some(format!("{:?}", self.name)), expected));
         }
         for parameter in definition.parameters {
-            let expected = parameter.holds.describe(kind);
+            let expected = parameter.value_kind.describe(kind);
             match self.parameters.get(parameter.name) {
                 None if parameter.default_for(kind).is_none() => return Some((parameter.name.into(), None, expected)),
                 None => {}
                 Some(value) => {
-                    let good = match (value, parameter.holds) {
-                        (Value::Number(number), Holds::Number(domain)) => domain.holds(*number),
-                        (Value::Text(text), Holds::Name(choices)) => choices.names(kind).contains(&text.as_str()),
+                    let good = match (value, parameter.value_kind) {
+                        (Value::Number(number), ValueKind::Number(domain)) => domain.holds(*number),
+                        (Value::Text(text), ValueKind::Name(choices)) => choices.names(kind).contains(&text.as_str()),
                         _ => false,
                     };
                     if !good {

@@ -18,7 +18,7 @@ pub use key::Domain;
 
 use toml_edit::DocumentMut;
 
-use super::{kinematics::Geometry, path::TransmissionPath, plan};
+use super::{kinematics::Geometry, plan, transfer_path::TransmissionPath};
 
 /// A rig: the nominal machine, what is only guessed about it, and effects added to it.
 #[derive(Clone, Debug)]

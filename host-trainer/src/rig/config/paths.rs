@@ -2,7 +2,7 @@
 
 use toml_edit::{Array, ArrayOfTables, Item, Table};
 
-use crate::rig::path::TransmissionPath;
+use crate::rig::transfer_path::TransmissionPath;
 
 /// The keys of a table.
 pub(super) const KEYS: [&str; 4] = ["channel", "sample_rate_hz", "gain", "reflection"];

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
 use super::{EffectEntry, Model, Rig, Value, paths};
-use crate::rig::{error::RigError, path::TransmissionPath};
+use crate::rig::{error::RigError, transfer_path::TransmissionPath};
 
 const KINDS: &str = "\"bearing-5dof\" or \"sdof\"";
 

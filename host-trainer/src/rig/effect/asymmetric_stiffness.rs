@@ -7,7 +7,7 @@ use crate::rig::config::Domain;
 pub(super) const EFFECT: Definition = Definition {
     name: "asymmetric-stiffness",
     applies_to: Applies::Both,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[
         Parameter::number("quadratic_n_per_m2", "N/m²", Domain::Any, (1e5, 1e13), Scale::Log),
         Parameter::component(Choices::Supported),

@@ -1,16 +1,16 @@
 //! Play in the support: its spring does nothing over a width and pulls beyond it, k dz(q) instead of k q
 //! (A. Kahraman, R. Singh, "Non-linear dynamics of a spur gear pair", J. Sound Vib. 142 (1990) 49–75).
 
-use super::{Applies, Definition, Parameter, Scale, Usual, component::Choices};
+use super::{Applies, Definition, Parameter, Scale, ParameterDefault, component::Choices};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
     name: "backlash",
     applies_to: Applies::Both,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[
         Parameter::number("width_m", "m", Domain::NotNegative, (1e-7, 1e-1), Scale::Log),
-        Parameter::component(Choices::Supported).usually(Usual::Name("outer")),
+        Parameter::component(Choices::Supported).usually(ParameterDefault::Name("outer")),
     ],
     equation: |v| {
         let half = 0.5 * v.number("width_m");

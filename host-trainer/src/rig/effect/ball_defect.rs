@@ -5,21 +5,21 @@
 use std::f64::consts::{PI, TAU};
 
 use super::{
-    Applies, Definition, Parameter, Scale, Usual,
+    Applies, Definition, Parameter, Scale, ParameterDefault,
     outer_race_defect::{DEPTH, WIDTH},
-    pit::Pit,
+    local_defect::LocalDefect,
 };
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
     name: "ball-defect",
     applies_to: Applies::Bearing,
-    deterministic: true,
+    is_deterministic: true,
     parameters: &[
         DEPTH,
         WIDTH,
         // Angle of the pit from the outer race at shaft angle 0.
-        Parameter::number("spin_rad", "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(Usual::Number(0.0)),
+        Parameter::number("spin_rad", "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(ParameterDefault::Number(0.0)),
     ],
     equation: |v| {
         let (depth, width) = (v.number("depth_m"), v.number("width_rad"));
@@ -31,11 +31,11 @@ pub(super) const EFFECT: Definition = Definition {
     apply: |v, plan| {
         let spin0 = v.number("spin_rad");
         let Some(rig) = plan.bearing() else { return };
-        let pit = Pit::new(v.number("depth_m"), v.number("width_rad"));
+        let pit = LocalDefect::new(v.number("depth_m"), v.number("width_rad"));
         let spin = rig.bearing.geometry().orders().bsf;
         if v.number("depth_m") > 0.0 {
             plan.declare_order(spin * pit.rate());
-            plan.pit(move |moments, _, passages| {
+            plan.defect(move |moments, _, passages| {
                 let [from, to] = moments.each_ref().map(|at| (spin * at.shaft_rad + spin0) / TAU);
                 // Outer and inner race, half a turn apart.
                 for place in [0.0, 0.5] {

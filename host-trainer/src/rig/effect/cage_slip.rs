@@ -7,7 +7,7 @@ use crate::rig::config::Domain;
 pub(super) const EFFECT: Definition = Definition {
     name: "cage-slip",
     applies_to: Applies::Bearing,
-    deterministic: true,
+    is_deterministic: true,
     parameters: &[Parameter::number("fraction", "", Domain::Between(-1.0, 1.0), (1e-3, 0.3), Scale::Log)],
     equation: |v| format!("ω_c = ½ (1 − D_b cos α / D_p) · (1 − {:.5}) · ω_shaft", v.number("fraction")),
     apply: |v, plan| plan.cage_factor *= 1.0 - v.number("fraction"),

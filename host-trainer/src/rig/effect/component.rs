@@ -1,6 +1,8 @@
 //! Parts of a rig that a `component` parameter names.
 
-use crate::rig::plan::{DOFS, INNER_X, INNER_Y, MASS, Machine, OUTER_X, OUTER_Y, Plan, RESONATOR_Y, Scatter};
+use crate::rig::plan::{
+    Assembly, DOFS, INNER_X, INNER_Y, MASS, Machine, OUTER_X, OUTER_Y, RESONATOR_Y, VelocityCovariance,
+};
 
 /// A part of a rig. `inner` and `outer` are the sections of that name and move in x and y; with `-x` or `-y` only
 /// that direction is meant. The resonator's spring and damper sit between it and the outer race.
@@ -64,12 +66,12 @@ pub struct Motion {
 
 impl Motion {
     /// q of the part less q of its base.
-    pub fn of(self, q: &[f64; DOFS]) -> f64 {
+    pub fn relative(self, q: &[f64; DOFS]) -> f64 {
         q[self.dof] - self.base.map_or(0.0, |base| q[base])
     }
 
     /// Standard deviation of its velocity.
-    fn scatter(self, Scatter(covariance): &Scatter) -> f64 {
+    fn velocity_std(self, VelocityCovariance(covariance): &VelocityCovariance) -> f64 {
         let of = |i: usize, j: usize| covariance[i][j];
         let variance = match self.base {
             None => of(self.dof, self.dof),
@@ -149,7 +151,7 @@ impl Component {
     }
 
     /// The component in a machine. Where the machine has no such part it moves nowhere.
-    pub fn of(self, machine: &Machine) -> Part {
+    pub fn part_of(self, machine: &Machine) -> Part {
         let ground = |dofs: &[usize]| dofs.iter().map(|&dof| Motion { dof, base: None }).collect();
         let nothing = Part { motions: Vec::new(), mass: 1.0, stiffness: 0.0, damping: 0.0 };
         let rig = match machine {
@@ -191,10 +193,10 @@ impl Component {
 
 impl Part {
     /// Adds a force law f(q, v) to each of its motions, q and v relative to the base.
-    pub fn law(self, plan: &mut Plan, law: impl Fn(f64, f64) -> f64 + Send + Sync + 'static) {
+    pub fn law(self, plan: &mut Assembly, law: impl Fn(f64, f64) -> f64 + Send + Sync + 'static) {
         plan.force(move |_, q, v, force| {
             for motion in &self.motions {
-                motion.push(law(motion.of(q), motion.of(v)), force);
+                motion.push(law(motion.relative(q), motion.relative(v)), force);
             }
         });
     }
@@ -204,20 +206,22 @@ impl Part {
     /// greatest slope, N s/m, or 0 where that is no faster than the rig.
     pub fn speed_law<M: Fn(f64) -> f64 + Send + Sync + 'static>(
         self,
-        plan: &mut Plan,
+        plan: &mut Assembly,
         law: impl Fn(f64) -> f64 + Send + Sync + 'static,
         mean: impl Fn(f64) -> M,
         steepest: impl Fn(f64) -> f64,
     ) {
-        plan.heeds_scatter = true;
+        plan.depends_on_velocity_noise = true;
         let mass = self.mass;
-        let Some(scatter) = &plan.scatter else {
+        let Some(scatter) = &plan.velocity_covariance else {
             plan.declare_rate(steepest(0.0) / mass);
             return self.law(plan, move |_, v| law(v));
         };
-        let scatter: Vec<(Motion, f64)> = self.motions.iter().map(|m| (*m, m.scatter(scatter))).collect();
+        let scatter: Vec<(Motion, f64)> = self.motions.iter().map(|m| (*m, m.velocity_std(scatter))).collect();
         scatter.iter().for_each(|(_, scatter)| plan.declare_rate(steepest(*scatter) / mass));
         let laws: Vec<(Motion, M)> = scatter.into_iter().map(|(m, scatter)| (m, mean(scatter))).collect();
-        plan.force(move |_, _, v, force| laws.iter().for_each(|(motion, law)| motion.push(law(motion.of(v)), force)));
+        plan.force(move |_, _, v, force| {
+            laws.iter().for_each(|(motion, law)| motion.push(law(motion.relative(v)), force))
+        });
     }
 }

@@ -8,7 +8,7 @@ use crate::rig::config::Domain;
 pub(super) const EFFECT: Definition = Definition {
     name: "contact-exponent",
     applies_to: Applies::Bearing,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[Parameter::number("exponent", "", Domain::Between(0.9, 4.0), (1.0, 2.5), Scale::Linear)],
     equation: |v| format!("contact force k_b δ_j^{:.4}", v.number("exponent")),
     apply: |v, plan| {

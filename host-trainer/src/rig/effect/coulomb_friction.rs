@@ -12,19 +12,19 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_PI};
 
-use super::{Applies, Definition, Parameter, Scale, Usual, component::Choices, erf::erf};
+use super::{Applies, Definition, Parameter, Scale, ParameterDefault, component::Choices, erf::erf};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
     name: "coulomb-friction",
     applies_to: Applies::Both,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[
         Parameter::number("force_n", "N", Domain::NotNegative, (1e-3, 1e3), Scale::Log),
         Parameter::component(Choices::Supported),
         // Vibration of a bearing housing is of the order of 10 to 1000 µm/s, positioning systems move at cm/s.
         Parameter::number("regularisation_m_per_s", "m/s", Domain::Positive, (1e-7, 1e-3), Scale::Log)
-            .usually(Usual::ByKind(2e-6, 1e-4)),
+            .usually(ParameterDefault::ByKind(2e-6, 1e-4)),
     ],
     equation: |v| {
         let (force, scale) = (v.number("force_n"), v.number("regularisation_m_per_s"));

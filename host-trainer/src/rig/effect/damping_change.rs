@@ -9,7 +9,7 @@ use crate::rig::{config::Domain, plan::Machine};
 pub(super) const EFFECT: Definition = Definition {
     name: "damping-change",
     applies_to: Applies::Both,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[
         Parameter::component(Choices::Sections),
         Parameter::number("value", "N s/m", Domain::NotNegative, (1e-1, 1e6), Scale::Log),

@@ -7,7 +7,7 @@ use crate::rig::{config::Domain, plan::Stage};
 pub(super) const EFFECT: Definition = Definition {
     name: "dropped-samples",
     applies_to: Applies::Both,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[
         Parameter::number("time_s", "s", Domain::NotNegative, (0.0, 10.0), Scale::Linear),
         Parameter::number("count", "", Domain::Whole(0, 10_000_000), (1.0, 10_000.0), Scale::Log),

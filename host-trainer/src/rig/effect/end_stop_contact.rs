@@ -3,17 +3,17 @@
 //! "Chaotic behavior of rotor/stator systems with rubs", J. Eng. Gas Turbines Power 116 (1994) 692–701). The gap is
 //! counted from the unloaded position in the direction of +q, which for y is that of the load.
 
-use super::{Applies, Definition, Parameter, Scale, Usual, component::Choices};
+use super::{Applies, Definition, Parameter, Scale, ParameterDefault, component::Choices};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
     name: "end-stop-contact",
     applies_to: Applies::Both,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[
         Parameter::number("gap_m", "m", Domain::Any, (1e-7, 1e-1), Scale::Log),
         Parameter::number("stiffness_n_per_m", "N/m", Domain::NotNegative, (1e3, 1e10), Scale::Log),
-        Parameter::component(Choices::Supported).usually(Usual::Name("outer-y")),
+        Parameter::component(Choices::Supported).usually(ParameterDefault::Name("outer-y")),
     ],
     equation: |v| {
         let (gap, stiffness) = (v.number("gap_m"), v.number("stiffness_n_per_m"));

@@ -8,7 +8,7 @@ use crate::rig::config::Domain;
 pub(super) const EFFECT: Definition = Definition {
     name: "excess-clearance",
     applies_to: Applies::Bearing,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[Parameter::number("radial_clearance_m", "m", Domain::Any, (1e-6, 2e-4), Scale::Log)],
     equation: |v| {
         format!("δ_j = (x_s−x_p) cos φ_j + (y_s−y_p) sin φ_j − {:.4e} m", v.number("radial_clearance_m"))

@@ -4,10 +4,10 @@
 use super::{Applies, Definition, Parameter, Scale, component::Choices};
 use crate::rig::config::Domain;
 use super::Values;
-use crate::rig::plan::Plan;
+use crate::rig::plan::Assembly;
 
 /// The force −k₃ q³.
-pub(super) fn apply(v: &Values, plan: &mut Plan) {
+pub(super) fn apply(v: &Values, plan: &mut Assembly) {
     let cubic = v.number("cubic_n_per_m3");
     if cubic == 0.0 {
         return;
@@ -27,7 +27,7 @@ pub(super) fn equation(v: &Values) -> String {
 pub(super) const EFFECT: Definition = Definition {
     name: "hardening-stiffness",
     applies_to: Applies::Both,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[
         Parameter::number("cubic_n_per_m3", "N/m³", Domain::NotNegative, (1e9, 1e18), Scale::Log),
         Parameter::component(Choices::Supported),

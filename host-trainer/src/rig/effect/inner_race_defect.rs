@@ -4,21 +4,21 @@
 use std::f64::consts::PI;
 
 use super::{
-    Applies, Definition, Parameter, Scale, Usual,
+    Applies, Definition, Parameter, Scale, ParameterDefault,
     outer_race_defect::{DEPTH, WIDTH},
-    pit::Pit,
+    local_defect::LocalDefect,
 };
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
     name: "inner-race-defect",
     applies_to: Applies::Bearing,
-    deterministic: true,
+    is_deterministic: true,
     parameters: &[
         DEPTH,
         WIDTH,
         // From the mark that the shaft angle counts from.
-        Parameter::number("angle_rad", "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(Usual::Number(0.0)),
+        Parameter::number("angle_rad", "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(ParameterDefault::Number(0.0)),
     ],
     equation: |v| {
         let (depth, width, angle) = (v.number("depth_m"), v.number("width_rad"), v.number("angle_rad"));
@@ -26,12 +26,12 @@ pub(super) const EFFECT: Definition = Definition {
     },
     apply: |v, plan| {
         let angle = v.number("angle_rad");
-        let pit = Pit::new(v.number("depth_m"), v.number("width_rad"));
+        let pit = LocalDefect::new(v.number("depth_m"), v.number("width_rad"));
         let Some(rig) = plan.bearing() else { return };
         let ftf = rig.bearing.geometry().orders().ftf;
         if v.number("depth_m") > 0.0 {
             plan.declare_order((1.0 - ftf) * pit.rate());
-            plan.pit(move |moments, balls, passages| pit.pass_all(|at| angle + at.shaft_rad, moments, balls, passages));
+            plan.defect(move |moments, balls, passages| pit.pass_all(|at| angle + at.shaft_rad, moments, balls, passages));
         }
     },
 };

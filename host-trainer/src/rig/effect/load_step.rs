@@ -3,7 +3,7 @@
 //! The vocabulary states when, which is the middle of the change, and by how much. How long it takes, evenly, has a usual value
 //! of about one sample and can be fitted: what a machine rings with after it depends on that.
 
-use super::{Applies, Definition, Parameter, Scale, Usual};
+use super::{Applies, Definition, Parameter, Scale, ParameterDefault};
 use crate::rig::{
     config::Domain,
     plan::{INNER_Y, MASS, Machine},
@@ -12,11 +12,11 @@ use crate::rig::{
 pub(super) const EFFECT: Definition = Definition {
     name: "load-step",
     applies_to: Applies::Both,
-    deterministic: true,
+    is_deterministic: true,
     parameters: &[
         Parameter::number("time_s", "s", Domain::Any, (0.0, 10.0), Scale::Linear),
         Parameter::number("change_n", "N", Domain::Any, (-1e4, 1e4), Scale::Linear),
-        Parameter::number("rise_s", "s", Domain::Positive, (1e-6, 1e-1), Scale::Log).usually(Usual::Number(4e-5)),
+        Parameter::number("rise_s", "s", Domain::Positive, (1e-6, 1e-1), Scale::Log).usually(ParameterDefault::Number(4e-5)),
     ],
     equation: |v| {
         let (time, change) = (v.number("time_s"), v.number("change_n"));

@@ -2,11 +2,11 @@
 
 use crate::rig::{
     EffectEntry, Rig, Start, simulate,
-    test_support::{RATE, condition, line, nominal, peak, rms, samples, silent, with},
+    test_support::{RATE, condition, line, noise_free, nominal, peak, rms, samples, with},
 };
 
 fn at_speed(rig: &Rig, shaft_hz: f64) -> Vec<f64> {
-    let recording = simulate(rig, &condition(shaft_hz, 500.0, 12_800), &Start::silent(0.3, 0.7)).unwrap();
+    let recording = simulate(rig, &condition(shaft_hz, 500.0, 12_800), &Start::noise_free(0.3, 0.7)).unwrap();
     samples(&recording, "ax").to_vec()
 }
 
@@ -14,7 +14,7 @@ fn at_speed(rig: &Rig, shaft_hz: f64) -> Vec<f64> {
 fn ringing(rig: &Rig, load_n: f64) -> f64 {
     let blow = EffectEntry::new("shock", &[("time_s", 0.0), ("impulse_n_s", 0.002)]);
     let rig = rig.clone().with_effect(blow);
-    let recording = simulate(&rig, &condition(0.0, load_n, 4096), &Start::silent(0.3, 0.7)).unwrap();
+    let recording = simulate(&rig, &condition(0.0, load_n, 4096), &Start::noise_free(0.3, 0.7)).unwrap();
     peak(samples(&recording, "ay"), RATE, 100.0, 500.0)
 }
 
@@ -79,8 +79,8 @@ fn invariant_changed_parameters_are_the_rigs_own() {
         let mut rig = nominal();
         rig.set(key, value).unwrap();
         let effect = EffectEntry::new(name, &[("value", value)]).with_text("component", component);
-        assert_eq!(silent(&nominal().with_effect(effect)), silent(&rig), "{name} {component}");
-        assert_ne!(silent(&nominal()), silent(&rig), "{name} {component}");
+        assert_eq!(noise_free(&nominal().with_effect(effect)), noise_free(&rig), "{name} {component}");
+        assert_ne!(noise_free(&nominal()), noise_free(&rig), "{name} {component}");
     }
 }
 
@@ -90,7 +90,7 @@ fn invariant_friction_and_drag_take_energy_out() {
         let blow = EffectEntry::new("shock", &[("time_s", 0.0), ("impulse_n_s", 0.02)]);
         let mut rig = nominal().with_effect(blow);
         rig.effects.extend(effect);
-        let recording = simulate(&rig, &condition(0.0, 500.0, 2000), &Start::silent(0.3, 0.7)).unwrap();
+        let recording = simulate(&rig, &condition(0.0, 500.0, 2000), &Start::noise_free(0.3, 0.7)).unwrap();
         rms(&samples(&recording, "ay")[500..])
     };
     let free = decay(None);
@@ -109,14 +109,15 @@ fn invariant_friction_and_drag_take_energy_out() {
 
 #[test]
 fn invariant_a_load_step_rings_at_its_time() {
-    let (before, after) = (silent(&nominal()), silent(&with("load-step", &[("time_s", 0.25), ("change_n", -200.0)])));
+    let (before, after) =
+        (noise_free(&nominal()), noise_free(&with("load-step", &[("time_s", 0.25), ("change_n", -200.0)])));
     let [before, after] = [&before, &after].map(|r| samples(r, "ay").to_vec());
     // At the time itself, sample 6400, half of it has come.
     let early: Vec<f64> = after[..6400].iter().zip(&before).map(|(a, b)| a - b).collect();
     assert!(rms(&early) < 1e-10, "{}", rms(&early));
     assert!(rms(&after[6401..6500]) > 100.0 * rms(&before[6401..6500]));
     // From then on the rig is the one under 300 N.
-    let lighter = simulate(&nominal(), &condition(30.0, 300.0, 12_800), &Start::silent(0.3, 0.7)).unwrap();
+    let lighter = simulate(&nominal(), &condition(30.0, 300.0, 12_800), &Start::noise_free(0.3, 0.7)).unwrap();
     let late: Vec<f64> = after.iter().zip(samples(&lighter, "ay")).skip(11_800).map(|(a, b)| a - b).collect();
     assert!(rms(&late) < 1e-5, "{}", rms(&late));
 }
@@ -125,7 +126,7 @@ fn invariant_a_load_step_rings_at_its_time() {
 fn invariant_a_load_that_changes_slowly_comes_evenly_about_its_time_and_hardly_rings() {
     let step = |rise_s| {
         let entry = with("load-step", &[("time_s", 0.25), ("change_n", -200.0), ("rise_s", rise_s)]);
-        let (before, after) = (silent(&nominal()), silent(&entry));
+        let (before, after) = (noise_free(&nominal()), noise_free(&entry));
         let pairs = samples(&after, "ay").iter().zip(samples(&before, "ay"));
         pairs.map(|(a, b)| a - b).collect::<Vec<_>>()
     };
@@ -142,11 +143,11 @@ fn invariant_a_load_that_changes_slowly_comes_evenly_about_its_time_and_hardly_r
 
 #[test]
 fn invariant_a_constant_force_along_the_load_is_load() {
-    let more = simulate(&nominal(), &condition(30.0, 540.0, 2000), &Start::silent(0.3, 0.7)).unwrap();
+    let more = simulate(&nominal(), &condition(30.0, 540.0, 2000), &Start::noise_free(0.3, 0.7)).unwrap();
     let pushed = simulate(
         &with("constant-force", &[("force_n", 40.0)]),
         &condition(30.0, 500.0, 2000),
-        &Start::silent(0.3, 0.7),
+        &Start::noise_free(0.3, 0.7),
     );
     let pushed = pushed.unwrap();
     let pairs = samples(&more, "ay").iter().zip(samples(&pushed, "ay"));
@@ -157,7 +158,7 @@ fn invariant_a_constant_force_along_the_load_is_load() {
 #[test]
 fn invariant_speed_drift_brings_turns_closer() {
     let marks = |rig: &Rig| -> Vec<usize> {
-        let recording = silent(rig);
+        let recording = noise_free(rig);
         samples(&recording, "tacho").iter().enumerate().filter(|(_, v)| **v == 1.0).map(|(i, _)| i).collect()
     };
     let turns = marks(&with("speed-drift", &[("rate_per_s", 0.2)]));

@@ -3,7 +3,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{Applies, Definition, Parameter, Scale, Usual};
+use super::{Applies, Definition, Parameter, Scale, ParameterDefault};
 use crate::rig::{config::Domain, plan::Stage};
 
 /// Harmonics beside the fundamental.
@@ -12,11 +12,11 @@ const HARMONICS: [f64; 3] = [1.0, 3.0, 5.0];
 pub(super) const EFFECT: Definition = Definition {
     name: "mains-interference",
     applies_to: Applies::Both,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[
         Parameter::number("frequency_hz", "Hz", Domain::Positive, (45.0, 65.0), Scale::Linear),
         Parameter::number("amplitude", "unit of the signal", Domain::NotNegative, (1e-4, 1e2), Scale::Log),
-        Parameter::number("phase_rad", "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(Usual::Number(0.0)),
+        Parameter::number("phase_rad", "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(ParameterDefault::Number(0.0)),
         Parameter::channel("all"),
     ],
     equation: |v| {

@@ -10,7 +10,7 @@ use crate::rig::{config::Domain, plan::Machine};
 pub(super) const EFFECT: Definition = Definition {
     name: "mass-change",
     applies_to: Applies::Both,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[
         Parameter::component(Choices::Sections),
         Parameter::number("value", "kg", Domain::Positive, (1e-3, 1e4), Scale::Log),

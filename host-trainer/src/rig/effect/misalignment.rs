@@ -4,7 +4,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Applies, Definition, Parameter, Scale, Usual};
+use super::{Applies, Definition, Parameter, Scale, ParameterDefault};
 use crate::rig::{
     config::Domain,
     plan::{INNER_X, INNER_Y},
@@ -13,11 +13,11 @@ use crate::rig::{
 pub(super) const EFFECT: Definition = Definition {
     name: "misalignment",
     applies_to: Applies::Bearing,
-    deterministic: true,
+    is_deterministic: true,
     parameters: &[
         Parameter::number("force_n", "N", Domain::NotNegative, (1e-1, 1e4), Scale::Log),
         // Which way the coupling is out of line.
-        Parameter::number("phase_rad", "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(Usual::Number(0.0)),
+        Parameter::number("phase_rad", "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(ParameterDefault::Number(0.0)),
     ],
     equation: |v| {
         let (force, phase) = (v.number("force_n"), v.number("phase_rad"));

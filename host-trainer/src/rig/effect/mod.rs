@@ -9,9 +9,9 @@
 mod bearing_tests;
 pub mod component;
 mod erf;
+pub mod local_defect;
 #[cfg(test)]
 mod machine_tests;
-pub mod pit;
 #[cfg(test)]
 mod registry_tests;
 #[cfg(test)]
@@ -22,7 +22,7 @@ mod waviness;
 use component::Choices;
 pub use values::Values;
 
-use super::{config::Domain, plan::Plan};
+use super::{config::Domain, plan::Assembly};
 
 /// An effect: what it is called, takes and does.
 #[derive(Debug)]
@@ -33,13 +33,13 @@ pub struct Definition {
     pub applies_to: Applies,
     /// Whether it only pushes or shapes and leaves the rig as it is for small motions, so that noise passes through the
     /// rig as without it.
-    pub deterministic: bool,
+    pub is_deterministic: bool,
     /// What it takes.
     pub parameters: &'static [Parameter],
     /// The term it adds, in the rig's symbols.
     pub equation: fn(&Values) -> String,
     /// Puts it into a plan. At zero strength it puts in nothing.
-    pub apply: fn(&Values, &mut Plan),
+    pub apply: fn(&Values, &mut Assembly),
 }
 
 /// Kinds of rig.
@@ -72,25 +72,25 @@ pub struct Parameter {
     /// Unit; empty where it has none.
     pub unit: &'static str,
     /// What it can be.
-    pub holds: Holds,
+    pub value_kind: ValueKind,
     /// Where a search looks, from and to. Zero strength is outside where the scale is logarithmic.
-    pub plausible: (f64, f64),
+    pub search_range: (f64, f64),
     /// How a search divides that.
     pub scale: Scale,
     /// What it is where it is not given; [`Usual::Required`] for parameters of the vocabulary.
-    pub usual: Usual,
+    pub default: ParameterDefault,
 }
 
 /// What a parameter can be.
 #[derive(Clone, Copy, Debug)]
-pub enum Holds {
+pub enum ValueKind {
     /// A number.
     Number(Domain),
     /// The name of a component or a channel.
     Name(Choices),
 }
 
-impl Holds {
+impl ValueKind {
     /// The domain of a number.
     pub fn number(self) -> Option<Domain> {
         match self {
@@ -121,7 +121,7 @@ pub enum Scale {
 
 /// What a parameter is where it is not given.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Usual {
+pub enum ParameterDefault {
     /// It must be given.
     Required,
     /// This number.
@@ -134,7 +134,7 @@ pub enum Usual {
 
 /// A value a parameter has where it is not given.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum UsualValue {
+pub enum DefaultValue {
     /// A number.
     Number(f64),
     /// A component's or channel's name.
@@ -150,32 +150,46 @@ impl Parameter {
         plausible: (f64, f64),
         scale: Scale,
     ) -> Self {
-        Self { name, unit, holds: Holds::Number(domain), plausible, scale, usual: Usual::Required }
+        Self {
+            name,
+            unit,
+            value_kind: ValueKind::Number(domain),
+            search_range: plausible,
+            scale,
+            default: ParameterDefault::Required,
+        }
     }
 
     /// A component that must be given for a bearing rig.
     pub const fn component(choices: Choices) -> Self {
-        let holds = Holds::Name(choices);
-        Self { name: "component", unit: "", holds, plausible: (0.0, 0.0), scale: Scale::Each, usual: Usual::Required }
+        let holds = ValueKind::Name(choices);
+        Self {
+            name: "component",
+            unit: "",
+            value_kind: holds,
+            search_range: (0.0, 0.0),
+            scale: Scale::Each,
+            default: ParameterDefault::Required,
+        }
     }
 
     /// The channel that an effect of the sensor is in, usually all.
     pub const fn channel(usual: &'static str) -> Self {
-        let parameter = Self::component(Choices::Channels).usually(Usual::Name(usual));
+        let parameter = Self::component(Choices::Channels).usually(ParameterDefault::Name(usual));
         Self { name: "channel", ..parameter }
     }
 
     /// The same with a value for when it is not given.
-    pub const fn usually(mut self, usual: Usual) -> Self {
-        self.usual = usual;
+    pub const fn usually(mut self, usual: ParameterDefault) -> Self {
+        self.default = usual;
         self
     }
 
     /// Whether a value is not far outside of where a search looks. What has a dimension grows with the machine; what has none,
     /// such as a ratio or the share of a turn that a pit takes, does not.
     pub fn is_plausible(&self, value: f64) -> bool {
-        let (low, high) = self.plausible;
-        let of_any_machine = self.unit.is_empty() || matches!(self.holds, Holds::Number(Domain::Between(..)));
+        let (low, high) = self.search_range;
+        let of_any_machine = self.unit.is_empty() || matches!(self.value_kind, ValueKind::Number(Domain::Between(..)));
         let near = match self.scale {
             Scale::Log => (low / FAR..=high * FAR).contains(&value.abs()),
             Scale::Linear => {
@@ -189,17 +203,21 @@ impl Parameter {
 
     /// Whether a diagnosis states it.
     pub fn in_vocabulary(&self) -> bool {
-        self.usual == Usual::Required
+        self.default == ParameterDefault::Required
     }
 
     /// What it is for a rig of this kind where it is not given.
-    pub fn default_for(&self, kind: &str) -> Option<UsualValue> {
-        match (self.usual, self.holds) {
-            (_, Holds::Name(choices)) if kind == "sdof" => choices.names(kind).first().map(|n| UsualValue::Name(n)),
-            (Usual::Required, _) => None,
-            (Usual::Number(number), _) => Some(UsualValue::Number(number)),
-            (Usual::ByKind(bearing, sdof), _) => Some(UsualValue::Number(if kind == "sdof" { sdof } else { bearing })),
-            (Usual::Name(name), _) => Some(UsualValue::Name(name)),
+    pub fn default_for(&self, kind: &str) -> Option<DefaultValue> {
+        match (self.default, self.value_kind) {
+            (_, ValueKind::Name(choices)) if kind == "sdof" => {
+                choices.names(kind).first().map(|n| DefaultValue::Name(n))
+            }
+            (ParameterDefault::Required, _) => None,
+            (ParameterDefault::Number(number), _) => Some(DefaultValue::Number(number)),
+            (ParameterDefault::ByKind(bearing, sdof), _) => {
+                Some(DefaultValue::Number(if kind == "sdof" { sdof } else { bearing }))
+            }
+            (ParameterDefault::Name(name), _) => Some(DefaultValue::Name(name)),
         }
     }
 }

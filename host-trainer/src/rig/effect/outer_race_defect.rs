@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Applies, Definition, Parameter, Scale, pit::Pit};
+use super::{Applies, Definition, Parameter, Scale, local_defect::LocalDefect};
 use crate::rig::config::Domain;
 
 pub(super) const DEPTH: Parameter = Parameter::number("depth_m", "m", Domain::NotNegative, (1e-7, 1e-4), Scale::Log);
@@ -15,7 +15,7 @@ pub(super) const WIDTH: Parameter =
 pub(super) const EFFECT: Definition = Definition {
     name: "outer-race-defect",
     applies_to: Applies::Bearing,
-    deterministic: true,
+    is_deterministic: true,
     parameters: &[
         DEPTH,
         WIDTH,
@@ -28,12 +28,12 @@ pub(super) const EFFECT: Definition = Definition {
     },
     apply: |v, plan| {
         let angle = v.number("angle_rad");
-        let pit = Pit::new(v.number("depth_m"), v.number("width_rad"));
+        let pit = LocalDefect::new(v.number("depth_m"), v.number("width_rad"));
         let Some(rig) = plan.bearing() else { return };
         let ftf = rig.bearing.geometry().orders().ftf;
         if v.number("depth_m") > 0.0 {
             plan.declare_order(ftf * pit.rate());
-            plan.pit(move |moments, balls, passages| pit.pass_all(|_| angle, moments, balls, passages));
+            plan.defect(move |moments, balls, passages| pit.pass_all(|_| angle, moments, balls, passages));
         }
     },
 };

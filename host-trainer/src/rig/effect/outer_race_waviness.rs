@@ -9,7 +9,7 @@ use super::{Applies, Definition, waviness};
 pub(super) const EFFECT: Definition = Definition {
     name: "outer-race-waviness",
     applies_to: Applies::Bearing,
-    deterministic: true,
+    is_deterministic: true,
     parameters: waviness::PARAMETERS,
     equation: |v| waviness::equation(v, "φ_j"),
     apply: |v, plan| waviness::apply(v, plan, |at| at.cage_rad),

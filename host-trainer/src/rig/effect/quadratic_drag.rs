@@ -3,16 +3,16 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_PI};
 
-use super::{Applies, Definition, Parameter, Scale, Usual, component::Choices, erf::erf};
+use super::{Applies, Definition, Parameter, Scale, ParameterDefault, component::Choices, erf::erf};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
     name: "quadratic-drag",
     applies_to: Applies::Both,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[
         Parameter::number("drag_n_s2_per_m2", "N s²/m²", Domain::NotNegative, (1e-1, 1e9), Scale::Log),
-        Parameter::component(Choices::Supported).usually(Usual::Name("outer")),
+        Parameter::component(Choices::Supported).usually(ParameterDefault::Name("outer")),
     ],
     equation: |v| {
         format!("… + {:.4e} N s²/m² · q̇ |q̇| = …, q = {}", v.number("drag_n_s2_per_m2"), v.component().symbols())

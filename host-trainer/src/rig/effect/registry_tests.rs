@@ -1,4 +1,4 @@
-use super::{Definition, Holds, REGISTRY, Scale, UsualValue, Values};
+use super::{DefaultValue, Definition, REGISTRY, Scale, ValueKind, Values};
 use crate::rig::{
     EffectEntry, Rig, Start, Value, simulate,
     test_support::{SDOF, condition, nominal, parse},
@@ -72,14 +72,14 @@ fn numbers_without_a_dimension_are_implausible_far_from_where_a_search_looks() {
 fn middle(definition: &Definition, kind: &str) -> EffectEntry {
     let mut entry = EffectEntry::new(definition.name, &[]);
     for parameter in definition.parameters {
-        let (low, high) = parameter.plausible;
-        let value = match (parameter.holds, parameter.scale) {
-            (Holds::Name(choices), _) => Value::Text(choices.names(kind)[0].into()),
+        let (low, high) = parameter.search_range;
+        let value = match (parameter.value_kind, parameter.scale) {
+            (ValueKind::Name(choices), _) => Value::Text(choices.names(kind)[0].into()),
             (_, Scale::Linear) => Value::Number(low + 0.6 * (high - low)),
             (_, Scale::Log) => Value::Number(low.signum() * (low * high).sqrt()),
             (_, Scale::Each) => Value::Number((0.5 * (low + high)).round()),
         };
-        if !matches!(parameter.default_for(kind), Some(UsualValue::Number(_))) {
+        if !matches!(parameter.default_for(kind), Some(DefaultValue::Number(_))) {
             entry.parameters.insert(parameter.name.into(), value);
         }
     }

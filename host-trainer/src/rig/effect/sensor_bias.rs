@@ -6,7 +6,7 @@ use crate::rig::{config::Domain, plan::Stage};
 pub(super) const EFFECT: Definition = Definition {
     name: "sensor-bias",
     applies_to: Applies::Both,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[
         Parameter::number("value", "unit of the signal", Domain::Any, (-10.0, 10.0), Scale::Linear),
         Parameter::channel("all"),

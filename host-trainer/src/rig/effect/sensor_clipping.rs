@@ -6,7 +6,7 @@ use crate::rig::{config::Domain, plan::Stage};
 pub(super) const EFFECT: Definition = Definition {
     name: "sensor-clipping",
     applies_to: Applies::Both,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[
         Parameter::number("value", "unit of the signal", Domain::Positive, (1e-3, 1e4), Scale::Log),
         Parameter::channel("all"),

@@ -6,7 +6,7 @@ use crate::rig::{config::Domain, plan::Stage};
 pub(super) const EFFECT: Definition = Definition {
     name: "sensor-gain",
     applies_to: Applies::Both,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[
         Parameter::number("value", "", Domain::Positive, (0.1, 10.0), Scale::Log),
         Parameter::channel("all"),

@@ -1,17 +1,17 @@
 use crate::rig::{
     EffectEntry,
-    test_support::{RATE, line, nominal, samples, silent, with},
+    test_support::{RATE, line, noise_free, nominal, samples, with},
 };
 
 fn change(name: &str, numbers: &[(&str, f64)]) -> Vec<f64> {
-    let (before, after) = (silent(&nominal()), silent(&with(name, numbers)));
+    let (before, after) = (noise_free(&nominal()), noise_free(&with(name, numbers)));
     samples(&after, "ay").iter().zip(samples(&before, "ay")).map(|(a, b)| a - b).collect()
 }
 
 #[test]
 fn invariant_clipping_clips_its_channel_and_nothing_else() {
     let clipping = EffectEntry::new("sensor-clipping", &[("value", 0.01)]).with_text("channel", "ay");
-    let (before, after) = (silent(&nominal()), silent(&nominal().with_effect(clipping)));
+    let (before, after) = (noise_free(&nominal()), noise_free(&nominal().with_effect(clipping)));
     let expected: Vec<f64> = samples(&before, "ay").iter().map(|v| v.clamp(-0.01, 0.01)).collect();
     assert!(samples(&before, "ay").iter().any(|v| v.abs() > 0.01), "nothing to clip");
     assert_eq!(samples(&after, "ay"), expected);
@@ -21,15 +21,16 @@ fn invariant_clipping_clips_its_channel_and_nothing_else() {
 #[test]
 fn invariant_bias_adds_and_gain_scales() {
     assert!(change("sensor-bias", &[("value", 0.25)]).iter().all(|v| (v - 0.25).abs() < 1e-12));
-    let before = silent(&nominal());
-    let after = silent(&with("sensor-gain", &[("value", 1.5)]));
+    let before = noise_free(&nominal());
+    let after = noise_free(&with("sensor-gain", &[("value", 1.5)]));
     let pairs = samples(&after, "ax").iter().zip(samples(&before, "ax"));
     assert!(pairs.clone().all(|(a, b)| *a == 1.5 * b));
 }
 
 #[test]
 fn invariant_dropped_samples_skip_and_say_nothing() {
-    let (before, after) = (silent(&nominal()), silent(&with("dropped-samples", &[("time_s", 0.25), ("count", 100.0)])));
+    let (before, after) =
+        (noise_free(&nominal()), noise_free(&with("dropped-samples", &[("time_s", 0.25), ("count", 100.0)])));
     for channel in ["ax", "ay", "tacho"] {
         let (before, after) = (samples(&before, channel), samples(&after, channel));
         assert_eq!(after.len(), before.len());
@@ -56,7 +57,7 @@ fn invariant_unmodelled_mode_rises_at_its_frequency() {
     let pit = EffectEntry::new("outer-race-defect", &[("depth_m", 1e-6), ("width_rad", 0.05), ("angle_rad", 1.5)]);
     let mode = EffectEntry::new("structural-resonance", &[("frequency_hz", 3000.0), ("damping_ratio", 0.02)]);
     let rig = nominal().with_effect(pit);
-    let (before, after) = (silent(&rig), silent(&rig.clone().with_effect(mode)));
+    let (before, after) = (noise_free(&rig), noise_free(&rig.clone().with_effect(mode)));
     let band = |recording, channel, from: usize| {
         (0..40).map(|k| line(samples(recording, channel), RATE, (from + 5 * k) as f64).powi(2)).sum::<f64>()
     };

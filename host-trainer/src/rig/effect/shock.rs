@@ -4,20 +4,20 @@
 
 use std::f64::consts::PI;
 
-use super::{Applies, Definition, Parameter, Scale, Usual, component::Choices};
+use super::{Applies, Definition, Parameter, Scale, ParameterDefault, component::Choices};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
     name: "shock",
     applies_to: Applies::Both,
-    deterministic: true,
+    is_deterministic: true,
     parameters: &[
         Parameter::number("time_s", "s", Domain::Any, (0.0, 10.0), Scale::Linear),
         Parameter::number("impulse_n_s", "N s", Domain::Any, (1e-4, 1e2), Scale::Log)
-            .usually(Usual::ByKind(0.01, 1.0)),
+            .usually(ParameterDefault::ByKind(0.01, 1.0)),
         Parameter::number("duration_s", "s", Domain::Positive, (5e-5, 1e-2), Scale::Log)
-            .usually(Usual::ByKind(2e-4, 5e-3)),
-        Parameter::component(Choices::Supported).usually(Usual::Name("outer-y")),
+            .usually(ParameterDefault::ByKind(2e-4, 5e-3)),
+        Parameter::component(Choices::Supported).usually(ParameterDefault::Name("outer-y")),
     ],
     equation: |v| {
         let (time, impulse, duration) = (v.number("time_s"), v.number("impulse_n_s"), v.number("duration_s"));

@@ -7,7 +7,7 @@ use crate::rig::config::Domain;
 pub(super) const EFFECT: Definition = Definition {
     name: "softening-stiffness",
     applies_to: Applies::Both,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[
         Parameter::number("cubic_n_per_m3", "N/m³", Domain::NotPositive, (-1e18, -1e9), Scale::Log),
         Parameter::component(Choices::Supported),

@@ -7,7 +7,7 @@ use crate::rig::config::Domain;
 pub(super) const EFFECT: Definition = Definition {
     name: "speed-drift",
     applies_to: Applies::Bearing,
-    deterministic: true,
+    is_deterministic: true,
     parameters: &[Parameter::number("rate_per_s", "1/s", Domain::Any, (-0.5, 0.5), Scale::Linear)],
     equation: |v| format!("ω_shaft becomes ω_shaft (1 + {:.5}/s · t)", v.number("rate_per_s")),
     apply: |v, plan| plan.speed_rate_per_s += v.number("rate_per_s"),

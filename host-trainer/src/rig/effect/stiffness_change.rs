@@ -10,7 +10,7 @@ use crate::rig::{config::Domain, plan::Machine};
 pub(super) const EFFECT: Definition = Definition {
     name: "stiffness-change",
     applies_to: Applies::Both,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[
         Parameter::component(Choices::SectionsAndContact),
         Parameter::number("value", "N/m", Domain::NotNegative, (1e3, 1e10), Scale::Log),

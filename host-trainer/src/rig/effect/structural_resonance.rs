@@ -10,7 +10,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{Applies, Definition, Parameter, Scale, Usual, component::Component};
+use super::{Applies, Definition, Parameter, Scale, ParameterDefault, component::Component};
 use crate::rig::{config::Domain, plan::Stage};
 
 /// Time constants of the mode that pass before the first sample.
@@ -19,11 +19,11 @@ const SETTLED: f64 = 12.0;
 pub(super) const EFFECT: Definition = Definition {
     name: "structural-resonance",
     applies_to: Applies::Both,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[
         Parameter::number("frequency_hz", "Hz", Domain::Positive, (10.0, 2e4), Scale::Log),
         Parameter::number("damping_ratio", "", Domain::Between(0.0, 1.0), (1e-3, 0.3), Scale::Log),
-        Parameter::number("gain", "", Domain::Any, (-30.0, 30.0), Scale::Linear).usually(Usual::Number(1.0)),
+        Parameter::number("gain", "", Domain::Any, (-30.0, 30.0), Scale::Linear).usually(ParameterDefault::Number(1.0)),
         Parameter::channel("ay"),
     ],
     equation: |v| {

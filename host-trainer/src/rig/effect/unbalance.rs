@@ -7,7 +7,7 @@ use crate::rig::config::Domain;
 pub(super) const EFFECT: Definition = Definition {
     name: "unbalance",
     applies_to: Applies::Bearing,
-    deterministic: true,
+    is_deterministic: true,
     parameters: &[Parameter::number("unbalance_kg_m", "kg m", Domain::NotNegative, (1e-6, 1e-1), Scale::Log)],
     equation: |v| {
         let total = v.number("unbalance_kg_m");

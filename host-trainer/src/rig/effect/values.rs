@@ -1,6 +1,6 @@
 //! An effect's parameters with defaults filled in.
 
-use super::{Definition, UsualValue, component::Component};
+use super::{DefaultValue, Definition, component::Component};
 use crate::rig::config::{EffectEntry, Value};
 
 /// Parameters of one effect of a rig that has been checked.
@@ -33,7 +33,7 @@ impl<'a> Values<'a> {
     pub fn number(&self, name: &str) -> f64 {
         match (self.entry.parameters.get(name), self.default(name)) {
             (Some(Value::Number(number)), _) => *number,
-            (None, Some(UsualValue::Number(number))) => number,
+            (None, Some(DefaultValue::Number(number))) => number,
             _ => f64::NAN,
         }
     }
@@ -52,12 +52,12 @@ impl<'a> Values<'a> {
     fn name(&self, parameter: &str) -> Option<&str> {
         match (self.entry.parameters.get(parameter), self.default(parameter)) {
             (Some(Value::Text(text)), _) => Some(text),
-            (None, Some(UsualValue::Name(name))) => Some(name),
+            (None, Some(DefaultValue::Name(name))) => Some(name),
             _ => None,
         }
     }
 
-    fn default(&self, name: &str) -> Option<UsualValue> {
+    fn default(&self, name: &str) -> Option<DefaultValue> {
         self.definition.parameters.iter().find(|p| p.name == name)?.default_for(self.kind)
     }
 }

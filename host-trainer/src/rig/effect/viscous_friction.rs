@@ -2,7 +2,7 @@
 //! races; J. S. Rao, "Rotor Dynamics", 1996) or of one mass against the ground.
 
 use super::{
-    Applies, Definition, Parameter, Scale, Usual,
+    Applies, Definition, Parameter, Scale, ParameterDefault,
     component::{Choices, Component, Motion},
 };
 use crate::rig::{
@@ -13,10 +13,10 @@ use crate::rig::{
 pub(super) const EFFECT: Definition = Definition {
     name: "viscous-friction",
     applies_to: Applies::Both,
-    deterministic: false,
+    is_deterministic: false,
     parameters: &[
         Parameter::number("damping_n_s_per_m", "N s/m", Domain::NotNegative, (1e-1, 1e6), Scale::Log),
-        Parameter::component(Choices::SectionsAndContact).usually(Usual::Name("bearing")),
+        Parameter::component(Choices::SectionsAndContact).usually(ParameterDefault::Name("bearing")),
     ],
     equation: |v| {
         let damping = v.number("damping_n_s_per_m");

@@ -2,17 +2,17 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{Parameter, Scale, Usual, Values};
+use super::{Parameter, ParameterDefault, Scale, Values};
 use crate::rig::{
     config::Domain,
-    plan::{Moment, Plan},
+    plan::{Assembly, Instant},
 };
 
 /// Of the lobes on either race.
 pub(super) const PARAMETERS: &[Parameter] = &[
     Parameter::number("amplitude_m", "m", Domain::NotNegative, (1e-9, 1e-5), Scale::Log),
     Parameter::number("lobes", "", Domain::Whole(1, 1000), (2.0, 60.0), Scale::Each),
-    Parameter::number("phase_rad", "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(Usual::Number(0.0)),
+    Parameter::number("phase_rad", "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(ParameterDefault::Number(0.0)),
 ];
 
 /// The term added to δ_j, `angle` being the ball's angle on the race in the rig's symbols.
@@ -22,7 +22,7 @@ pub(super) fn equation(v: &Values, angle: &str) -> String {
 }
 
 /// Lobes that ball 0 meets at `angle` of the race, rad.
-pub(super) fn apply(v: &Values, plan: &mut Plan, angle: fn(&Moment) -> f64) {
+pub(super) fn apply(v: &Values, plan: &mut Assembly, angle: fn(&Instant) -> f64) {
     let (amplitude, lobes, phase) = (v.number("amplitude_m"), v.number("lobes"), v.number("phase_rad"));
     if amplitude == 0.0 {
         return;

@@ -13,8 +13,8 @@ use crate::{
     rig::{
         config::{Model, Restoring, Rig, SdofRig},
         error::RigError,
-        plan::{Acquisition, DOFS, Force, MASS, Moment, Signal, Stage},
-        simulate::{in_order, plan_of},
+        plan::{Acquisition, DOFS, Force, Instant, MASS, Signal, Stage},
+        simulate::{assemble, output_chain},
     },
 };
 
@@ -62,7 +62,7 @@ pub fn simulate(rig: &Rig, drive: &Drive) -> Result<Recording, RigError> {
         return refuse("input", "no samples, or one that is not finite".into(), "finite samples, at least one");
     }
     rig.check()?;
-    let mut plan = plan_of(rig);
+    let mut plan = assemble(rig);
     let Model::Sdof(machine) = plan.machine.clone() else {
         return refuse("rig.kind", "\"bearing-5dof\"".into(), "\"sdof\"");
     };
@@ -71,7 +71,7 @@ pub fn simulate(rig: &Rig, drive: &Drive) -> Result<Recording, RigError> {
     let substeps = (fastest / (rate * RATE_PER_STEP)).ceil().clamp(1.0, 1000.0) as usize;
     let law = Law { rig: machine, forces: std::mem::take(&mut plan.forces) };
     let motion = law.run(drive, substeps)?;
-    Ok(record(motion, drive, law.rig.mass_kg, &in_order(plan)))
+    Ok(record(motion, drive, law.rig.mass_kg, &output_chain(plan)))
 }
 
 /// The equation of motion.
@@ -92,7 +92,7 @@ impl Law {
             - rig.damping_n_s_per_m * v
             - rig.stiffness_n_per_m * restoring;
         if !self.forces.is_empty() {
-            let at = Moment { time_s, ..Moment::default() };
+            let at = Instant { time_s, ..Instant::default() };
             let (mut positions, mut velocities, mut sum) = ([0.0; DOFS], [0.0; DOFS], [0.0; DOFS]);
             (positions[MASS], velocities[MASS]) = (q, v);
             for effect in &self.forces {

@@ -30,7 +30,7 @@ pub(super) struct Evidence {
 
 impl Evidence {
     /// Up to a frequency; `None` for a recording too short.
-    pub(super) fn of<S: Sample>(samples: &[S], sample_rate_hz: f64, highest_hz: f64) -> Option<Self> {
+    pub(super) fn from_samples<S: Sample>(samples: &[S], sample_rate_hz: f64, highest_hz: f64) -> Option<Self> {
         let bank = Bank::new(samples, sample_rate_hz)?;
         let duration_s = bank.counted_s();
         let stretch_s = duration_s.min(STRETCH_S);

@@ -158,8 +158,8 @@ pub fn estimate<S: Sample>(
         return Err(short);
     }
     let families = search::families(search);
-    let evidence =
-        evidence::Evidence::of(samples, sample_rate_hz, search::highest_hz(search, &families)).ok_or(short)?;
+    let evidence = evidence::Evidence::from_samples(samples, sample_rate_hz, search::highest_hz(search, &families))
+        .ok_or(short)?;
     let found = search::best(&evidence, search, &families);
     if found.p_value > search.significance {
         // Something may still agree, only not on the speed.

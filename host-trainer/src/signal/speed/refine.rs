@@ -1,7 +1,7 @@
 //! From a comb a step of the spectrum wide to a speed with its standard error.
 
 use super::evidence::Evidence;
-use super::search::Found;
+use super::search::BestComb;
 use super::{SpeedEstimate, SpeedLine, SpeedSearch};
 use crate::signal::characteristic::Characteristic;
 use crate::signal::spectrum::Spectrum;
@@ -34,7 +34,7 @@ struct Observed {
 ///
 /// Lines of other machines near a tooth draw a solution to themselves that begins near them: so it begins at several
 /// speeds around the comb's, and the solution that most lines agree on counts.
-pub(super) fn refine(evidence: &Evidence, search: &SpeedSearch, found: &Found) -> Option<SpeedEstimate> {
+pub(super) fn refine(evidence: &Evidence, search: &SpeedSearch, found: &BestComb) -> Option<SpeedEstimate> {
     let starts = (-STARTS..=STARTS).map(|k| found.shaft_hz + f64::from(k) * evidence.step_hz * START_STEP);
     let solutions = starts.filter_map(|shaft_hz| from(shaft_hz, evidence, search, found));
     let (observed, solved) = solutions.max_by(|a, b| a.1.agreement.total_cmp(&b.1.agreement))?;
@@ -54,7 +54,7 @@ pub(super) fn refine(evidence: &Evidence, search: &SpeedSearch, found: &Found) -
 }
 
 /// Lines near the teeth and the solution for them, in turns.
-fn from(start_hz: f64, evidence: &Evidence, search: &SpeedSearch, found: &Found) -> Option<(Vec<Observed>, Solved)> {
+fn from(start_hz: f64, evidence: &Evidence, search: &SpeedSearch, found: &BestComb) -> Option<(Vec<Observed>, Solved)> {
     let (mut shaft_hz, mut slip) = (start_hz, found.slip);
     let mut solution = None;
     for round in 0..ROUNDS {
@@ -68,7 +68,7 @@ fn from(start_hz: f64, evidence: &Evidence, search: &SpeedSearch, found: &Found)
 }
 
 /// The lines near the teeth of a comb.
-fn observe(shaft_hz: f64, slip: f64, reach: f64, evidence: &Evidence, found: &Found) -> Vec<Observed> {
+fn observe(shaft_hz: f64, slip: f64, reach: f64, evidence: &Evidence, found: &BestComb) -> Vec<Observed> {
     let at = |tooth: &Characteristic| {
         let expected_hz = tooth.law.frequency_hz(shaft_hz, slip);
         let peaks = evidence.ratios.iter().filter_map(|s| peak(s, expected_hz, reach));

@@ -51,7 +51,7 @@ pub(super) fn highest_hz(search: &SpeedSearch, combs: &[Comb]) -> f64 {
 }
 
 /// The comb that fits best.
-pub(super) struct Found {
+pub(super) struct BestComb {
     pub(super) comb: Comb,
     pub(super) shaft_hz: f64,
     pub(super) slip: f64,
@@ -77,10 +77,10 @@ pub(super) enum Moved {
 }
 
 /// Over all combs, speeds and slips; and the same for combs moved by chance.
-pub(super) fn best(evidence: &Evidence, search: &SpeedSearch, combs: &[Comb]) -> Found {
+pub(super) fn best(evidence: &Evidence, search: &SpeedSearch, combs: &[Comb]) -> BestComb {
     let found = over_all(evidence, search, combs, Moved::None, 0);
     let p_value = share_as_good(found.score, evidence, search, combs, Moved::Shafts);
-    Found { comb: combs[found.comb].clone(), shaft_hz: found.shaft_hz, slip: found.slip, p_value }
+    BestComb { comb: combs[found.comb].clone(), shaft_hz: found.shaft_hz, slip: found.slip, p_value }
 }
 
 /// The share of combs with every tooth moved that fit as well as the best.

@@ -14,10 +14,10 @@ use rayon::prelude::*;
 use realfft::num_complex::Complex;
 
 use crate::recording::Recording;
-use crate::rig::simulate::{fewest_substeps, plan_of, shortest_settling_s, simulate_all};
+use crate::rig::simulate::{assemble, fewest_substeps, shortest_settling_s, simulate_all};
 use crate::rig::{EffectEntry, OperatingCondition, Rig, RigError, Run, Start, simulate_many};
 use crate::signal::transform::{forward_plan, inverse_plan};
-use crate::whittle::likelihood::{Expected, Noise, Silent, means, misfit, noises_in};
+use crate::whittle::likelihood::{Noise, NoiseFreeRun, Prediction, means, neg_log_likelihood, noises_in};
 use crate::whittle::observed::{CHANNELS, Coefficients, Observed};
 use crate::whittle::tachometer::Reading;
 
@@ -110,14 +110,14 @@ pub fn best_of(
     noise: &[Noise],
     choices: &[Vec<[f64; 2]>],
 ) -> Result<Vec<[f64; 2]>, RigError> {
-    let runs: Vec<_> = choices.iter().flat_map(|angles| silent(rig, observed, noise, angles)).collect();
+    let runs: Vec<_> = choices.iter().flat_map(|angles| noise_free_runs(rig, observed, noise, angles)).collect();
     let mut best: Vec<Option<Judged>> = observed.iter().map(|_| None).collect();
-    for (n, (mean, Silent { angles, .. })) in means(&runs)?.into_iter().zip(&runs).enumerate() {
+    for (n, (mean, NoiseFreeRun { angles, .. })) in means(&runs)?.into_iter().zip(&runs).enumerate() {
         let n = n % observed.len();
         let judged = mean.map(|mean| {
-            let expected = Expected { mean, noise: noise[n].clone() };
-            let tachometer = reading(rig, &observed[n]).map_or(0.0, |reading| reading.misfit(angles[1]));
-            (misfit(&observed[n], &expected, 1.0) + tachometer, *angles)
+            let expected = Prediction { mean, noise: noise[n].clone() };
+            let tachometer = reading(rig, &observed[n]).map_or(0.0, |reading| reading.neg_log_likelihood(angles[1]));
+            (neg_log_likelihood(&observed[n], &expected, 1.0) + tachometer, *angles)
         });
         best[n] = Some(match best[n].take() {
             Some(other) => better(other, judged),
@@ -127,7 +127,7 @@ pub fn best_of(
     best.into_iter().flatten().map(|found| Ok(found?.1)).collect()
 }
 
-/// Angles with their misfit.
+/// Angles with their neg_log_likelihood.
 type Judged = Result<(f64, [f64; 2]), RigError>;
 
 fn better(one: Judged, other: Judged) -> Judged {
@@ -151,7 +151,7 @@ pub fn angles_apart(
 ) -> Result<Vec<[f64; 2]>, RigError> {
     let noise = noises_in(&[without], observed)?;
     let of = |rig| -> Result<Vec<[Coefficients; 2]>, RigError> {
-        means(&silent(rig, observed, &noise, angles))?.into_iter().collect()
+        means(&noise_free_runs(rig, observed, &noise, angles))?.into_iter().collect()
     };
     let (old, new) = (of(without)?, of(with)?);
     let mut rest = observed.to_vec();
@@ -197,35 +197,40 @@ pub fn angles_of_many(
 fn at_even_speed(rig: &Rig) -> (Rig, f64) {
     let mut even = rig.clone();
     even.effects.retain(|e| e.name != "speed-drift");
-    (even, plan_of(rig).speed_rate_per_s)
+    (even, assemble(rig).speed_rate_per_s)
 }
 
 fn long_runs<'r>(rig: &'r Rig, observed: &[Observed], noise: &[Noise]) -> Vec<Run<'r>> {
     let run = |(o, noise): (&Observed, &Noise)| {
         let more = TURNS / o.condition.shaft_hz.max(1.0) * o.condition.sample_rate_hz;
         let samples = o.condition.samples + more.min(4.0 * o.condition.samples as f64).ceil() as usize;
-        let scatter = Some(noise.scatter);
+        let scatter = Some(noise.velocity_covariance);
         let substeps = Some(fewest_substeps(rig, scatter, &o.condition));
         let settle_s = shortest_settling_s(rig);
-        let start = Start { substeps, settle_s, scatter, ..Start::silent(0.0, 0.0) };
+        let start = Start { substeps, settle_s, velocity_covariance: scatter, ..Start::noise_free(0.0, 0.0) };
         Run { rig, condition: OperatingCondition { samples, ..o.condition }, start }
     };
     observed.iter().zip(noise).map(run).collect()
 }
 
 /// Runs of a rig from these angles, for each recording.
-pub fn silent<'r>(rig: &'r Rig, observed: &[Observed], noise: &[Noise], angles: &[[f64; 2]]) -> Vec<Silent<'r>> {
-    let run = |((o, noise), angles): ((&Observed, &Noise), &[f64; 2])| Silent {
+pub fn noise_free_runs<'r>(
+    rig: &'r Rig,
+    observed: &[Observed],
+    noise: &[Noise],
+    angles: &[[f64; 2]],
+) -> Vec<NoiseFreeRun<'r>> {
+    let run = |((o, noise), angles): ((&Observed, &Noise), &[f64; 2])| NoiseFreeRun {
         rig,
         condition: o.condition,
         angles: *angles,
-        scatter: noise.scatter,
+        scatter: noise.velocity_covariance,
     };
     observed.iter().zip(noise).zip(angles).map(run).collect()
 }
 
 fn cage_per_shaft(rig: &Rig) -> f64 {
-    rig.bearing().map_or(0.0, |machine| machine.bearing.geometry().orders().ftf) * plan_of(rig).cage_factor
+    rig.bearing().map_or(0.0, |machine| machine.bearing.geometry().orders().ftf) * assemble(rig).cage_factor
 }
 
 fn of_long_run(
@@ -243,7 +248,7 @@ fn of_long_run(
     [(cage_per_shaft * shaft).rem_euclid(TAU), shaft]
 }
 
-/// The lag, of those that are wanted, at which the misfit Σ|X − D|²/S is least.
+/// The lag, of those that are wanted, at which the neg_log_likelihood Σ|X − D|²/S is least.
 fn best_lag(
     observed: &Observed,
     variance: &[Vec<f64>; 2],

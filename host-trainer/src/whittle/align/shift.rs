@@ -7,7 +7,7 @@ use realfft::num_complex::Complex;
 use super::{cage_per_shaft, reading};
 use crate::rig::Rig;
 use crate::signal::transform::inverse_plan;
-use crate::whittle::likelihood::judged;
+use crate::whittle::likelihood::judged_bins;
 use crate::whittle::observed::{Coefficients, Observed};
 
 /// Gain in ln L from which angles are moved.
@@ -25,7 +25,7 @@ pub fn correlation(
     let mut together = vec![Complex::<f64>::default(); samples / 2 + 1];
     for (channel, (spectrum, variance)) in o.spectra.iter().zip(variance).enumerate() {
         let Some(spectrum) = spectrum else { continue };
-        for k in judged(spectrum, 1.0) {
+        for k in judged_bins(spectrum, 1.0) {
             together[k] += one(channel, k, spectrum[k]).conj() * other(channel, k) / variance[k];
         }
     }

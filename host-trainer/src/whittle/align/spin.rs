@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::shift::correlation;
 use crate::rig::{EffectEntry, Rig, RigError};
-use crate::whittle::likelihood::{Noise, Silent, judged, means};
+use crate::whittle::likelihood::{Noise, NoiseFreeRun, judged_bins, means};
 use crate::whittle::observed::{Coefficients, Observed};
 
 /// Half turns of a ball that are tried.
@@ -61,11 +61,12 @@ pub fn spun(
     };
     let rigs: Vec<Rig> = (0..SPINS).map(respun).collect();
     let mut out = Vec::new();
-    for ((o, Noise { variance, scatter }), [cage, shaft]) in observed.iter().zip(noise).zip(known) {
+    for ((o, Noise { variance, velocity_covariance: scatter }), [cage, shaft]) in observed.iter().zip(noise).zip(known)
+    {
         let choices: Vec<(usize, usize)> =
             (0..balls).flat_map(|ball| (0..SPINS).map(move |spin| (ball, spin))).collect();
         let at = |ball: usize| [cage + TAU * ball as f64 / balls as f64, *shaft];
-        let run = |rig, angles| Silent { rig, condition: o.condition, angles, scatter: *scatter };
+        let run = |rig, angles| NoiseFreeRun { rig, condition: o.condition, angles, scatter: *scatter };
         let mut runs = vec![run(plain, [*cage, *shaft])];
         runs.extend(choices.iter().map(|(ball, spin)| run(&rigs[*spin], at(*ball))));
         let mut means = means(&runs)?.into_iter();
@@ -79,7 +80,7 @@ pub fn spun(
             let at = |lag: i64| correlation[lag.rem_euclid(o.condition.samples as i64) as usize];
             let lag = (-reach..=reach).max_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap_or_default();
             let energy = |c: usize| -> f64 {
-                let bins = o.spectra[c].as_ref().map_or(0..0, |x| judged(x, 1.0));
+                let bins = o.spectra[c].as_ref().map_or(0..0, |x| judged_bins(x, 1.0));
                 bins.map(|k| change(c, k).norm_sqr() / variance[c][k]).sum()
             };
             (at(lag) - energy(0) - energy(1), *ball, turned(*spin) + lag as f64 * per_sample)

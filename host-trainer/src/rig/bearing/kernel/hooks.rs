@@ -41,7 +41,7 @@ impl<L: Lanes, const HOOKS: bool> Kernel<'_, L, HOOKS> {
 
     /// Fills in the losses of deflection of a step; its beginning is the end of the step before, but for the `first`.
     fn lose(&mut self, first: bool) {
-        if self.runs.iter().any(|run| !run.pits.is_empty()) {
+        if self.runs.iter().any(|run| !run.defects.is_empty()) {
             return self.pass();
         }
         if first {
@@ -65,10 +65,10 @@ impl<L: Lanes, const HOOKS: bool> Kernel<'_, L, HOOKS> {
             as_it_is.copy_from_slice(start);
         }
         self.passing = false;
-        for (r, run) in self.runs.iter().enumerate().filter(|(_, run)| !run.pits.is_empty()) {
+        for (r, run) in self.runs.iter().enumerate().filter(|(_, run)| !run.defects.is_empty()) {
             let [from, _, to] = self.moments[r];
             self.passages.clear();
-            for pit in &run.pits {
+            for pit in &run.defects {
                 pit(&[from, to], run.balls, &mut self.passages);
             }
             for passage in &self.passages {

@@ -6,12 +6,12 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`brief`] | which cases there are |
+//! | [`spec`] | which cases there are |
 //! | [`machine`] | rigs, speeds and loads |
 //! | [`effects`] | how strong an effect of the vocabulary is |
 //! | [`outside`] | effects that the vocabulary has no name for |
 
-pub mod brief;
+pub mod case_spec;
 pub mod effects;
 pub mod machine;
 pub mod outside;
@@ -28,7 +28,7 @@ use crate::recording::Recording;
 use crate::recording::write::{WriteError, folder};
 use crate::rig::simulate::{OperatingCondition, Start, simulate, simulate_altered};
 use crate::rig::{EffectEntry, Rig, RigError, Value};
-use brief::{Brief, Hidden};
+use case_spec::{CaseSpec, Hidden};
 use machine::Drawn;
 
 /// Recordings of a case, and of the healthy machine where they come with it.
@@ -58,7 +58,7 @@ pub struct Truth {
     /// Names that are the same physics in this rig.
     pub accept: Vec<String>,
     /// The causes' parameters, in SI units; names of components beside them.
-    pub effects: Vec<Effect>,
+    pub effects: Vec<HiddenEffect>,
     /// What was drawn that is no cause of the vocabulary.
     pub outside: Option<String>,
     /// RMS of what the causes change, with all that is random the same, over the RMS of the recording without them.
@@ -67,7 +67,7 @@ pub struct Truth {
 
 /// An effect with its numbers and names.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct Effect {
+pub struct HiddenEffect {
     /// Name.
     pub name: String,
     /// Numbers.
@@ -76,8 +76,8 @@ pub struct Effect {
     pub names: std::collections::BTreeMap<String, String>,
 }
 
-impl Effect {
-    fn of(entry: &EffectEntry) -> Self {
+impl HiddenEffect {
+    fn from_entry(entry: &EffectEntry) -> Self {
         let (mut numbers, mut names) = (std::collections::BTreeMap::new(), std::collections::BTreeMap::new());
         for (key, value) in &entry.parameters {
             match value {
@@ -90,33 +90,33 @@ impl Effect {
 }
 
 impl Case {
-    /// Draws a case. The same brief and seed give the same samples.
+    /// Draws a case. The same spec and seed give the same samples.
     ///
     /// # Errors
     /// Where no draw of the effect can be simulated: the last one's error.
-    pub fn draw(brief: &Brief, seconds: f64, seed: u64) -> Result<Self, RigError> {
+    pub fn draw(spec: &CaseSpec, seconds: f64, seed: u64) -> Result<Self, RigError> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let drawn = machine::draw(brief.loud, seconds, RECORDINGS + BASELINE, &mut rng)?;
+        let drawn = machine::draw(spec.loud, seconds, RECORDINGS + BASELINE, &mut rng)?;
         let start = |n: usize| Start::of_series(seed, n);
         let healthy = |n: usize| simulate(&drawn.rig, &drawn.conditions[n], &start(n));
         let without = (0..RECORDINGS).map(healthy).collect::<Result<Vec<_>, _>>()?;
-        let mut attempt = hide(brief, &drawn, &without, &start, &mut rng);
+        let mut attempt = hide(spec, &drawn, &without, &start, &mut rng);
         for _ in 1..ATTEMPTS {
             if attempt.is_ok() {
                 break;
             }
-            attempt = hide(brief, &drawn, &without, &start, &mut rng);
+            attempt = hide(spec, &drawn, &without, &start, &mut rng);
         }
         let (mut recordings, mut truth) = attempt?;
         truth.change = change(&without, &recordings);
         let mut rig = drawn.rig.clone();
-        let baseline = if brief.guessed {
+        let baseline = if spec.guessed {
             machine::guess(&mut rig, &mut rng)?;
             Some((RECORDINGS..RECORDINGS + BASELINE).map(healthy).collect::<Result<Vec<_>, _>>()?)
         } else {
             None
         };
-        if !brief.tachometer {
+        if !spec.tachometer {
             recordings.iter_mut().for_each(|r| r.channels.retain(|c| c.name != "tacho"));
         }
         Ok(Self { rig, recordings, baseline, truth })
@@ -149,7 +149,7 @@ pub enum CaseError {
 
 /// The machine with what is hidden, recorded.
 fn hide(
-    brief: &Brief,
+    spec: &CaseSpec,
     drawn: &Drawn,
     without: &[Recording],
     start: &dyn Fn(usize) -> Start,
@@ -159,7 +159,7 @@ fn hide(
     let mut truth = Truth { causes: Vec::new(), accept: Vec::new(), effects: Vec::new(), outside: None, change: 0.0 };
     let mut rig = drawn.rig.clone();
     let mut alter = None;
-    match &brief.hidden {
+    match &spec.hidden {
         Hidden::Nothing => {}
         Hidden::Effects(names) => {
             for (name, severity) in names {
@@ -167,7 +167,7 @@ fn hide(
                 let share = at + span * rng.random::<f64>();
                 let entry = effects::draw(name, share, drawn, without, rng);
                 truth.accept.extend(effects::same_as(&entry).map(String::from));
-                truth.effects.push(Effect::of(&entry));
+                truth.effects.push(HiddenEffect::from_entry(&entry));
                 truth.causes.push(entry.name.clone());
                 rig = rig.with_effect(entry);
             }

@@ -5,11 +5,11 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 use realfft::num_complex::Complex;
 
-use super::hypothesis::{Gap, Pointers};
+use super::hypothesis::{Gap, InitialGuesses};
 use super::residual::{Whitened, whitened};
 use crate::rig::{OperatingCondition, Rig};
 use crate::signal::transform::inverse_plan;
-use crate::whittle::likelihood::{Expected, judged};
+use crate::whittle::likelihood::{Prediction, judged_bins};
 use crate::whittle::observed::Observed;
 
 /// Width of a band in which a resonance may stand out, Hz.
@@ -27,12 +27,12 @@ const MISSING: usize = 400;
 const MISSED: f64 = 30.0;
 
 /// What the residuals of a few recordings point at.
-pub fn of(rig: &Rig, observed: &[Observed], expected: &[Expected]) -> Pointers {
-    let Some(machine) = rig.bearing() else { return Pointers::default() };
+pub fn initial_guesses(rig: &Rig, observed: &[Observed], expected: &[Prediction]) -> InitialGuesses {
+    let Some(machine) = rig.bearing() else { return InitialGuesses::default() };
     let orders = machine.bearing.geometry().orders();
     let residuals = whitened(observed, expected);
     let passing: Vec<Slow> = observed.iter().zip(expected).flat_map(|(o, e)| slow(o, e, orders.bpfo)).collect();
-    Pointers {
+    InitialGuesses {
         resonances_hz: resonances(&residuals),
         times_s: times(&residuals),
         gap: gap(observed, expected),
@@ -86,13 +86,13 @@ struct Slow {
 
 /// Every channel of a recording up to the last harmonic that a speed is judged by, at `order` turns of the shaft, and a
 /// quarter more.
-fn slow(o: &Observed, e: &Expected, order: f64) -> Vec<Slow> {
+fn slow(o: &Observed, e: &Prediction, order: f64) -> Vec<Slow> {
     let OperatingCondition { samples, sample_rate_hz, shaft_hz, .. } = o.condition;
     let highest = 1.25 * HARMONICS as f64 * order * shaft_hz;
     let wanted = (highest * samples as f64 / sample_rate_hz).ceil() as usize;
     let of = |channel: usize| {
         let x = o.spectra[channel].as_ref()?;
-        let known = judged(x, 1.0);
+        let known = judged_bins(x, 1.0);
         let kept = wanted.clamp(2, known.end);
         let mut bins = vec![Complex::default(); kept + 1];
         for k in known.start..kept {
@@ -128,14 +128,14 @@ fn score(recordings: &[Slow], turns: impl Fn(f64, f64) -> f64) -> f64 {
 /// When samples may be missing in all recordings, s, and how many: what is expected fits up to that time, and fits again
 /// after it once it is moved by as much. A row of balls looks like the next, so that a ball pass more or less is as good; the
 /// fewest are taken.
-fn gap(observed: &[Observed], expected: &[Expected]) -> Option<Gap> {
+fn gap(observed: &[Observed], expected: &[Prediction]) -> Option<Gap> {
     let shortest = observed.iter().map(|o| o.condition.samples).min()?;
     let blocks = shortest / STEP;
     let sums: Vec<Vec<Vec<f64>>> = observed.iter().zip(expected).map(|(o, e)| running_misfits(o, e, blocks)).collect();
     let lags = 2 * MISSING + 1;
-    // Least misfit without anything missing.
+    // Least neg_log_likelihood without anything missing.
     let whole: f64 = sums.iter().map(|of| of.iter().map(|s| s[blocks]).fold(f64::INFINITY, f64::min)).sum();
-    // The lag of a recording before the gap, and the misfit with it.
+    // The lag of a recording before the gap, and the neg_log_likelihood with it.
     let parted = |of: &Vec<Vec<f64>>, missing: usize, block: usize| -> (f64, usize) {
         let both = |lag: usize| (of[lag][block] + of[lag + missing][blocks] - of[lag + missing][block], lag);
         let found = (0..lags - missing).map(both).min_by(|a, b| a.0.total_cmp(&b.0));
@@ -144,10 +144,11 @@ fn gap(observed: &[Observed], expected: &[Expected]) -> Option<Gap> {
     let with = |missing, block| -> f64 { sums.iter().map(|of| parted(of, missing, block).0).sum() };
     let best = (1..=MISSING).into_par_iter().map(|missing| {
         let at = (4..blocks.saturating_sub(4)).map(|block| (with(missing, block), block));
-        let (misfit, block) = at.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 0));
-        (misfit, missing, block)
+        let (neg_log_likelihood, block) = at.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 0));
+        (neg_log_likelihood, missing, block)
     });
-    let found = best.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(misfit, ..)| whole - misfit > MISSED);
+    let found =
+        best.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(neg_log_likelihood, ..)| whole - neg_log_likelihood > MISSED);
     let (_, missing, block) = found?;
     let lags: Vec<usize> = sums.iter().map(|of| parted(of, missing, block).1).collect();
     let sample = first_missing(observed, expected, &lags, missing, block);
@@ -159,7 +160,13 @@ fn gap(observed: &[Observed], expected: &[Expected]) -> Option<Gap> {
 }
 
 /// The sample from which on the later lag of each recording suits it better, near a block.
-fn first_missing(observed: &[Observed], expected: &[Expected], lags: &[usize], missing: usize, block: usize) -> usize {
+fn first_missing(
+    observed: &[Observed],
+    expected: &[Prediction],
+    lags: &[usize],
+    missing: usize,
+    block: usize,
+) -> usize {
     let near = (block - 1) * STEP..(block + 1) * STEP;
     let mut saved = vec![0.0; near.len()];
     for ((o, e), lag) in observed.iter().zip(expected).zip(lags) {
@@ -176,8 +183,8 @@ fn first_missing(observed: &[Observed], expected: &[Expected], lags: &[usize], m
     best.1
 }
 
-/// Of every lag of what is expected, from `-MISSING` to `MISSING` samples: the misfit from the beginning to every block.
-fn running_misfits(o: &Observed, e: &Expected, blocks: usize) -> Vec<Vec<f64>> {
+/// Of every lag of what is expected, from `-MISSING` to `MISSING` samples: the neg_log_likelihood from the beginning to every block.
+fn running_misfits(o: &Observed, e: &Prediction, blocks: usize) -> Vec<Vec<f64>> {
     let of_lag = |lag: usize| {
         let mut total = 0.0;
         let each = misfit_of_lag(o, e, lag);
@@ -192,25 +199,25 @@ fn running_misfits(o: &Observed, e: &Expected, blocks: usize) -> Vec<Vec<f64>> {
 
 /// What every sample adds to −ln L, of real numbers of unit variance, where what is expected comes `lag - MISSING` samples
 /// earlier.
-fn misfit_of_lag(o: &Observed, e: &Expected, lag: usize) -> Vec<f64> {
+fn misfit_of_lag(o: &Observed, e: &Prediction, lag: usize) -> Vec<f64> {
     let samples = o.condition.samples;
     let inverse = inverse_plan(samples);
     let step = Complex::from_polar(1.0, TAU * (lag as f64 - MISSING as f64) / samples as f64);
-    let mut misfit = vec![0.0; samples];
+    let mut neg_log_likelihood = vec![0.0; samples];
     for channel in 0..2 {
         let Some(x) = &o.spectra[channel] else { continue };
         let (mut bins, mut by) = (vec![Complex::default(); x.len()], Complex::new(1.0, 0.0));
         for (k, bin) in bins.iter_mut().enumerate() {
-            if judged(x, 1.0).contains(&k) {
+            if judged_bins(x, 1.0).contains(&k) {
                 *bin = (x[k] - e.mean[channel][k] * by) / e.noise.variance[channel][k].sqrt();
             }
             by *= step;
         }
         let mut signal = inverse.make_output_vec();
         inverse.process(&mut bins, &mut signal).unwrap_or_default();
-        misfit.iter_mut().zip(&signal).for_each(|(sum, v)| *sum += 0.5 * v * v / samples as f64);
+        neg_log_likelihood.iter_mut().zip(&signal).for_each(|(sum, v)| *sum += 0.5 * v * v / samples as f64);
     }
-    misfit
+    neg_log_likelihood
 }
 
 /// The two bands of `ay`'s residual that stand out most.

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::score::{Checked, Score};
-use crate::concealed::brief::{Kind, Severity};
+use crate::cases::case_spec::{Kind, Severity};
 
 /// A share of cases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -34,7 +34,7 @@ impl std::fmt::Display for Share {
     }
 }
 
-/// What a proof comes to.
+/// What an evaluation comes to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
     /// Single effects whose first cause is right.
@@ -59,7 +59,7 @@ pub struct Summary {
 
 impl Summary {
     /// Of all scores.
-    pub fn of(scores: &[Score]) -> Self {
+    pub fn from_scores(scores: &[Score]) -> Self {
         let kind = |kind: Kind| scores.iter().filter(move |s| s.kind == kind.name());
         let mut seconds: Vec<f64> = scores.iter().map(|s| s.seconds).collect();
         seconds.sort_by(f64::total_cmp);
@@ -84,7 +84,7 @@ impl Summary {
 
 /// Everything as Markdown.
 pub fn markdown(scores: &[Score]) -> String {
-    let summary = Summary::of(scores);
+    let summary = Summary::from_scores(scores);
     let mut out = String::from("| | |\n|---|---|\n");
     let mut row = |what: &str, share: Share| _ = writeln!(out, "| {what} | {share} |");
     row("single effects: first cause right", summary.first_right);

@@ -1,9 +1,9 @@
 //! One fit of one solver in one alignment.
 
+use ballrace_core::input_check::ScreenConfig;
 use ballrace_core::library::Library;
 use ballrace_core::model::Input;
 use ballrace_core::monitor::MonitorConfig;
-use ballrace_core::screen::ScreenConfig;
 use ballrace_core::states::StateSpec;
 use rayon::prelude::*;
 
@@ -14,7 +14,7 @@ use crate::sindy_nn::export;
 use crate::sindy_nn::layout::Layout;
 use crate::sindy_nn::train::{TrainConfig, Trained, train};
 use crate::states::{self, Scales};
-use crate::stlsq::{Equation, Moments, StlsqConfig};
+use crate::stlsq::{Equation, RFactor, StlsqConfig};
 
 /// Pieces that the held-out end of a single recording is cut into.
 const HELD_OUT_PIECES: usize = 4;
@@ -34,7 +34,7 @@ pub struct Split {
 
 impl Split {
     /// Holds out every n-th recording, the last of each n; of a single one its last fifth.
-    pub fn of(recordings: &[Series], every: usize, warm_up: usize) -> Self {
+    pub fn holding_out(recordings: &[Series], every: usize, warm_up: usize) -> Self {
         if let [only] = recordings {
             let (first, last) = only.samples.split_at(only.samples.len() * 4 / 5);
             let part = |name: String, samples: &[f32]| Series { name, samples: samples.to_vec() };
@@ -57,7 +57,7 @@ impl Split {
 }
 
 /// A fitted model before its monitor is calibrated.
-pub struct Once {
+pub struct SingleFit {
     /// Model with a provisional monitor.
     pub model: OwnedModel,
     /// The same in parts.
@@ -70,7 +70,7 @@ pub struct Once {
     pub trained: Option<Trained>,
 }
 
-impl Once {
+impl SingleFit {
     /// Rows of recordings in this model's alignment and scaling.
     pub fn standardised(&self, recordings: &[Series]) -> Vec<Samples<f32>> {
         let Input::VirtualStates(spec) = self.parts.input else { return Vec::new() };
@@ -95,10 +95,10 @@ pub fn fit_once(
     spec: StateSpec,
     config: &FitConfig,
     progress: &dyn Fn(f64),
-) -> Result<Once, FitError> {
+) -> Result<SingleFit, FitError> {
     let library = Library::new(config.variables(), config.degree, config.harmonics).expect("checked before");
     let mut train_rows = rows(&split.train, spec);
-    let scales = Scales::of(&train_rows);
+    let scales = Scales::from_rows(&train_rows);
     train_rows.par_iter_mut().for_each(|rows| scales.apply(rows));
     let held_out = standardised(&split.held_out, spec, &scales);
     let found = match &config.solver {
@@ -122,21 +122,26 @@ pub fn fit_once(
         monitor: MonitorConfig::new(1, 1.0, 1.0),
     };
     let model = parts.assemble().map_err(FitError::Diverged)?;
-    Ok(Once { model, parts, layout: found.layout, equations: found.equations, trained: found.trained })
+    Ok(SingleFit { model, parts, layout: found.layout, equations: found.equations, trained: found.trained })
 }
 
-struct Found {
+struct FittedCoefficients {
     layout: Layout,
     parameters: Vec<f32>,
     equations: Vec<Equation>,
     trained: Option<Trained>,
 }
 
-fn least_squares(library: Library, train: &[Samples<f32>], held_out: &[Samples<f32>], config: &StlsqConfig) -> Found {
+fn least_squares(
+    library: Library,
+    train: &[Samples<f32>],
+    held_out: &[Samples<f32>],
+    config: &StlsqConfig,
+) -> FittedCoefficients {
     let layout = Layout::new(&[], &[], library).expect("no networks to disagree");
-    let parts = Moments::of_each(library, train);
-    let moments = Moments::merge(&parts.iter().collect::<Vec<_>>()).expect("at least one recording");
-    let held_out = Moments::of_each(library, held_out);
+    let parts = RFactor::from_each(library, train);
+    let moments = RFactor::merge(&parts.iter().collect::<Vec<_>>()).expect("at least one recording");
+    let held_out = RFactor::from_each(library, held_out);
     let equations = crate::stlsq::fit(&moments, &held_out, config);
     let mut parameters = vec![0.0; layout.parameter_count()];
     for (e, equation) in equations.iter().enumerate() {
@@ -144,7 +149,7 @@ fn least_squares(library: Library, train: &[Samples<f32>], held_out: &[Samples<f
             parameters[t * layout.latent + e] = *c as f32;
         }
     }
-    Found { layout, parameters, equations, trained: None }
+    FittedCoefficients { layout, parameters, equations, trained: None }
 }
 
 #[allow(clippy::too_many_arguments)]
@@ -157,7 +162,7 @@ fn network(
     config: &FitConfig,
     train_config: &TrainConfig,
     progress: &dyn Fn(f64),
-) -> Result<Found, FitError> {
+) -> Result<FittedCoefficients, FitError> {
     let latent = usize::from(library.variables);
     let encoder: Vec<usize> = [&[inputs], hidden, &[latent]].concat();
     let decoder: Vec<usize> = encoder.iter().rev().copied().collect();
@@ -165,5 +170,10 @@ fn network(
     let (all, judged) = (states::concatenate(train_rows), states::concatenate(held_out));
     let train_config = TrainConfig { seed: config.seed, ..train_config.clone() };
     let trained = train(&layout, &all, &judged, &train_config, &mut |p| progress(p.step as f64 / p.of.max(1) as f64));
-    Ok(Found { parameters: trained.parameters.clone(), layout, equations: Vec::new(), trained: Some(trained) })
+    Ok(FittedCoefficients {
+        parameters: trained.parameters.clone(),
+        layout,
+        equations: Vec::new(),
+        trained: Some(trained),
+    })
 }

@@ -1,13 +1,13 @@
 //! The healthy level of a model's residual, taken by the device's own monitor.
 
+use ballrace_core::input_check::ScreenConfig;
 use ballrace_core::monitor::MonitorConfig;
-use ballrace_core::screen::ScreenConfig;
 use ballrace_firmware_sim::event::Event;
 use ballrace_firmware_sim::runner::{Recording, Runner};
 use ballrace_firmware_sim::source::in_memory;
 
-use super::once::Once;
 use super::report::MonitorReport;
+use super::single_fit::SingleFit;
 use super::{FitConfig, FitError, Series, score};
 use crate::model::OwnedModel;
 
@@ -20,7 +20,7 @@ const SHORTEST_BLOCK: usize = 64;
 
 /// The model with its monitor calibrated on the healthy recordings.
 pub fn monitor(
-    once: &Once,
+    once: &SingleFit,
     recordings: &[Series],
     sample_rate_hz: f64,
     config: &FitConfig,

@@ -1,11 +1,11 @@
-//! Proof on recordings that took no part.
+//! Validation on recordings that took no part.
 
 use super::DiagnoseError;
-use super::outcome::{Fit, HeldOut};
+use super::result::{Fit, HeldOut};
 use crate::calibrate::distance::log_spectral;
 use crate::rig::{Rig, RigError, Run, Start, simulate_many};
 use crate::significance::sign_flip_of;
-use crate::whittle::likelihood::{Expected, judged};
+use crate::whittle::likelihood::{Prediction, judged_bins};
 use crate::whittle::observed::{CHANNELS, Observed, accelerations};
 use crate::whittle::problem::Problem;
 use crate::whittle::search::{Limits, search, search_from_rig};
@@ -15,7 +15,7 @@ const BLOCK: usize = 32;
 
 /// What a correction does to recordings that took no part.
 #[derive(Clone, Debug)]
-pub struct Proof {
+pub struct Validation {
     /// −ln L by the rig as it was, above what the right rig gives on average.
     pub before: f64,
     /// By the corrected rig.
@@ -38,9 +38,9 @@ pub struct Proof {
 ///
 /// # Errors
 /// What the simulation refuses.
-pub fn prove(before: &Rig, after: &Rig, held_out: &[Observed], seed: u64) -> Result<Proof, DiagnoseError> {
+pub fn validate(before: &Rig, after: &Rig, held_out: &[Observed], seed: u64) -> Result<Validation, DiagnoseError> {
     let (before, old_expected) = Side::aligned(before, held_out)?;
-    let (after, new_expected) = Side::beside(after, &before, held_out)?;
+    let (after, new_expected) = Side::aligned_given(after, &before, held_out)?;
     let mut gains = Vec::new();
     let (mut old, mut new, mut bins) = (0.0, 0.0, 0usize);
     let mut errors = [[0.0; 2]; 2];
@@ -48,12 +48,12 @@ pub fn prove(before: &Rig, after: &Rig, held_out: &[Observed], seed: u64) -> Res
         for (channel, errors) in errors.iter_mut().enumerate() {
             let Some(x) = &o.spectra[channel] else { continue };
             let (was, is) = (&old_expected[index], &new_expected[index]);
-            let each = |e: &Expected, k: usize| {
+            let each = |e: &Prediction, k: usize| {
                 e.noise.variance[channel][k].ln()
                     + (x[k] - e.mean[channel][k]).norm_sqr() / e.noise.variance[channel][k]
             };
-            let all: Vec<usize> = judged(x, 1.0).collect();
-            let error = |e: &Expected| all.iter().map(|k| (x[*k] - e.mean[channel][*k]).norm_sqr()).sum::<f64>();
+            let all: Vec<usize> = judged_bins(x, 1.0).collect();
+            let error = |e: &Prediction| all.iter().map(|k| (x[*k] - e.mean[channel][*k]).norm_sqr()).sum::<f64>();
             errors[0] += error(was);
             errors[1] += error(is);
             for block in all.chunks(BLOCK) {
@@ -70,7 +70,7 @@ pub fn prove(before: &Rig, after: &Rig, held_out: &[Observed], seed: u64) -> Res
     }
     let traces = traces(held_out, &before, &after, seed)?;
     let n = bins.max(1) as f64;
-    Ok(Proof {
+    Ok(Validation {
         before: old,
         after: new,
         before_each: old / n,
@@ -145,19 +145,19 @@ struct Side<'r> {
 
 impl<'r> Side<'r> {
     /// With the angles that suit the rig best, and what it then says of the recordings.
-    fn aligned(rig: &'r Rig, held_out: &[Observed]) -> Result<(Self, Vec<Expected>), RigError> {
+    fn aligned(rig: &'r Rig, held_out: &[Observed]) -> Result<(Self, Vec<Prediction>), RigError> {
         let problem = Problem::of_angles(held_out, rig.clone());
         let point = search_from_rig(&problem)?.point;
-        let expected = problem.expected(&point)?;
+        let expected = problem.predict(&point)?;
         Ok((Self { rig, angles: point.angles }, expected))
     }
 
     /// The same, where the angles of the rig without the causes are known.
-    fn beside(rig: &'r Rig, without: &Side, held_out: &[Observed]) -> Result<(Self, Vec<Expected>), RigError> {
+    fn aligned_given(rig: &'r Rig, without: &Side, held_out: &[Observed]) -> Result<(Self, Vec<Prediction>), RigError> {
         let problem = Problem::of_angles(held_out, rig.clone());
-        let angles = problem.aligned_beside(rig, without.rig, &without.angles, &[])?;
+        let angles = problem.aligned_given(rig, without.rig, &without.angles, &[])?;
         let point = search(&problem, problem.start_at(angles), &Limits::default())?.point;
-        let expected = problem.expected(&point)?;
+        let expected = problem.predict(&point)?;
         Ok((Self { rig, angles: point.angles }, expected))
     }
 }
@@ -206,7 +206,7 @@ pub fn replicate(
     let made = simulate_many(&runs(rig, observed, angles, seed))?;
     let each = made.iter().zip(observed);
     each.map(|(m, o)| {
-        let made = Observed::of(m)?;
+        let made = Observed::from_recording(m)?;
         Ok(Observed { name: o.name.clone(), tachometer: made.tachometer.filter(|_| o.tachometer.is_some()), ..made })
     })
     .collect()
@@ -231,7 +231,7 @@ mod tests {
         let mixed: Vec<f64> = (0..200u32).map(|k| (f64::from(k * 7919 % 101) - 50.0) / 50.0).collect();
         let line = |gain: f64| [mixed.clone(), vec![gain - mixed.iter().sum::<f64>()]].concat();
         assert!(p_value(&line(0.0), 1, 1) > 0.1);
-        // Two nats more than the angles give are no proof, fifteen are.
+        // Two nats more than the angles give are no validation, fifteen are.
         assert!(p_value(&line(3.0), 1, 1) > 0.1);
         assert!(p_value(&line(16.0), 1, 1) < 1e-5);
     }

@@ -3,7 +3,7 @@
 use realfft::num_complex::Complex;
 
 use crate::recording::Recording;
-use crate::rig::path::TransmissionPath;
+use crate::rig::transfer_path::TransmissionPath;
 use crate::signal::spectrum::{Spectrum, welch};
 use crate::signal::transform::{forward_plan, inverse_plan};
 use crate::whittle::observed::{CHANNELS, accelerations};
@@ -36,11 +36,14 @@ fn of_channel(measured: &[Recording], simulated: &[Recording], channel: usize) -
     let (first, second) = (ratio(&first), ratio(&second));
     let filter =
         |power: &[f64], poles| TransmissionPath::of_power(CHANNELS[channel], rate, &smoothed(power, poles), poles);
-    let misfit = |poles: &usize| -> f64 {
+    let neg_log_likelihood = |poles: &usize| -> f64 {
         let h = filter(&first, *poles).power(segment);
         second.iter().zip(&h).skip(1).map(|(r, h)| (r / h).ln().powi(2)).sum()
     };
-    let poles = POLES.into_iter().filter(|p| 4 * p < segment).min_by(|a, b| misfit(a).total_cmp(&misfit(b)))?;
+    let poles = POLES
+        .into_iter()
+        .filter(|p| 4 * p < segment)
+        .min_by(|a, b| neg_log_likelihood(a).total_cmp(&neg_log_likelihood(b)))?;
     let all: Vec<f64> = first.iter().zip(&second).map(|(a, b)| 0.5 * (a + b)).collect();
     Some(filter(&all, poles))
 }

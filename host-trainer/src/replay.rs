@@ -1,7 +1,7 @@
 //! The device's own code over recordings.
 
 use ballrace_firmware_sim::event::{Event, Summary};
-use ballrace_firmware_sim::faults::{Injected, Injector, Plan};
+use ballrace_firmware_sim::faults::{FaultPlan, Injected, Injector};
 use ballrace_firmware_sim::runner::{Recording, Runner, RunnerError};
 use ballrace_firmware_sim::source::{Arrival, SampleSource};
 
@@ -13,7 +13,7 @@ use crate::plot::trend::Block;
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// What to break of the samples.
-    pub plan: Plan,
+    pub plan: FaultPlan,
     /// Seed of that.
     pub seed: u64,
     /// Play at the recordings' rate times this; `None` as fast as it goes.
@@ -24,7 +24,7 @@ pub struct Options {
 
 /// What a run over recordings gave.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Watched {
+pub struct Replayed {
     /// The totals.
     pub summary: Summary,
     /// Every block of the monitor.
@@ -42,7 +42,7 @@ pub struct Watched {
 /// Why a model cannot watch recordings.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum WatchError {
+pub enum ReplayError {
     /// Another sample rate.
     #[error("recordings: found {found} Hz, expected the model's {expected} Hz; --resample {expected} makes them so")]
     Rate {
@@ -63,19 +63,19 @@ pub enum WatchError {
 ///
 /// # Errors
 /// What does not fit together.
-pub fn watch(
+pub fn replay(
     model: &OwnedModel,
     input: &Input,
     options: &Options,
     on_event: &mut dyn FnMut(&Event<'_>, usize),
-) -> Result<Watched, WatchError> {
+) -> Result<Replayed, ReplayError> {
     let model = model.view();
     let (found, expected) = (input.sample_rate_hz, f64::from(model.sample_rate_hz));
     if (found / expected - 1.0).abs() >= 1e-3 {
-        return Err(WatchError::Rate { found, expected });
+        return Err(ReplayError::Rate { found, expected });
     }
     let mut scratch = vec![0.0; Runner::scratch_len(&model)];
-    let mut runner = Runner::new(&model, &mut scratch).map_err(WatchError::Runner)?;
+    let mut runner = Runner::new(&model, &mut scratch).map_err(ReplayError::Runner)?;
     let mut injector = Injector::new(options.plan.clone(), options.seed);
     let (mut blocks, mut events, mut samples) = (Vec::new(), Vec::new(), Vec::new());
     let mut failed = None;
@@ -108,7 +108,7 @@ pub fn watch(
     let summary = runner.finish(|event| see(&event, done));
     match failed {
         Some(error) => Err(error.into()),
-        None => Ok(Watched {
+        None => Ok(Replayed {
             summary,
             blocks,
             events,

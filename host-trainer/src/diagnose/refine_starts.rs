@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use realfft::num_complex::Complex;
 
 use super::hypothesis::Start;
-use super::promise::{Angles, Backdrop, Promise, Strength, Try, evaluate};
 use super::residual::EDGE;
+use super::start_score::{Angles, NullPrediction, StartScore, Strength, Trial, evaluate};
 use crate::rig::{Rig, RigError};
 use crate::whittle::align;
 use crate::whittle::likelihood::means;
@@ -18,12 +18,12 @@ use crate::whittle::tachometer::Reading;
 ///
 /// # Errors
 /// What the simulation refuses before it runs.
-pub fn scanned(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Result<Promise, RigError> {
-    let Some(machine) = rig.bearing() else { return Ok(promise.clone()) };
+pub fn scanned(null: &NullPrediction, rig: &Rig, score: &StartScore) -> Result<StartScore, RigError> {
+    let Some(machine) = rig.bearing() else { return Ok(score.clone()) };
     let orders = machine.bearing.geometry().orders();
-    let shaft_hz = backdrop.observed.iter().map(|o| o.condition.shaft_hz).sum::<f64>() / backdrop.observed.len() as f64;
+    let shaft_hz = null.observed.iter().map(|o| o.condition.shaft_hz).sum::<f64>() / null.observed.len() as f64;
     // Turns of the ball against the pit for each turn of the shaft.
-    let passing = match promise.start.effect.name.as_str() {
+    let passing = match score.start.effect.name.as_str() {
         "outer-race-defect" => orders.ftf,
         "inner-race-defect" => 1.0 - orders.ftf,
         _ => orders.bsf,
@@ -32,28 +32,28 @@ pub fn scanned(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Result<Prom
     let fastest_hz =
         (resonator.stiffness_n_per_m * (1.0 / resonator.mass_kg + 1.0 / machine.outer.mass_kg)).sqrt() / TAU;
     let step = TAU * passing * shaft_hz / (2.0 * fastest_hz.max(500.0));
-    let mut best = promise.clone();
+    let mut best = score.clone();
     for scan in [Scan::Width, Scan::Place, Scan::Depth, Scan::Width, Scan::Place] {
-        let other = |key: &str, value: f64| Try {
+        let other = |key: &str, value: f64| Trial {
             hypothesis: best.hypothesis,
             start: best.start.with(key, value),
             angles: Angles::Near(best.angles.clone()),
         };
         let now = |key: &str| best.start.number(key);
-        let tries: Vec<Try> = match scan {
+        let trials: Vec<Trial> = match scan {
             Scan::Place => turned(&best),
             Scan::Width => (1..=48).map(|k| other("width_rad", 0.6 * step * f64::from(k))).collect(),
             Scan::Depth => (-8..=8).map(|k| other("depth_m", now("depth_m") * 1.12f64.powi(k))).collect(),
         };
-        best = better(backdrop, rig, &tries, best)?;
+        best = better(null, rig, &trials, best)?;
     }
     Ok(best)
 }
 
-/// The most promising of the tries, where it promises more than the best so far.
-fn better(backdrop: &Backdrop, rig: &Rig, tries: &[Try], best: Promise) -> Result<Promise, RigError> {
-    let found = evaluate(backdrop, rig, tries, Strength::Scaled)?.into_iter().next();
-    Ok(found.filter(|f| f.gain > best.gain).unwrap_or(best))
+/// The most promising of the trials, where it scores more than the best so far.
+fn better(null: &NullPrediction, rig: &Rig, trials: &[Trial], best: StartScore) -> Result<StartScore, RigError> {
+    let found = evaluate(null, rig, trials, Strength::Scaled)?.into_iter().next();
+    Ok(found.filter(|f| f.log_likelihood_gain > best.log_likelihood_gain).unwrap_or(best))
 }
 
 /// What of a pit is scanned.
@@ -69,16 +69,17 @@ enum Scan {
 ///
 /// # Errors
 /// What the simulation refuses before it runs.
-pub fn tuned(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Result<Promise, RigError> {
-    let mut best = promise.clone();
+pub fn tuned(null: &NullPrediction, rig: &Rig, score: &StartScore) -> Result<StartScore, RigError> {
+    let mut best = score.clone();
     for (key, factor, reach, gains) in [WIDELY, DAMPING, FINELY, DAMPING] {
         let of = |(k, gain): (i32, &f64)| {
             let start = best.start.with(key, best.start.number(key) * factor.powi(k));
             let start = start.with("gain", gain * best.start.number("gain"));
-            Try { hypothesis: best.hypothesis, start, angles: Angles::Given(best.angles.clone()) }
+            Trial { hypothesis: best.hypothesis, start, angles: Angles::Given(best.angles.clone()) }
         };
-        let tries: Vec<Try> = (-reach..=reach).flat_map(|k| gains.iter().map(move |gain| (k, gain))).map(of).collect();
-        best = better(backdrop, rig, &tries, best)?;
+        let trials: Vec<Trial> =
+            (-reach..=reach).flat_map(|k| gains.iter().map(move |gain| (k, gain))).map(of).collect();
+        best = better(null, rig, &trials, best)?;
     }
     Ok(best)
 }
@@ -90,54 +91,54 @@ const WIDELY: Tuning = ("frequency_hz", 1.1, 6, &[0.3, 1.0, 2.0, 4.0, 8.0, -0.3,
 const FINELY: Tuning = ("frequency_hz", 1.03, 3, &[0.7, 0.85, 1.0, 1.2, 1.4]);
 const DAMPING: Tuning = ("damping_ratio", 1.35, 5, &[1.0]);
 
-/// A time, first where the residual is most like what the effect gives, then, where that promises `least`, scanned ever
+/// A time, first where the residual is most like what the effect gives, then, where that scores `least`, scanned ever
 /// finer: a step or an impact has to be met to a part of the fastest mode's period.
 ///
 /// # Errors
 /// What the simulation refuses before it runs; a run of the best time that diverges.
-pub fn timed(backdrop: &Backdrop, rig: &Rig, promise: &Promise, least: f64) -> Result<Promise, RigError> {
-    let sample_s = 1.0 / backdrop.observed.first().map_or(1.0, |o| o.condition.sample_rate_hz);
-    let mut best = promise.clone();
+pub fn timed(null: &NullPrediction, rig: &Rig, score: &StartScore, least: f64) -> Result<StartScore, RigError> {
+    let sample_s = 1.0 / null.observed.first().map_or(1.0, |o| o.condition.sample_rate_hz);
+    let mut best = score.clone();
     for step in [0.0, 1.0, 0.2] {
-        let of = |time_s: f64| Try {
+        let of = |time_s: f64| Trial {
             hypothesis: best.hypothesis,
             start: best.start.with("time_s", time_s),
             angles: Angles::Given(best.angles.clone()),
         };
         let now = best.start.number("time_s");
         let times: Vec<f64> = if step == 0.0 {
-            matched(backdrop, rig, &best)?
-        } else if best.gain > least {
+            matched(null, rig, &best)?
+        } else if best.log_likelihood_gain > least {
             (-10..=10).map(|k| now + f64::from(k) * step * sample_s).collect()
         } else {
             break;
         };
         // The strength is no longer the one that suited another time: it is scaled from there, and from a tenth, either way.
-        let other = |t: Try| match best.start.strength() {
+        let other = |t: Trial| match best.start.strength() {
             Some(key) => {
-                let by = |share: f64| Try { start: t.start.with(key, share * t.start.number(key)), ..t.clone() };
+                let by = |share: f64| Trial { start: t.start.with(key, share * t.start.number(key)), ..t.clone() };
                 vec![by(-1.0), by(0.1), by(-0.1), t]
             }
             None => vec![t],
         };
-        let tries: Vec<Try> = times.into_iter().map(of).flat_map(other).collect();
-        best = better(backdrop, rig, &tries, best)?;
+        let trials: Vec<Trial> = times.into_iter().map(of).flat_map(other).collect();
+        best = better(null, rig, &trials, best)?;
     }
     let Some(strength) = best.start.strength() else { return Ok(best) };
     let with = rig.clone().with_effect(best.start.effect.clone());
-    let apart = align::angles_apart(rig, &with, backdrop.observed, &best.angles)?;
+    let apart = align::angles_apart(rig, &with, null.observed, &best.angles)?;
     // Angles that were found with it missing are off by it, where nothing but the balls' passing tells them.
     let mut angles = vec![apart.clone()];
     if !rig.effects.is_empty() {
         angles.push(best.angles.clone());
     }
     best.angles = apart;
-    if best.gain > least {
+    if best.log_likelihood_gain > least {
         // What is strong is in no proportion to its strength.
         for (key, step, factor) in [(strength, 0.0, 1.1f64), ("time_s", 0.2 * sample_s, 1.0)] {
             let of = |k: i32| best.start.with(key, best.start.number(key) * factor.powi(k) + f64::from(k) * step);
-            let tries = given(best.hypothesis, (-10..=10).map(of), &angles);
-            best = evaluate(backdrop, rig, &tries, Strength::Given)?.into_iter().next().unwrap_or(best);
+            let trials = given(best.hypothesis, (-10..=10).map(of), &angles);
+            best = evaluate(null, rig, &trials, Strength::Given)?.into_iter().next().unwrap_or(best);
             angles = vec![best.angles.clone()];
         }
     }
@@ -145,25 +146,25 @@ pub fn timed(backdrop: &Backdrop, rig: &Rig, promise: &Promise, least: f64) -> R
 }
 
 /// Every start with each of these angles.
-fn given(hypothesis: usize, starts: impl Iterator<Item = Start>, angles: &[Vec<[f64; 2]>]) -> Vec<Try> {
+fn given(hypothesis: usize, starts: impl Iterator<Item = Start>, angles: &[Vec<[f64; 2]>]) -> Vec<Trial> {
     let with = |start: Start| angles.iter().map(move |angles| (start.clone(), Angles::Given(angles.clone())));
-    starts.flat_map(with).map(|(start, angles)| Try { hypothesis, start, angles }).collect()
+    starts.flat_map(with).map(|(start, angles)| Trial { hypothesis, start, angles }).collect()
 }
 
 /// Times at which the residual of all recordings together is most like what the effect changes, of either sign: a matched
 /// filter.
-fn matched(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Result<Vec<f64>, RigError> {
+fn matched(null: &NullPrediction, rig: &Rig, score: &StartScore) -> Result<Vec<f64>, RigError> {
     // In the middle of the shortest recording, so that it is whole.
-    let Some(shortest) = backdrop.observed.iter().map(|o| o.condition.samples).min() else { return Ok(Vec::new()) };
-    let rate = backdrop.observed[0].condition.sample_rate_hz;
+    let Some(shortest) = null.observed.iter().map(|o| o.condition.samples).min() else { return Ok(Vec::new()) };
+    let rate = null.observed[0].condition.sample_rate_hz;
     let time_s = 0.5 * shortest as f64 / rate;
-    let with = rig.clone().with_effect(promise.start.with("time_s", time_s).effect);
+    let with = rig.clone().with_effect(score.start.with("time_s", time_s).effect);
     if with.check().is_err() {
         return Ok(Vec::new());
     }
-    let runs = align::silent(&with, backdrop.observed, &backdrop.noise(), &promise.angles);
+    let runs = align::noise_free_runs(&with, null.observed, &null.noise(), &score.angles);
     let mut sum = vec![0.0; shortest];
-    for ((o, without), mean) in backdrop.observed.iter().zip(&backdrop.expected).zip(means(&runs)?) {
+    for ((o, without), mean) in null.observed.iter().zip(&null.expected).zip(means(&runs)?) {
         let Ok(mean) = mean else { return Ok(Vec::new()) };
         let change = |c: usize, k: usize| mean[c][k] - without.mean[c][k];
         let residual = |c: usize, k: usize, x: Complex<f64>| x - without.mean[c][k];
@@ -179,37 +180,36 @@ fn matched(backdrop: &Backdrop, rig: &Rig, promise: &Promise) -> Result<Vec<f64>
     Ok([1.0, -1.0].into_iter().filter_map(greatest).map(|i| i as f64 / rate).collect())
 }
 
-/// All of `promises` that are fixed to the shaft, which were found with the shaft anywhere, with the shaft where tachometers
+/// All of `scores` that are fixed to the shaft, which were found with the shaft anywhere, with the shaft where tachometers
 /// have it: at the angle that suits best of those that the recordings ask for.
 ///
 /// # Errors
 /// What the simulation refuses before it runs.
-pub fn by_tachometers(backdrop: &Backdrop, rig: &Rig, promises: &mut [Promise]) -> Result<(), RigError> {
-    let on_shaft = promises.iter().enumerate().filter(|(_, p)| p.start.effect.is_on_shaft());
-    let tries: Vec<Try> =
-        on_shaft.flat_map(|(number, promise)| at_tachometers(backdrop, rig, number, promise)).collect();
-    let found = evaluate(backdrop, rig, &tries, Strength::Scaled)?;
-    for (number, promise) in promises.iter_mut().enumerate() {
+pub fn by_tachometers(null: &NullPrediction, rig: &Rig, scores: &mut [StartScore]) -> Result<(), RigError> {
+    let on_shaft = scores.iter().enumerate().filter(|(_, p)| p.start.effect.is_on_shaft());
+    let trials: Vec<Trial> = on_shaft.flat_map(|(number, score)| at_tachometers(null, rig, number, score)).collect();
+    let found = evaluate(null, rig, &trials, Strength::Scaled)?;
+    for (number, score) in scores.iter_mut().enumerate() {
         if let Some(best) = found.iter().find(|f| f.hypothesis == number) {
-            *promise = Promise { hypothesis: promise.hypothesis, ..best.clone() };
+            *score = StartScore { hypothesis: score.hypothesis, ..best.clone() };
         }
     }
     Ok(())
 }
 
 /// What is tried of one for that, its number as the hypothesis.
-fn at_tachometers(backdrop: &Backdrop, rig: &Rig, number: usize, promise: &Promise) -> Vec<Try> {
-    let with = rig.clone().with_effect(promise.start.effect.clone());
-    let readings: Vec<_> = backdrop.observed.iter().map(|o| align::reading(&with, o)).collect();
-    let each = || readings.iter().zip(&promise.angles);
+fn at_tachometers(null: &NullPrediction, rig: &Rig, number: usize, score: &StartScore) -> Vec<Trial> {
+    let with = rig.clone().with_effect(score.start.effect.clone());
+    let readings: Vec<_> = null.observed.iter().map(|o| align::reading(&with, o)).collect();
+    let each = || readings.iter().zip(&score.angles);
     // The balls meet it at the same times where the cage turns with it.
     let met = |by: f64, reading: Option<Reading>, [cage, shaft]: [f64; 2]| match reading {
         Some(reading) => [cage + by - reading.off(shaft), reading.next_to(shaft)],
         None => [cage, shaft - by],
     };
-    let to = |by: f64| Try {
+    let to = |by: f64| Trial {
         hypothesis: number,
-        start: promise.start.turned_on_shaft(by),
+        start: score.start.turned_on_shaft(by),
         angles: Angles::Given(each().map(|(reading, angles)| met(by, *reading, *angles)).collect()),
     };
     let asked = each().filter_map(|(reading, [_, shaft])| Some(reading.as_ref()?.off(*shaft)));
@@ -218,15 +218,15 @@ fn at_tachometers(backdrop: &Backdrop, rig: &Rig, number: usize, promise: &Promi
 
 /// The same pulses with a race's pit elsewhere: a ball meets it at the same times where the cage turns with a pit of the
 /// outer race, or the shaft against one of the inner.
-fn turned(promise: &Promise) -> Vec<Try> {
-    let of = |by: f64, turn: &dyn Fn([f64; 2]) -> [f64; 2]| Try {
-        hypothesis: promise.hypothesis,
-        start: promise.start.with("angle_rad", promise.start.number("angle_rad") + by),
-        angles: Angles::Given(promise.angles.iter().copied().map(turn).collect()),
+fn turned(score: &StartScore) -> Vec<Trial> {
+    let of = |by: f64, turn: &dyn Fn([f64; 2]) -> [f64; 2]| Trial {
+        hypothesis: score.hypothesis,
+        start: score.start.with("angle_rad", score.start.number("angle_rad") + by),
+        angles: Angles::Given(score.angles.iter().copied().map(turn).collect()),
     };
     let with_cage = |by: f64| of(by, &|[cage, shaft]| [cage + by, shaft]);
     let against_shaft = |by: f64| of(by, &|[cage, shaft]| [cage, shaft - by]);
-    match promise.start.effect.name.as_str() {
+    match score.start.effect.name.as_str() {
         "outer-race-defect" => (-30..=30).map(|k| with_cage(0.02 * f64::from(k))).collect(),
         "inner-race-defect" => (0..24).map(|k| against_shaft(TAU / 24.0 * f64::from(k))).collect(),
         // A ball's spin goes with the angles.

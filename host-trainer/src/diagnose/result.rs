@@ -168,7 +168,7 @@ pub struct Test {
     /// What is tested, such as `ay, power from 3200 to 3600 Hz`.
     pub what: String,
     /// The statistic, in standard deviations of what chance gives.
-    pub deviations: f64,
+    pub z: f64,
     /// Probability of as much by chance, before any correction for how many tests there are.
     pub p_value: f64,
     /// The least rate of false discoveries at which it stands out of all tests.
@@ -177,7 +177,7 @@ pub struct Test {
 
 impl Aspect {
     /// What tests of the aspect look at, in words.
-    pub fn words(self) -> &'static str {
+    pub fn text(self) -> &'static str {
         match self {
             Self::Mean => "mean",
             Self::Moments => "skewness and kurtosis",
@@ -198,21 +198,21 @@ impl Aspect {
 }
 
 impl Test {
-    /// Whether it stands out of all tests at [`FALSE`].
-    pub fn stands_out(&self) -> bool {
-        self.q_value <= FALSE
+    /// Whether it stands out of all tests at [`FDR_LEVEL`].
+    pub fn is_significant(&self) -> bool {
+        self.q_value <= FDR_LEVEL
     }
 }
 
 /// Rate of false discoveries among tests that stand out.
-pub const FALSE: f64 = 0.01;
+pub const FDR_LEVEL: f64 = 0.01;
 
 /// A parameter of the rig that was fitted along: name, value, 95 % interval.
 pub type Fitted = (String, f64, [f64; 2]);
 
 /// A diagnosis with what stands behind it.
 #[derive(Clone, Debug)]
-pub struct Outcome {
+pub struct DiagnosisResult {
     /// What it says.
     pub diagnosis: Diagnosis,
     /// The rig with its causes.

@@ -10,7 +10,7 @@ use crate::rig::effect::REGISTRY;
 
 /// What a case is to be, before anything of it is drawn.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Brief {
+pub struct CaseSpec {
     /// What is hidden.
     pub hidden: Hidden,
     /// Whether sensor noise and process force are several times the usual.
@@ -90,7 +90,7 @@ impl Kind {
     }
 }
 
-impl Brief {
+impl CaseSpec {
     /// What kind of case it is.
     pub fn kind(&self) -> Kind {
         match &self.hidden {
@@ -107,7 +107,7 @@ const CONTROLS: usize = 20;
 const OUTSIDE_EACH: usize = 2;
 
 /// The cases of one round. Another round has the same kinds under other circumstances.
-pub fn round(number: usize) -> Vec<Brief> {
+pub fn round(number: usize) -> Vec<CaseSpec> {
     let mut hidden = vec![Hidden::Nothing; CONTROLS];
     for severity in Severity::ALL {
         hidden.extend(REGISTRY.iter().map(|effect| Hidden::Effects(vec![(effect.name, severity)])));
@@ -119,7 +119,7 @@ pub fn round(number: usize) -> Vec<Brief> {
     // Drawn, so that every how manieth of them has all circumstances.
     let mut rng = ChaCha8Rng::seed_from_u64(number as u64);
     let mut one_in = |of: f64| rng.random_bool(1.0 / of);
-    let circumstances = |hidden| Brief { hidden, loud: one_in(3.0), tachometer: one_in(2.0), guessed: one_in(5.0) };
+    let circumstances = |hidden| CaseSpec { hidden, loud: one_in(3.0), tachometer: one_in(2.0), guessed: one_in(5.0) };
     hidden.into_iter().map(circumstances).collect()
 }
 

@@ -17,7 +17,7 @@ const BLOCK_ROWS: usize = 1024;
 
 /// R of [Θ | Y] over a number of rows.
 #[derive(Clone, Debug)]
-pub struct Moments {
+pub struct RFactor {
     /// Upper triangular, (terms + outputs) square.
     r: Mat<f64>,
     /// Rows that went into it.
@@ -28,9 +28,9 @@ pub struct Moments {
     sums: Vec<f64>,
 }
 
-impl Moments {
+impl RFactor {
     /// Of one recording's standardised rows.
-    pub fn of(library: Library, samples: &Samples<f32>) -> Self {
+    pub fn from_samples(library: Library, samples: &Samples<f32>) -> Self {
         let (terms, outputs) = (library.len(), samples.inputs);
         let columns = terms + outputs;
         let mut moments = Self { r: Mat::zeros(columns, columns), rows: 0, terms, sums: vec![0.0; outputs] };
@@ -56,11 +56,11 @@ impl Moments {
     }
 
     /// Of many recordings, in parallel.
-    pub fn of_each(library: Library, recordings: &[Samples<f32>]) -> Vec<Self> {
+    pub fn from_each(library: Library, recordings: &[Samples<f32>]) -> Vec<Self> {
         // Recordings are decomposed side by side; a decomposition split over threads as well would
         // round differently with their number.
         faer::set_global_parallelism(faer::Par::Seq);
-        recordings.par_iter().map(|samples| Self::of(library, samples)).collect()
+        recordings.par_iter().map(|samples| Self::from_samples(library, samples)).collect()
     }
 
     /// All rows of all parts together; `None` without any.

@@ -3,33 +3,33 @@
 use rayon::prelude::*;
 
 use super::hypothesis::{self, Hypothesis, Start};
-use super::promise::{Backdrop, Promise};
-use super::residual::{EDGE, excess, whitened};
-use super::screen::{Stakes, screen};
+use super::residual::{EDGE, lack_of_fit, whitened};
+use super::screening::{Stakes, screen};
+use super::start_score::{NullPrediction, StartScore};
 use crate::rig::simulate::fewest_substeps;
 use crate::rig::{Rig, RigError};
 use crate::whittle::coordinate::Coordinate;
 use crate::whittle::observed::Observed;
 use crate::whittle::problem::{Point, Problem};
-use crate::whittle::search::{Found, Limits, search, search_from_rig};
+use crate::whittle::search::{Limits, Optimum, search, search_from_rig};
 
 /// Hypotheses that are searched on the few recordings, and of those the ones that are on all, where a step a sample does.
 const SEARCHED: usize = 10;
-const FINALISTS: usize = 4;
+const FULL_FITS: usize = 4;
 /// The fewest of them where more steps have to be taken, and the most steps that count.
 const LEAST_SEARCHED: usize = 4;
-const LEAST_FINALISTS: usize = 2;
+const LEAST_FULL_FITS: usize = 2;
 const MOST_WORK: usize = 4;
 /// Searched at a time: one alone leaves a second core idle in the steps between its simulations. The second of them is searched
 /// even where what the first gains leaves it no rival.
 const SIDE_BY_SIDE: usize = 2;
 /// Of either, those of one name at most: a race may be wavy in some thirty ways.
 const SEARCHED_OF_A_NAME: usize = 4;
-const FINALISTS_OF_A_NAME: usize = 2;
+const FULL_FITS_OF_A_NAME: usize = 2;
 /// Of those that are searched, the first so many that promise most are searched slowly too, where a step a sample does.
 const SLOWLY: usize = 5;
 /// A search of a part of the recordings.
-const QUICK: Limits = Limits { steps: 6, gain: 1.0, change: 0.5 };
+const QUICK: Limits = Limits { steps: 6, least_increment: 1.0, change: 0.5 };
 /// Steps of a finalist's search.
 const STEPS: usize = 20;
 /// Where one hypothesis leaves nothing to explain, only those that promise at least this share of its gain are rivals; where
@@ -41,7 +41,7 @@ const BANDS: [f64; 3] = [0.06, 0.2, 1.0];
 
 /// A hypothesis with its best parameters.
 #[derive(Clone, Debug)]
-pub struct Contender<'o> {
+pub struct Candidate<'o> {
     /// Name in the vocabulary.
     pub name: &'static str,
     /// Where.
@@ -49,14 +49,14 @@ pub struct Contender<'o> {
     /// What was sought, in which rig.
     pub problem: Problem<'o>,
     /// What was found.
-    pub found: Found,
+    pub found: Optimum,
     /// What it costs less than the rig without it, by [`cost`].
-    pub merit: f64,
+    pub bic_gain: f64,
     /// Gain in ln L over the rig without it.
-    pub gain: f64,
+    pub log_likelihood_gain: f64,
 }
 
-impl Contender<'_> {
+impl Candidate<'_> {
     /// The rig with the effect as it was found.
     ///
     /// # Errors
@@ -66,35 +66,40 @@ impl Contender<'_> {
     }
 
     /// As [`cost`].
-    pub fn cost(&self) -> f64 {
-        cost(&self.problem, &self.found)
+    pub fn half_bic(&self) -> f64 {
+        half_bic(&self.problem, &self.found)
     }
 
     /// The same where a slow search from what was found comes nearer by `least` in ln L: what goes through whole recordings at
     /// once may stop where the slow parts already say that it is wrong.
-    pub fn nearer(&self, least: f64) -> Option<Self> {
+    pub fn refined(&self, least: f64) -> Option<Self> {
         let found =
             search_slowly(&self.problem, self.found.point.clone(), &Limits { steps: STEPS, ..Limits::default() })?;
-        let more = self.found.expansion.misfit() - found.expansion.misfit();
-        (more > least).then(|| Self { found, merit: self.merit + more, gain: self.gain + more, ..self.clone() })
+        let more = self.found.expansion.neg_log_likelihood() - found.expansion.neg_log_likelihood();
+        (more > least).then(|| Self {
+            found,
+            bic_gain: self.bic_gain + more,
+            log_likelihood_gain: self.log_likelihood_gain + more,
+            ..self.clone()
+        })
     }
 }
 
 /// −ln L, and half the logarithm of the count of samples for each parameter (G. Schwarz, Annals of Statistics 6 (1978)
 /// 461–464).
-pub fn cost(problem: &Problem, found: &Found) -> f64 {
-    found.expansion.misfit() + 0.5 * problem.coordinates.len() as f64 * samples(problem.observed).ln()
+pub fn half_bic(problem: &Problem, found: &Optimum) -> f64 {
+    found.expansion.neg_log_likelihood() + 0.5 * problem.coordinates.len() as f64 * samples(problem.observed).ln()
 }
 
 fn samples(observed: &[Observed]) -> f64 {
     observed.iter().map(|o| o.condition.samples).sum::<usize>() as f64
 }
 
-/// How a contest ended.
+/// How a selection ended.
 #[derive(Clone, Debug, Default)]
 pub struct Ranking<'o> {
     /// Those that were fitted to all recordings, the best first.
-    pub contenders: Vec<Contender<'o>>,
+    pub candidates: Vec<Candidate<'o>>,
     /// Those that came no further than a first look or a fit to a few recordings.
     pub dropped: Vec<Dropped>,
 }
@@ -107,37 +112,37 @@ pub struct Dropped {
     /// Where.
     pub place: String,
     /// What it gained in ln L, as it would be on all recordings.
-    pub gain: f64,
+    pub log_likelihood_gain: f64,
     /// Where that was.
-    pub at: Exit,
+    pub at: Stage,
 }
 
 /// Where a hypothesis is left behind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Exit {
+pub enum Stage {
     /// At the first look.
-    FirstLook,
+    Screened,
     /// Fitted to a few recordings.
     Fitted,
     /// At the end of a fit: with numbers that no such effect has, where nothing can be seen, or where nothing can be simulated.
-    Astray,
+    Invalid,
 }
 
 impl Dropped {
-    fn of(hypothesis: &Hypothesis, gain: f64, at: Exit) -> Self {
-        Self { name: hypothesis.name, place: hypothesis.place.clone(), gain, at }
+    fn new(hypothesis: &Hypothesis, log_likelihood_gain: f64, at: Stage) -> Self {
+        Self { name: hypothesis.name, place: hypothesis.place.clone(), log_likelihood_gain, at }
     }
 }
 
-/// The contest's surroundings.
+/// The selection's surroundings.
 #[derive(Clone, Debug)]
-pub struct Contest<'o> {
+pub struct ModelSelection<'o> {
     /// Recordings for all.
     pub all: &'o [Observed],
     /// Beginnings of a few of them, for a first look.
-    pub brief: &'o [Observed],
+    pub beginnings: &'o [Observed],
     /// A few of them whole, for what their beginnings do not show.
-    pub few: &'o [Observed],
+    pub subset: &'o [Observed],
     /// Which of all the few are.
     pub which: &'o [usize],
     /// The rig without what is sought; its unknown parameters are fitted along with every hypothesis.
@@ -154,17 +159,17 @@ pub enum Part {
     /// All, whole.
     All,
     /// A few, whole.
-    Few,
+    Subset,
     /// The beginnings of a few.
-    Brief,
+    Beginnings,
 }
 
-impl<'o> Contest<'o> {
+impl<'o> ModelSelection<'o> {
     /// The rig without anything more.
     ///
     /// # Errors
     /// What the simulation refuses.
-    pub fn null(&self, part: Part) -> Result<(Problem<'o>, Found), RigError> {
+    pub fn null(&self, part: Part) -> Result<(Problem<'o>, Optimum), RigError> {
         let problem = Problem::new(self.observed(part), self.rig.clone(), self.unknown.clone());
         let found = match self.known(part) {
             // Parts begin where all have ended.
@@ -182,15 +187,15 @@ impl<'o> Contest<'o> {
         let all = self.angles.as_ref()?;
         Some(match part {
             Part::All => all.clone(),
-            Part::Few | Part::Brief => self.which.iter().map(|n| all[*n]).collect(),
+            Part::Subset | Part::Beginnings => self.which.iter().map(|n| all[*n]).collect(),
         })
     }
 
     fn observed(&self, part: Part) -> &'o [Observed] {
         match part {
             Part::All => self.all,
-            Part::Few => self.few,
-            Part::Brief => self.brief,
+            Part::Subset => self.subset,
+            Part::Beginnings => self.beginnings,
         }
     }
 
@@ -204,150 +209,164 @@ impl<'o> Contest<'o> {
         // Where there is little to explain, leaving little of it says nothing.
         let explainable = !leaves_nothing(&bare.0, &bare.1)?;
         progress("looking at every hypothesis");
-        let looks = self.first_look(hypotheses, least)?;
+        let screened = self.screen(hypotheses, least)?;
         let mut dropped = Vec::new();
-        let heats = self.heats(looks, least, &mut Bar::new(explainable), &mut dropped, progress)?;
-        let mut contenders = self.finals(heats, &bare, &mut Bar::new(explainable), &mut dropped, progress)?;
-        contenders.sort_by(|a, b| b.merit.total_cmp(&a.merit));
-        dropped.sort_by(|a, b| b.at.cmp(&a.at).then(b.gain.total_cmp(&a.gain)));
-        Ok(Ranking { contenders, dropped })
+        let subset_fits =
+            self.subset_fits(screened, least, &mut PruningThreshold::new(explainable), &mut dropped, progress)?;
+        let mut candidates =
+            self.full_fit(subset_fits, &bare, &mut PruningThreshold::new(explainable), &mut dropped, progress)?;
+        candidates.sort_by(|a, b| b.bic_gain.total_cmp(&a.bic_gain));
+        dropped.sort_by(|a, b| b.at.cmp(&a.at).then(b.log_likelihood_gain.total_cmp(&a.log_likelihood_gain)));
+        Ok(Ranking { candidates, dropped })
     }
 
-    /// What every hypothesis promises on a few recordings or their beginnings, the most promising first.
-    fn first_look<'h>(&self, hypotheses: &'h [Hypothesis], least: f64) -> Result<Vec<Look<'h, 'o>>, RigError> {
-        let mut looks: Vec<Look> = Vec::new();
-        for part in [Part::Brief, Part::Few] {
+    /// What every hypothesis scores on a few recordings or their beginnings, the most promising first.
+    fn screen<'h>(&self, hypotheses: &'h [Hypothesis], least: f64) -> Result<Vec<ScreeningResult<'h, 'o>>, RigError> {
+        let mut screened: Vec<ScreeningResult> = Vec::new();
+        for part in [Part::Beginnings, Part::Subset] {
             let observed = self.observed(part);
-            let fits = |h: &Hypothesis| h.needs_whole_recordings() == (part == Part::Few);
+            let fits = |h: &Hypothesis| h.needs_whole_recordings() == (part == Part::Subset);
             let these: Vec<_> = hypotheses.iter().enumerate().filter(|(_, h)| fits(h)).collect();
             if these.is_empty() {
                 continue;
             }
             let bare = self.null(part)?;
-            let misfit = bare.1.expansion.misfit();
+            let neg_log_likelihood = bare.1.expansion.neg_log_likelihood();
             let fitted = bare.0.rig_at(&bare.1.point.coordinates)?;
             let soft = Self { rig: hypothesis::softened(&self.rig), ..self.clone() };
             let (problem, found) = if soft.rig == self.rig { bare } else { soft.null(part)? };
-            let expected = problem.expected(&found.point)?;
+            let expected = problem.predict(&found.point)?;
             let rig = problem.rig_at(&found.point.coordinates)?;
-            let backdrop = Backdrop::of(&rig, observed, found.point.angles.clone(), expected)?;
+            let null = NullPrediction::new(&rig, observed, found.point.angles.clone(), expected)?;
             // A gain grows with what is looked at.
             let scale = samples(self.all) / samples(observed);
-            let most = looks.iter().map(|l| l.promise.gain).fold(0.0, f64::max);
+            let most = screened.iter().map(|l| l.score.log_likelihood_gain).fold(0.0, f64::max);
             let stakes = Stakes { least: least / scale, others: most / scale };
-            looks.extend(screen(&backdrop, &rig, &these, stakes)?.into_iter().map(|p| Look {
+            screened.extend(screen(&null, &rig, &these, stakes)?.into_iter().map(|p| ScreeningResult {
                 hypothesis: &hypotheses[p.hypothesis],
-                promise: Promise { gain: p.gain * scale, ..p },
+                score: StartScore { log_likelihood_gain: p.log_likelihood_gain * scale, ..p },
                 observed,
                 rig: fitted.clone(),
-                misfit,
+                neg_log_likelihood,
                 scale,
             }));
         }
-        looks.sort_by(|a, b| b.promise.gain.total_cmp(&a.promise.gain));
-        Ok(looks)
+        screened.sort_by(|a, b| b.score.log_likelihood_gain.total_cmp(&a.score.log_likelihood_gain));
+        Ok(screened)
     }
 
     /// Those that promise most, fitted to what they were looked at on; the best first.
-    fn heats<'h>(
+    fn subset_fits<'h>(
         &self,
-        looks: Vec<Look<'h, 'o>>,
+        screened: Vec<ScreeningResult<'h, 'o>>,
         least: f64,
-        bar: &mut Bar,
+        bar: &mut PruningThreshold,
         dropped: &mut Vec<Dropped>,
         progress: &dyn Fn(&str),
-    ) -> Result<Vec<Heat<'h>>, RigError> {
-        let mut heats: Vec<Heat> = Vec::new();
+    ) -> Result<Vec<SubsetFit<'h>>, RigError> {
+        let mut subset_fits: Vec<SubsetFit> = Vec::new();
         let (mut n, mut done) = (0, 0);
-        let mut looks = looks.into_iter();
-        while looks.len() > 0 {
-            let entries = some_of(&mut looks, |look, together: &[Entry]| {
-                let Look { hypothesis, promise, .. } = &look;
-                let before = heats.iter().map(|h| h.hypothesis).chain(together.iter().map(|e| e.look.hypothesis));
+        let mut screened = screened.into_iter();
+        while screened.len() > 0 {
+            let entries = some_of(&mut screened, |look, together: &[Entry]| {
+                let ScreeningResult { hypothesis, score, .. } = &look;
+                let before = subset_fits.iter().map(|h| h.hypothesis).chain(together.iter().map(|e| e.look.hypothesis));
                 let crowd = before.filter(|h| h.name == hypothesis.name).count();
                 let full = n >= LEAST_SEARCHED && done >= SEARCHED || crowd >= SEARCHED_OF_A_NAME;
-                if full || promise.gain < least || bar.is_above(promise.gain) {
-                    dropped.push(Dropped::of(hypothesis, promise.gain, Exit::FirstLook));
+                if full || score.log_likelihood_gain < least || bar.is_above(score.log_likelihood_gain) {
+                    dropped.push(Dropped::new(hypothesis, score.log_likelihood_gain, Stage::Screened));
                     return None;
                 }
                 n += 1;
                 progress(&format!("fitting {} {} ({n} of {SEARCHED})", hypothesis.name, hypothesis.place));
-                let problem = self.problem(&look.rig, look.observed, &promise.start)?;
+                let problem = self.problem(&look.rig, look.observed, &score.start)?;
                 let slowly = done < SLOWLY;
                 done += work(&problem);
                 Some(Entry { look, problem, slowly })
             });
-            let found: Vec<Option<Found>> = entries.par_iter().map(Entry::searched).collect();
+            let found: Vec<Option<Optimum>> = entries.par_iter().map(Entry::searched).collect();
             for (Entry { look, problem, .. }, found) in entries.into_iter().zip(found) {
-                let Look { hypothesis, promise, misfit, scale, .. } = look;
+                let ScreeningResult { hypothesis, score, neg_log_likelihood, scale, .. } = look;
                 let Some(found) = found else { continue };
-                let gain = (misfit - found.expansion.misfit()) * scale;
+                let log_likelihood_gain = (neg_log_likelihood - found.expansion.neg_log_likelihood()) * scale;
                 let Some(effect) = problem.rig_at(&found.point.coordinates)?.effects.pop() else { continue };
                 if !effect.is_plausible() {
-                    dropped.push(Dropped::of(hypothesis, gain, Exit::Astray));
+                    dropped.push(Dropped::new(hypothesis, log_likelihood_gain, Stage::Invalid));
                     continue;
                 }
-                bar.raise(gain, &problem, &found)?;
-                heats.push(Heat { gain, hypothesis, start: Start { effect, ..promise.start }, found });
+                bar.raise(log_likelihood_gain, &problem, &found)?;
+                subset_fits.push(SubsetFit {
+                    log_likelihood_gain,
+                    hypothesis,
+                    start: Start { effect, ..score.start },
+                    found,
+                });
             }
         }
-        heats.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        Ok(heats)
+        subset_fits.sort_by(|a, b| b.log_likelihood_gain.total_cmp(&a.log_likelihood_gain));
+        Ok(subset_fits)
     }
 
     /// The best of those, fitted to all recordings.
-    fn finals(
+    fn full_fit(
         &self,
-        heats: Vec<Heat>,
-        (bare, null): &(Problem<'o>, Found),
-        bar: &mut Bar,
+        subset_fits: Vec<SubsetFit>,
+        (bare, null): &(Problem<'o>, Optimum),
+        bar: &mut PruningThreshold,
         dropped: &mut Vec<Dropped>,
         progress: &dyn Fn(&str),
-    ) -> Result<Vec<Contender<'o>>, RigError> {
-        let mut contenders: Vec<Contender> = Vec::new();
+    ) -> Result<Vec<Candidate<'o>>, RigError> {
+        let mut candidates: Vec<Candidate> = Vec::new();
         let (mut n, mut done) = (0, 0);
-        let mut heats = heats.into_iter();
-        while heats.len() > 0 {
-            let finalists = some_of(&mut heats, |heat, together: &[Heat]| {
-                let Hypothesis { name, place, .. } = heat.hypothesis;
-                let before = contenders.iter().map(|c| c.name).chain(together.iter().map(|h| h.hypothesis.name));
+        let mut subset_fits = subset_fits.into_iter();
+        while subset_fits.len() > 0 {
+            let finalists = some_of(&mut subset_fits, |subset_fit, together: &[SubsetFit]| {
+                let Hypothesis { name, place, .. } = subset_fit.hypothesis;
+                let before = candidates.iter().map(|c| c.name).chain(together.iter().map(|h| h.hypothesis.name));
                 let crowd = before.filter(|other| other == name).count();
-                let full = n >= LEAST_FINALISTS && done >= FINALISTS || crowd >= FINALISTS_OF_A_NAME;
+                let full = n >= LEAST_FULL_FITS && done >= FULL_FITS || crowd >= FULL_FITS_OF_A_NAME;
                 // Two at least: the best is told from another by what either gains on all.
-                if full || n > 1 && bar.is_above(heat.gain) {
-                    dropped.push(Dropped::of(heat.hypothesis, heat.gain, Exit::Fitted));
+                if full || n > 1 && bar.is_above(subset_fit.log_likelihood_gain) {
+                    dropped.push(Dropped::new(subset_fit.hypothesis, subset_fit.log_likelihood_gain, Stage::Fitted));
                     return None;
                 }
                 n += 1;
-                progress(&format!("fitting {name} {place} to all ({n} of {FINALISTS})"));
-                Some(heat)
+                progress(&format!("fitting {name} {place} to all ({n} of {FULL_FITS})"));
+                Some(subset_fit)
             });
-            let fitted: Vec<_> = finalists.par_iter().map(|heat| self.fitted_to_all(heat, null)).collect();
-            for (heat, fitted) in finalists.into_iter().zip(fitted) {
+            let fitted: Vec<_> = finalists.par_iter().map(|subset_fit| self.fitted_to_all(subset_fit, null)).collect();
+            for (subset_fit, fitted) in finalists.into_iter().zip(fitted) {
                 let Some((problem, found)) = fitted else {
-                    dropped.push(Dropped::of(heat.hypothesis, heat.gain, Exit::Astray));
+                    dropped.push(Dropped::new(subset_fit.hypothesis, subset_fit.log_likelihood_gain, Stage::Invalid));
                     continue;
                 };
-                let gain = null.expansion.misfit() - found.expansion.misfit();
+                let log_likelihood_gain = null.expansion.neg_log_likelihood() - found.expansion.neg_log_likelihood();
                 done += work(&problem);
-                bar.raise(gain, &problem, &found)?;
-                let merit = cost(bare, null) - cost(&problem, &found);
-                let Hypothesis { name, place, .. } = heat.hypothesis;
-                contenders.push(Contender { name, place: place.clone(), problem, found, merit, gain });
+                bar.raise(log_likelihood_gain, &problem, &found)?;
+                let bic_gain = half_bic(bare, null) - half_bic(&problem, &found);
+                let Hypothesis { name, place, .. } = subset_fit.hypothesis;
+                candidates.push(Candidate {
+                    name,
+                    place: place.clone(),
+                    problem,
+                    found,
+                    bic_gain,
+                    log_likelihood_gain,
+                });
             }
         }
-        Ok(contenders)
+        Ok(candidates)
     }
 
-    /// Nothing where it cannot be simulated under all conditions, or comes to what [`Exit::Astray`] says.
-    fn fitted_to_all(&self, heat: &Heat, null: &Found) -> Option<(Problem<'o>, Found)> {
-        let problem = self.problem(&self.rig, self.all, &heat.start)?;
-        let rig = problem.rig_at(&heat.found.point.coordinates).ok()?;
+    /// Nothing where it cannot be simulated under all conditions, or comes to what [`Stage::Invalid`] says.
+    fn fitted_to_all(&self, subset_fit: &SubsetFit, null: &Optimum) -> Option<(Problem<'o>, Optimum)> {
+        let problem = self.problem(&self.rig, self.all, &subset_fit.start)?;
+        let rig = problem.rig_at(&subset_fit.found.point.coordinates).ok()?;
         // Where it has been fitted already, its angles are known.
         let fitted: Vec<(usize, [f64; 2])> =
-            self.which.iter().copied().zip(heat.found.point.angles.iter().copied()).collect();
-        let angles = problem.aligned_beside(&rig, &self.rig, &null.point.angles, &fitted).ok()?;
-        let from = Point { angles, ..heat.found.point.clone() };
+            self.which.iter().copied().zip(subset_fit.found.point.angles.iter().copied()).collect();
+        let angles = problem.aligned_given(&rig, &self.rig, &null.point.angles, &fitted).ok()?;
+        let from = Point { angles, ..subset_fit.found.point.clone() };
         let limits = Limits { steps: STEPS, ..Limits::default() };
         let mut found = search(&problem, from, &limits).ok()?;
         let latched = problem.latched(&found.point).ok()?;
@@ -360,59 +379,60 @@ impl<'o> Contest<'o> {
         (effect.number("time_s").is_none_or(inside) && effect.is_plausible()).then_some((problem, found))
     }
 
-    /// A hypothesis beside a rig, the contest's with its unknown parameters at other values.
+    /// A hypothesis beside a rig, the selection's with its unknown parameters at other values.
     fn problem(&self, rig: &Rig, observed: &'o [Observed], start: &Start) -> Option<Problem<'o>> {
         let effect = hypothesis::sharpened(rig.bearing()?, start.effect.clone());
         let rig = rig.clone().with_effect(effect);
         rig.check().ok()?;
         let number = rig.effects.len();
-        let own = start.free.iter().map(|key| Coordinate::of(&rig, &format!("effect[{number}].{key}")));
+        let own = start.free.iter().map(|key| Coordinate::for_key(&rig, &format!("effect[{number}].{key}")));
         let coordinates = self.unknown.iter().cloned().map(Some).chain(own).collect::<Option<Vec<_>>>()?;
         Some(Problem::new(observed, rig, coordinates))
     }
 }
 
 /// How much a hypothesis must gain to be a rival of those that have been fitted.
-struct Bar {
+struct PruningThreshold {
     /// Whether there is so much to explain that leaving nothing of it says something.
     explainable: bool,
-    gain: f64,
+    log_likelihood_gain: f64,
 }
 
-impl Bar {
+impl PruningThreshold {
     fn new(explainable: bool) -> Self {
-        Self { explainable, gain: f64::NEG_INFINITY }
+        Self { explainable, log_likelihood_gain: f64::NEG_INFINITY }
     }
 
     /// Raises it to what a fitted hypothesis asks of its rivals.
-    fn raise(&mut self, gain: f64, problem: &Problem, found: &Found) -> Result<(), RigError> {
+    fn raise(&mut self, log_likelihood_gain: f64, problem: &Problem, found: &Optimum) -> Result<(), RigError> {
         let explains = self.explainable && leaves_nothing(problem, found)?;
-        self.gain = self.gain.max(gain * if explains { RIVAL } else { DISTANT_RIVAL });
+        self.log_likelihood_gain =
+            self.log_likelihood_gain.max(log_likelihood_gain * if explains { RIVAL } else { DISTANT_RIVAL });
         Ok(())
     }
 
     /// Whether one that gains as little is no rival.
-    fn is_above(&self, gain: f64) -> bool {
-        gain < self.gain
+    fn is_above(&self, log_likelihood_gain: f64) -> bool {
+        log_likelihood_gain < self.log_likelihood_gain
     }
 }
 
-/// What a hypothesis promises at the first look.
-struct Look<'h, 'o> {
+/// What a hypothesis scores at the first look.
+struct ScreeningResult<'h, 'o> {
     hypothesis: &'h Hypothesis,
     /// Its gain is in ln L, as it would be on all.
-    promise: Promise,
+    score: StartScore,
     /// What was looked at, and the rig and −ln L of it without the hypothesis: the angles go with what that rig has on a ball.
     observed: &'o [Observed],
     rig: Rig,
-    misfit: f64,
+    neg_log_likelihood: f64,
     /// How much more there is in all.
     scale: f64,
 }
 
 /// A hypothesis about to be fitted to what it was looked at on.
 struct Entry<'h, 'o> {
-    look: Look<'h, 'o>,
+    look: ScreeningResult<'h, 'o>,
     problem: Problem<'o>,
     /// Whether it may be searched slowly too.
     slowly: bool,
@@ -421,15 +441,19 @@ struct Entry<'h, 'o> {
 impl Entry<'_, '_> {
     /// A short search; where that leaves something and `slowly` allows it, another from the slow parts of the recordings to all
     /// of them.
-    fn searched(&self) -> Option<Found> {
+    fn searched(&self) -> Option<Optimum> {
         let Self { look, problem, slowly } = self;
-        let point = problem.start_at(look.promise.angles.clone());
+        let point = problem.start_at(look.score.angles.clone());
         let direct = search(problem, point.clone(), &QUICK).ok()?;
         if !slowly || leaves_nothing(problem, &direct).ok()? {
             return Some(direct);
         }
         let slowly = search_slowly(problem, point, &QUICK)?;
-        Some(if slowly.expansion.misfit() < direct.expansion.misfit() { slowly } else { direct })
+        Some(if slowly.expansion.neg_log_likelihood() < direct.expansion.neg_log_likelihood() {
+            slowly
+        } else {
+            direct
+        })
     }
 }
 
@@ -445,17 +469,17 @@ fn some_of<T, E>(from: &mut impl Iterator<Item = T>, mut enter: impl FnMut(T, &[
 }
 
 /// A hypothesis fitted to a few recordings.
-struct Heat<'h> {
+struct SubsetFit<'h> {
     /// In ln L, as it would be on all.
-    gain: f64,
+    log_likelihood_gain: f64,
     hypothesis: &'h Hypothesis,
     start: Start,
-    found: Found,
+    found: Optimum,
 }
 
 /// Whether what is left could be noise of the rig's kind, as far as one look tells.
-fn leaves_nothing(problem: &Problem, found: &Found) -> Result<bool, RigError> {
-    Ok(!excess(&whitened(problem.observed, &problem.expected(&found.point)?)).is_more_than_chance())
+fn leaves_nothing(problem: &Problem, found: &Optimum) -> Result<bool, RigError> {
+    Ok(!lack_of_fit(&whitened(problem.observed, &problem.predict(&found.point)?)).is_more_than_chance())
 }
 
 /// What a search costs, in searches of a rig that takes one step a sample.
@@ -465,7 +489,7 @@ fn work(problem: &Problem) -> usize {
 }
 
 /// A search from the slow parts of the recordings to all of them, at last within `limits`.
-fn search_slowly(problem: &Problem, mut point: Point, limits: &Limits) -> Option<Found> {
+fn search_slowly(problem: &Problem, mut point: Point, limits: &Limits) -> Option<Optimum> {
     for band in BANDS {
         let narrow = Problem { band, ..problem.clone() };
         point = search(&narrow, point, &QUICK).ok()?.point;

@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use super::Ran;
-use crate::concealed::Truth;
-use crate::concealed::brief::{Brief, Hidden, Kind};
-use crate::diagnose::outcome::{Diagnosis, Parameter};
+use crate::cases::Truth;
+use crate::cases::case_spec::{CaseSpec, Hidden, Kind};
+use crate::diagnose::result::{Diagnosis, Parameter};
 
 /// One case, scored.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -55,14 +55,14 @@ pub struct Checked {
 
 impl Score {
     /// Scores a case; `said` is nothing where the diagnosis ended with an error.
-    pub fn of(case: String, brief: &Brief, truth: Truth, said: Option<&Diagnosis>, ran: &Ran) -> Self {
+    pub fn new(case: String, spec: &CaseSpec, truth: Truth, said: Option<&Diagnosis>, ran: &Ran) -> Self {
         let names: Vec<String> = said.map_or(Vec::new(), |s| s.causes.iter().map(|c| c.name.clone()).collect());
         let verdict = match (said, &ran.error) {
             (Some(said), _) => said.verdict.name().to_owned(),
             (None, error) => format!("error: {}", error.as_deref().unwrap_or("none stated")),
         };
         let counts = |name: &String| truth.causes.contains(name) || truth.accept.contains(name);
-        let (right, first_right) = match brief.kind() {
+        let (right, first_right) = match spec.kind() {
             Kind::Control => (verdict == "no-mismatch", verdict == "no-mismatch"),
             Kind::Outside => (verdict == "unexplained", verdict == "unexplained"),
             Kind::Single | Kind::Pair => {
@@ -71,17 +71,17 @@ impl Score {
                 (all, names.first().is_some_and(counts))
             }
         };
-        let severity = match &brief.hidden {
+        let severity = match &spec.hidden {
             Hidden::Effects(names) if names.len() == 1 => Some(names[0].1.name()),
             _ => None,
         };
         Self {
             case,
-            kind: brief.kind().name(),
+            kind: spec.kind().name(),
             severity,
-            loud: brief.loud,
-            tachometer: brief.tachometer,
-            guessed: brief.guessed,
+            loud: spec.loud,
+            tachometer: spec.tachometer,
+            guessed: spec.guessed,
             said: names.clone(),
             verdict,
             right,

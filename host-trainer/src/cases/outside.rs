@@ -9,7 +9,7 @@ use rand_distr::{Distribution, Exp};
 use super::machine::{Drawn, log_uniform};
 use crate::recording::Recording;
 use crate::rig::noise::white;
-use crate::rig::plan::{INNER_X, INNER_Y, OUTER_X, OUTER_Y, Plan, Stage};
+use crate::rig::plan::{Assembly, INNER_X, INNER_Y, OUTER_X, OUTER_Y, Stage};
 
 /// A kind of effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +33,7 @@ pub enum Outside {
 }
 
 /// Alters the plan of a recording, given by its place among the others.
-pub type Alter = Box<dyn Fn(usize, &mut Plan)>;
+pub type Alter = Box<dyn Fn(usize, &mut Assembly)>;
 
 impl Outside {
     /// All.
@@ -105,7 +105,7 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
             let size = log_uniform(0.5e-3, 4e-3, rng);
             let each = Each::draw(rng);
             Box::new(move |n, plan| {
-                let times = impacts(rate_hz, seconds, size, &mut each.of(n));
+                let times = impacts(rate_hz, seconds, size, &mut each.rng_for(n));
                 plan.force(move |at, _, _, f| {
                     const LASTS_S: f64 = 2e-4;
                     let first = times.partition_point(|(t, _)| t + LASTS_S < at.time_s);
@@ -121,7 +121,7 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
             let amplitude = log_uniform(0.2, 1.0, rng) * rms(without);
             let each = Each::draw(rng);
             Box::new(move |n, plan| {
-                let phase = each.of(n).random_range(0.0..TAU);
+                let phase = each.rng_for(n).random_range(0.0..TAU);
                 plan.signal(Stage::Structure, move |at, signal| {
                     for (i, value) in signal.iter_mut().enumerate() {
                         *value += amplitude * (TAU * hz * at.time_s(i) + phase).sin();
@@ -154,7 +154,7 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
             let std = size * machine.sensor.noise_std_m_per_s2;
             let each = Each::draw(rng);
             Box::new(move |n, plan| {
-                let mut rng = each.of(n);
+                let mut rng = each.rng_for(n);
                 let (phase, seed) = (rng.random_range(0.0..TAU), rng.random());
                 plan.signal(Stage::Structure, move |at, signal| {
                     let noise = white(seed, u64::from(at.channel == "ay"), std, signal.len());
@@ -175,7 +175,7 @@ impl Each {
         Self(rng.random())
     }
 
-    fn of(&self, recording: usize) -> ChaCha8Rng {
+    fn rng_for(&self, recording: usize) -> ChaCha8Rng {
         let mut rng = ChaCha8Rng::seed_from_u64(self.0);
         rng.set_stream(recording as u64);
         rng

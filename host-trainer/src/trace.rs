@@ -7,7 +7,7 @@ use ballrace_core::model::{Input, Model};
 
 /// A stretch of evaluated samples.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Window {
+pub struct Trace {
     /// Time of each row in the recording, s: of the sample that completed it.
     pub times_s: Vec<f64>,
     /// Names of the derivatives.
@@ -21,10 +21,10 @@ pub struct Window {
     pub residual: Vec<f32>,
 }
 
-impl Window {
+impl Trace {
     /// The stretch of a recording that begins at a sample and has at most so many rows; the model has
     /// seen everything before it.
-    pub fn of(model: &Model<'_>, samples: &[f32], sample_rate_hz: f64, range: Range<usize>) -> Self {
+    pub fn record(model: &Model<'_>, samples: &[f32], sample_rate_hz: f64, range: Range<usize>) -> Self {
         let count = model.input.len();
         let names = match model.input {
             Input::VirtualStates(spec) => (0..count).map(|i| format!("a^({})", spec.orders.state(i) + 1)).collect(),

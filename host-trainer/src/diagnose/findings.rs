@@ -4,21 +4,21 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use super::acquisition::Fault;
-use super::compete::{Dropped, Exit};
-use super::explain::{Choice, Explanation, LEAST_MERIT};
-use super::outcome::{Cause, Fit, Fitted, HeldOut, Parameter, Rejected};
-use super::prove::Proof;
-use crate::calibrate::estimate::{Estimate, Knowledge, covariance_under, estimates};
-use crate::report::number::by_chance;
+use super::explain::{Explanation, LEAST_BIC_GAIN, Selected};
+use super::model_selection::{Dropped, Stage};
+use super::result::{Cause, Fit, Fitted, HeldOut, Parameter, Rejected};
+use super::validation::Validation;
+use crate::calibrate::estimate::{Estimate, ParameterPrior, covariance_under, estimates};
+use crate::report::format::by_chance;
 use crate::rig::{EffectEntry, Rig, RigError};
 use crate::whittle::problem::Problem;
-use crate::whittle::search::Found;
+use crate::whittle::search::Optimum;
 
 /// Kind of the rig whose equations are stated.
 const KIND: &str = "bearing-5dof";
 
 /// A fault of the acquisition as a cause.
-pub fn of_fault(fault: &Fault) -> Cause {
+pub fn fault_cause(fault: &Fault) -> Cause {
     Cause {
         name: fault.effect.name.clone(),
         probability: 0.99,
@@ -36,16 +36,13 @@ pub fn of_fault(fault: &Fault) -> Cause {
 /// None that the search has not met.
 pub fn parameters(
     problem: &Problem,
-    found: &Found,
+    found: &Optimum,
     before: &Rig,
     unknown: usize,
-    knowledge: &Knowledge,
+    prior: &ParameterPrior,
 ) -> Result<(Vec<Estimate>, Vec<Fitted>), RigError> {
-    let covariance = covariance_under(
-        knowledge,
-        &problem.expand_with(&knowledge.coordinates, &found.point)?,
-        problem.coordinates.len(),
-    );
+    let covariance =
+        covariance_under(prior, &problem.expand_with(&prior.coordinates, &found.point)?, problem.coordinates.len());
     let start: Vec<f64> = problem.coordinates.iter().map(|c| before.get(&c.key).unwrap_or_default()).collect();
     let mut all = estimates(&problem.coordinates, &start, &found.point.coordinates, &covariance);
     let mut effects = all.split_off(unknown.min(all.len()));
@@ -58,17 +55,17 @@ pub fn parameters(
     Ok((effects, along))
 }
 
-/// The effects that `corrected` has beyond `before` as causes, the most probable first. They are those of the contenders
+/// The effects that `corrected` has beyond `before` as causes, the most probable first. They are those of the candidates
 /// that were kept, in the same order.
 pub fn causes(
     corrected: &Rig,
     before: &Rig,
     values: &[Estimate],
     explanation: &Explanation,
-    proof: Option<&Proof>,
+    validation: Option<&Validation>,
 ) -> Vec<Cause> {
     let added = corrected.effects.iter().enumerate().skip(before.effects.len());
-    let cause = |((index, effect), choice): ((usize, &EffectEntry), &Choice)| {
+    let cause = |((index, effect), choice): ((usize, &EffectEntry), &Selected)| {
         let parameters = stated(effect);
         let estimate = |key: &str| values.iter().find(|e| e.key == format!("effect[{}].{key}", index + 1));
         Cause {
@@ -76,7 +73,7 @@ pub fn causes(
             probability: choice.probability(),
             interval95: parameters.keys().filter_map(|key| Some((key.clone(), estimate(key)?.interval95))).collect(),
             parameters,
-            evidence: evidence(choice, explanation, proof),
+            evidence: evidence(choice, explanation, validation),
             equation: effect.equation(KIND),
         }
     };
@@ -94,13 +91,14 @@ fn stated(effect: &EffectEntry) -> BTreeMap<String, Parameter> {
 }
 
 /// What the cause gains, and the next best of those that it was chosen among.
-fn evidence(choice: &Choice, explanation: &Explanation, proof: Option<&Proof>) -> String {
+fn evidence(choice: &Selected, explanation: &Explanation, validation: Option<&Validation>) -> String {
     let next = choice.rivals.iter().find(|c| !explanation.keeps(c.name));
-    let beside = next.map_or(String::new(), |n| format!("; the next best, {}, gains {:.0}", n.name, n.gain));
-    let on = proof.map_or(String::new(), |p| {
+    let beside =
+        next.map_or(String::new(), |n| format!("; the next best, {}, gains {:.0}", n.name, n.log_likelihood_gain));
+    let on = validation.map_or(String::new(), |p| {
         format!(", and {:.0} on what took no part ({})", p.before - p.after, by_chance(p.p_value))
     });
-    format!("ln L gains {:.0} on the fitted recordings{on}{beside}.", choice.cause.gain)
+    format!("ln L gains {:.0} on the fitted recordings{on}{beside}.", choice.cause.log_likelihood_gain)
 }
 
 /// What speaks against the best explanation.
@@ -143,7 +141,7 @@ impl Failure {
     }
 }
 
-/// Every other name of the contest, and why it lost; `failure` is what speaks against the causes that were kept.
+/// Every other name of the selection, and why it lost; `failure` is what speaks against the causes that were kept.
 pub fn rejected(explanation: &Explanation, failure: Option<Failure>) -> Vec<Rejected> {
     let causes = if explanation.kept.len() > 1 { "the causes together gain" } else { "the cause gains" };
     let mut out: Vec<Rejected> = Vec::new();
@@ -154,26 +152,28 @@ pub fn rejected(explanation: &Explanation, failure: Option<Failure>) -> Vec<Reje
             out.push(Rejected { name: name.into(), why: format!("{place}{why}") });
         }
     };
-    for contender in &explanation.contenders {
-        let gain = contender.gain;
+    for candidate in &explanation.candidates {
+        let log_likelihood_gain = candidate.log_likelihood_gain;
         let why = match failure {
-            None => format!("gains {gain:.0} in ln L where {causes} {:.0}", explanation.gain),
-            Some(_) if contender.merit < LEAST_MERIT => {
-                format!("gains {gain:.1} in ln L, no more than its parameters are worth")
+            None => {
+                format!("gains {log_likelihood_gain:.0} in ln L where {causes} {:.0}", explanation.log_likelihood_gain)
             }
-            Some(failure) => format!("gains {gain:.0} in ln L, yet {failure}"),
+            Some(_) if candidate.bic_gain < LEAST_BIC_GAIN => {
+                format!("gains {log_likelihood_gain:.1} in ln L, no more than its parameters are worth")
+            }
+            Some(failure) => format!("gains {log_likelihood_gain:.0} in ln L, yet {failure}"),
         };
-        say(contender.name, &contender.place, why);
+        say(candidate.name, &candidate.place, why);
     }
-    for Dropped { name, place, gain, at } in &explanation.dropped {
-        let promises = format!("promises {:.0} in ln L on all", gain.max(0.0));
+    for Dropped { name, place, log_likelihood_gain, at } in &explanation.dropped {
+        let scores = format!("scores {:.0} in ln L on all", log_likelihood_gain.max(0.0));
         let why = match at {
-            Exit::FirstLook => format!("at the first look {promises}, less than those that were fitted to them"),
-            Exit::Fitted => {
-                format!("fitted to a few recordings {promises}, less than those that were fitted to them")
+            Stage::Screened => format!("at the first look {scores}, less than those that were fitted to them"),
+            Stage::Fitted => {
+                format!("fitted to a few recordings {scores}, less than those that were fitted to them")
             }
-            Exit::Astray => {
-                format!("{promises}, but only with numbers that no such cause has or where it cannot be run")
+            Stage::Invalid => {
+                format!("{scores}, but only with numbers that no such cause has or where it cannot be run")
             }
         };
         say(name, place, why);
@@ -183,15 +183,15 @@ pub fn rejected(explanation: &Explanation, failure: Option<Failure>) -> Vec<Reje
 
 /// What the causes do to recordings that took no part, `held_out` in words. Where they do not stand, the rig stays as it
 /// was.
-pub fn fit(proof: Option<Proof>, stands: bool, held_out: String) -> (Fit, Vec<HeldOut>) {
+pub fn fit(validation: Option<Validation>, stands: bool, held_out: String) -> (Fit, Vec<HeldOut>) {
     let metric = "−ln L for each frequency, above that of the right rig".to_owned();
     let nothing = Fit { metric, held_out, before: 0.0, after: 0.0, noise_floor: 0.0, p_value: 1.0 };
-    let Some(proof) = proof else { return (nothing, Vec::new()) };
-    let fit = Fit { before: proof.before_each, noise_floor: proof.floor_each, ..nothing };
+    let Some(validation) = validation else { return (nothing, Vec::new()) };
+    let fit = Fit { before: validation.before_each, noise_floor: validation.floor_each, ..nothing };
     if stands {
-        (Fit { after: proof.after_each, p_value: proof.p_value, ..fit }, proof.traces)
+        (Fit { after: validation.after_each, p_value: validation.p_value, ..fit }, validation.traces)
     } else {
-        let traces = proof.traces.into_iter().map(|t| HeldOut { after: t.before.clone(), ..t }).collect();
+        let traces = validation.traces.into_iter().map(|t| HeldOut { after: t.before.clone(), ..t }).collect();
         (Fit { after: fit.before, ..fit }, traces)
     }
 }
@@ -199,37 +199,37 @@ pub fn fit(proof: Option<Proof>, stands: bool, held_out: String) -> (Fit, Vec<He
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::compete::Contender;
-    use crate::diagnose::explain::Ground;
-    use crate::diagnose::sets::Sets;
+    use crate::diagnose::data_split::DataSplit;
+    use crate::diagnose::explain::NullFit;
+    use crate::diagnose::model_selection::Candidate;
     use crate::diagnose::tests::recordings;
     use crate::rig::test_support::nominal;
 
     /// A wrong explanation may gain more alone than either of the right two does.
     #[test]
     fn what_lost_to_two_causes_is_set_against_both() {
-        let sets = Sets::of(&recordings(&nominal(), 3)).unwrap();
-        let ground = Ground::of(&nominal(), &sets, 3).unwrap();
-        let contender = |name: &'static str, gain: f64| Contender {
+        let split = DataSplit::new(&recordings(&nominal(), 3)).unwrap();
+        let null_fit = NullFit::new(&nominal(), &split, 3).unwrap();
+        let candidate = |name: &'static str, log_likelihood_gain: f64| Candidate {
             name,
             place: String::new(),
-            problem: ground.problem.clone(),
-            found: ground.found.clone(),
-            merit: gain,
-            gain,
+            problem: null_fit.problem.clone(),
+            found: null_fit.found.clone(),
+            bic_gain: log_likelihood_gain,
+            log_likelihood_gain,
         };
         let choice = |all: &[(&'static str, f64)]| {
-            let rivals: Vec<_> = all.iter().map(|(name, gain)| contender(name, *gain)).collect();
-            Choice { cause: rivals[0].clone(), rivals, left: ground.excess }
+            let rivals: Vec<_> = all.iter().map(|(name, gain)| candidate(name, *gain)).collect();
+            Selected { cause: rivals[0].clone(), rivals, left: null_fit.lack_of_fit }
         };
         let explanation = Explanation {
-            contenders: choice(&[("sensor-gain", 930.0), ("ball-defect", 720.0)]).rivals,
+            candidates: choice(&[("sensor-gain", 930.0), ("ball-defect", 720.0)]).rivals,
             kept: vec![
                 choice(&[("ball-defect", 720.0), ("unbalance", 400.0)]),
                 choice(&[("load-step", 280.0), ("shock", 90.0)]),
             ],
-            gain: 1000.0,
-            ..Explanation::nothing(ground.excess)
+            log_likelihood_gain: 1000.0,
+            ..Explanation::nothing(null_fit.lack_of_fit)
         };
         let [lost] = &rejected(&explanation, None)[..] else { panic!() };
         assert_eq!(lost.why, "gains 930 in ln L where the causes together gain 1000");

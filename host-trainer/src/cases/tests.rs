@@ -1,18 +1,18 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::brief::{Brief, Hidden, Kind, Severity, round};
+use super::case_spec::{CaseSpec, Hidden, Kind, Severity, round};
 use super::outside::Outside;
 use super::*;
 use crate::rig::effect::REGISTRY;
-use crate::rig::plan::Plan;
+use crate::rig::plan::Assembly;
 
-fn brief(hidden: Hidden) -> Brief {
-    Brief { hidden, loud: false, tachometer: true, guessed: false }
+fn spec(hidden: Hidden) -> CaseSpec {
+    CaseSpec { hidden, loud: false, tachometer: true, guessed: false }
 }
 
 fn draw(hidden: Hidden, seed: u64) -> Case {
-    Case::draw(&brief(hidden), 0.2, seed).unwrap()
+    Case::draw(&spec(hidden), 0.2, seed).unwrap()
 }
 
 #[test]
@@ -58,7 +58,7 @@ fn what_is_random_outside_the_vocabulary_is_another_in_every_recording() {
     for kind in [Outside::RandomImpacts, Outside::ForeignTone, Outside::SwellingNoise] {
         let mut rng = ChaCha8Rng::seed_from_u64(8);
         let drawn = machine::draw(false, 0.2, 1, &mut rng).unwrap();
-        let run = |alter: &dyn Fn(&mut Plan)| {
+        let run = |alter: &dyn Fn(&mut Assembly)| {
             let recording = simulate_altered(&drawn.rig, &drawn.conditions[0], &Start::seeded(1), alter).unwrap();
             recording.channel("ay").unwrap().samples.clone()
         };
@@ -78,7 +78,7 @@ fn what_is_random_outside_the_vocabulary_is_another_in_every_recording() {
 fn what_is_written_holds_nothing_of_the_truth() {
     let folder = tempfile::tempdir().unwrap();
     let hidden = Hidden::Effects(vec![("sensor-gain", Severity::Severe)]);
-    let case = Case::draw(&Brief { tachometer: false, guessed: true, ..brief(hidden) }, 0.2, 4).unwrap();
+    let case = Case::draw(&CaseSpec { tachometer: false, guessed: true, ..spec(hidden) }, 0.2, 4).unwrap();
     case.write(folder.path()).unwrap();
     let mut names: Vec<String> =
         std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
@@ -95,8 +95,8 @@ fn a_round_has_every_effect_at_every_severity_and_pairs_of_two_groups() {
     let of = |kind: Kind| briefs.iter().filter(|b| b.kind() == kind).count();
     assert_eq!(of(Kind::Single), 3 * REGISTRY.len());
     assert_eq!((of(Kind::Control), of(Kind::Pair), of(Kind::Outside)), (20, 10, 16));
-    for brief in briefs.iter().filter(|b| b.kind() == Kind::Pair) {
-        let Hidden::Effects(names) = &brief.hidden else { unreachable!() };
+    for spec in briefs.iter().filter(|b| b.kind() == Kind::Pair) {
+        let Hidden::Effects(names) = &spec.hidden else { unreachable!() };
         let group = |name: &str| effects::GROUPS.iter().position(|g| g.contains(&name));
         assert_ne!(group(names[0].0), group(names[1].0));
     }

@@ -5,10 +5,10 @@ use super::{
     decide::Decision,
     finding::{Rejected, ResidualTest},
     states::States,
-    table::{Model, Table},
+    table::{Table, TermModel},
 };
 use crate::rig::Rig;
-use crate::significance::{deviations, sign_flip};
+use crate::significance::{paired_z, sign_flip};
 
 /// The term that an effect of a rig adds.
 pub fn equation(rig: &Rig, index: usize) -> String {
@@ -60,9 +60,9 @@ pub fn rejected(table: &Table, decision: &Decision, causes: &[Cause]) -> Vec<Rej
 /// What was looked for in the residual of the rig without causes, the most telling first.
 pub fn tests(table: &Table, decision: &Decision, seed: u64) -> Vec<ResidualTest> {
     let nothing = &decision.nothing.left;
-    let test = |what: String, model: &Model| {
+    let test = |what: String, model: &TermModel| {
         let p_value = sign_flip(nothing, &model.left, seed);
-        ResidualTest { what, deviations: deviations(nothing, &model.left), p_value }
+        ResidualTest { what, z: paired_z(nothing, &model.left), p_value }
     };
     let singles = decision.singles.iter().filter_map(|trial| {
         let name = table.library.terms[trial.term].name;
@@ -70,7 +70,7 @@ pub fn tests(table: &Table, decision: &Decision, seed: u64) -> Vec<ResidualTest>
     });
     let any = test("any force of position, speed and time, named or not".into(), &decision.rich);
     let mut tests: Vec<ResidualTest> = std::iter::once(any).chain(singles).collect();
-    tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.deviations.total_cmp(&a.deviations)));
+    tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.z.total_cmp(&a.z)));
     tests
 }
 

@@ -9,7 +9,7 @@ use crate::whittle::observed::Observed;
 const BRIEF_S: f64 = 0.4;
 
 /// Recordings by the part that they take.
-pub struct Sets {
+pub struct DataSplit {
     /// Which took part, and which not.
     pub split: Split,
     /// What is fitted.
@@ -17,32 +17,32 @@ pub struct Sets {
     /// What took no part.
     pub held_out: Vec<Observed>,
     /// Those of the least and the greatest load among the fitted ones: what depends on it shows between them.
-    pub few: Vec<Observed>,
+    pub subset: Vec<Observed>,
     /// Their places among the fitted.
     pub which: Vec<usize>,
     /// Their beginnings.
-    pub brief: Vec<Observed>,
+    pub beginnings: Vec<Observed>,
     /// Mean over all recordings.
     pub load_n: f64,
 }
 
-impl Sets {
+impl DataSplit {
     /// Splits recordings, at least one.
     ///
     /// # Errors
     /// Recordings without acceleration, speed or load.
-    pub fn of(recordings: &[Recording]) -> Result<Self, DiagnoseError> {
-        let split = Split::of(recordings);
+    pub fn new(recordings: &[Recording]) -> Result<Self, DiagnoseError> {
+        let split = Split::new(recordings);
         let which = extremes(&split.fitted);
-        let few: Vec<Recording> = which.iter().map(|n| split.fitted[*n].clone()).collect();
+        let subset: Vec<Recording> = which.iter().map(|n| split.fitted[*n].clone()).collect();
         let beginning = |r: &Recording| part(r, 0..r.len().min((BRIEF_S * r.sample_rate_hz) as usize));
-        let brief: Vec<Recording> = few.iter().map(beginning).collect();
+        let beginnings: Vec<Recording> = subset.iter().map(beginning).collect();
         Ok(Self {
-            fitted: Observed::of_all(&split.fitted)?,
-            held_out: Observed::of_all(&split.held_out)?,
-            few: Observed::of_all(&few)?,
+            fitted: Observed::from_recordings(&split.fitted)?,
+            held_out: Observed::from_recordings(&split.held_out)?,
+            subset: Observed::from_recordings(&subset)?,
             which,
-            brief: Observed::of_all(&brief)?,
+            beginnings: Observed::from_recordings(&beginnings)?,
             load_n: recordings.iter().filter_map(|r| r.load_n).sum::<f64>() / recordings.len() as f64,
             split,
         })

@@ -12,9 +12,11 @@ use rand::RngExt;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::outcome::{Aspect, Cause, Diagnosis, Fit, HeldOut, Location, Outcome, Rejected, SCHEMA, Test, Verdict};
+use super::result::{
+    Aspect, Cause, Diagnosis, DiagnosisResult, Fit, HeldOut, Location, Rejected, SCHEMA, Test, Verdict,
+};
 use super::{DiagnoseError, Task};
-use super::{beside, evidence, locate};
+use super::{baseline_test, evidence, locate};
 use crate::calibrate::bearing::{Options, PathChoice, calibrate, identify};
 use crate::calibrate::distance::log_spectral;
 use crate::calibrate::split::Split;
@@ -29,7 +31,7 @@ use crate::whittle::observed::{CHANNELS, Observed, accelerations};
 
 /// Geometric mean of a comb's lines over the noise around, for each second of the recording, that names a kind; and how many
 /// times those of the other kinds, and of the baseline, it must be. Chosen between 70 and 216, the highest wrong and the
-/// lowest right one, of thirteen recordings of two public sets: few, and so not sharp.
+/// lowest right one, of thirteen recordings of two public split: few, and so not sharp.
 const LINES_PER_S: f64 = 100.0;
 const TIMES: f64 = 5.0;
 /// How far balls may slip, and a stated speed be off.
@@ -133,12 +135,12 @@ const MOST_WEIGHED: usize = 8;
 ///
 /// # Errors
 /// Recordings without acceleration, speed or load; a rig that cannot run.
-pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<Outcome, DiagnoseError> {
+pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult, DiagnoseError> {
     let Task { rig, baseline, recordings, seed } = *task;
     let machine = rig.bearing().ok_or(DiagnoseError::NotBearing { found: rig.model.kind() })?;
     let orders = machine.bearing.geometry().orders();
     progress("weighing the rig's turning against its noise");
-    let split = Split::of(recordings);
+    let split = Split::new(recordings);
     let rig = &weighed(rig, baseline, &split.fitted, &orders, seed)?;
     progress("looking for the rhythm of pits");
     let levels: Vec<f64> = KINDS.iter().map(|kind| level(recordings, kind, &orders)).collect();
@@ -152,12 +154,12 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<Outcome, Diagnos
     let tests = match baseline {
         Some(baseline) => {
             progress("setting them beside the baseline");
-            beside::tests(&machine.bearing.geometry(), baseline, recordings)?
+            baseline_test::tests(&machine.bearing.geometry(), baseline, recordings)?
         }
         None => recordings.first().map_or_else(Vec::new, |first| combs(first, &orders)),
     };
-    let proof = if clear { sized(rig, KINDS[best], &orders, &split, seed, progress)? } else { None };
-    let stands = proof.as_ref().is_some_and(|p| p.after + 2.0 * p.floor < p.before && p.p_value < 1e-3);
+    let validation = if clear { sized(rig, KINDS[best], &orders, &split, seed, progress)? } else { None };
+    let stands = validation.as_ref().is_some_and(|p| p.after + 2.0 * p.floor < p.before && p.p_value < 1e-3);
     let apart_db = distance(rig, baseline.unwrap_or(&split.fitted), seed)?;
     let verdict = match (stands, baseline) {
         (true, _) => Verdict::Mismatch,
@@ -179,11 +181,11 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<Outcome, Diagnos
             .to_owned(),
     ];
     let (mut corrected, mut causes) = (rig.clone(), Vec::new());
-    let Shown { fit, location, held_out } = match proof.filter(|_| stands) {
-        Some(proof) => {
-            corrected = corrected.with_effect(proof.effect.clone());
-            causes.push(cause(&proof, &levels, best, next));
-            proof.shown(&lines(KINDS[best], &orders), &split)
+    let Shown { fit, location, held_out } = match validation.filter(|_| stands) {
+        Some(validation) => {
+            corrected = corrected.with_effect(validation.effect.clone());
+            causes.push(cause(&validation, &levels, best, next));
+            validation.shown(&lines(KINDS[best], &orders), &split)
         }
         None => {
             caveats.extend(caveats_without_cause(baseline));
@@ -195,7 +197,7 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<Outcome, Diagnos
         }
     };
     let diagnosis = Diagnosis { schema: SCHEMA.into(), verdict, causes, rejected, location, fit };
-    Ok(Outcome { diagnosis, rig: corrected, held_out, tests, fitted: Vec::new(), caveats })
+    Ok(DiagnosisResult { diagnosis, rig: corrected, held_out, tests, fitted: Vec::new(), caveats })
 }
 
 /// What a diagnosis shows of recordings that took no part, and where.
@@ -257,7 +259,7 @@ fn combs(recording: &Recording, orders: &Orders) -> Vec<Test> {
                 hz.start,
                 hz.end
             ),
-            deviations: (found.strength - 1.0) * (found.ratios.len() as f64).sqrt(),
+            z: (found.strength - 1.0) * (found.ratios.len() as f64).sqrt(),
             p_value: found.log_p_value.exp(),
             q_value: 1.0,
         })
@@ -274,21 +276,21 @@ fn family(kind: &str) -> Family {
     }
 }
 
-fn cause(proof: &SizedPit, levels: &[f64], best: usize, next: usize) -> Cause {
+fn cause(validation: &SizedPit, levels: &[f64], best: usize, next: usize) -> Cause {
     let odds = (levels[best] - levels[next]).exp();
     Cause {
         name: KINDS[best].into(),
         probability: odds / (1.0 + odds),
-        parameters: proof.effect.parameters.iter().map(|(key, value)| (key.clone(), value.into())).collect(),
+        parameters: validation.effect.parameters.iter().map(|(key, value)| (key.clone(), value.into())).collect(),
         interval95: BTreeMap::new(),
         evidence: format!(
             "In the envelope of {:.0} to {:.0} Hz all lines of its comb stand out, {:.0} times the noise around for each second, {odds:.0} times the next kind's ({}).",
-            proof.band.band_hz.start,
-            proof.band.band_hz.end,
+            validation.band.band_hz.start,
+            validation.band.band_hz.end,
             levels[best].exp(),
             KINDS[next]
         ),
-        equation: proof.effect.equation("bearing-5dof"),
+        equation: validation.effect.equation("bearing-5dof"),
     }
 }
 
@@ -398,7 +400,7 @@ fn simulated(rig: &Rig, recordings: &[Recording], seed: u64) -> Result<Option<Ve
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut runs = Vec::new();
     for recording in recordings {
-        let condition = Observed::of(recording)?.condition;
+        let condition = Observed::from_recording(recording)?.condition;
         runs.push(Run { rig, condition, start: Start::seeded(random.random()) });
     }
     Ok(simulate_all(&runs)?.into_iter().collect::<Result<Vec<_>, _>>().ok())

@@ -1,4 +1,4 @@
-//! `ballrace prove`.
+//! `ballrace evaluate`.
 
 use std::path::PathBuf;
 
@@ -6,10 +6,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::{Failure, json, line, write};
-use crate::concealed::brief::{Kind, Severity};
-use crate::proof::score::Score;
-use crate::proof::table::{Summary, confusion, markdown};
-use crate::proof::{Config, ProofError, prove};
+use crate::cases::case_spec::{Kind, Severity};
+use crate::evaluate::score::Score;
+use crate::evaluate::table::{Summary, confusion, markdown};
+use crate::evaluate::{Config, EvaluateError, evaluate};
 
 /// Measure how often `diagnose` is right, on cases whose answer is concealed
 ///
@@ -18,9 +18,11 @@ use crate::proof::{Config, ProofError, prove};
 /// what was hidden. Prints how many are right, what was taken for what, errors of the parameters against their
 /// intervals, and times. What is in OUT already is not done again.
 ///
-/// OUT then holds proof.md, confusion.csv, scores.json, and cases/, diagnoses/ and truth/.
+/// OUT then holds evaluation.md, confusion.csv, scores.json, and cases/, diagnoses/ and truth/.
 #[derive(clap::Args, Debug)]
-#[command(after_help = "Example:\n  ballrace prove --out proof --kind single,control --severity plain --jobs 2")]
+#[command(
+    after_help = "Example:\n  ballrace evaluate --out evaluation --kind single,control --severity plain --jobs 2"
+)]
 pub struct Args {
     /// Folder to write to
     #[arg(long, value_name = "OUT")]
@@ -61,7 +63,7 @@ struct Document<'a> {
     scores: &'a [Score],
 }
 
-/// Runs `prove`.
+/// Runs `evaluate`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if !(args.seconds.is_finite() && args.seconds >= 0.1) {
         return Err(Failure::Input(format!("--seconds: found {}, expected at least 0.1", args.seconds)));
@@ -79,28 +81,28 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}") {
         bar.set_style(style);
     }
-    let scores = prove(&config, &args.out, args.jobs, &|name, done, of| {
+    let scores = evaluate(&config, &args.out, args.jobs, &|name, done, of| {
         bar.set_length(of as u64);
         bar.set_position(done as u64);
         bar.set_message(name.to_owned());
     });
     bar.finish_and_clear();
     let scores = scores.map_err(|e| match e {
-        ProofError::Another { .. } | ProofError::Nothing => Failure::input(e),
+        EvaluateError::Another { .. } | EvaluateError::Nothing => Failure::input(e),
         _ => Failure::other(e),
     })?;
-    let summary = Summary::of(&scores);
+    let summary = Summary::from_scores(&scores);
     let document = Document { config: &config, summary: &summary, scores: &scores };
     let text = serde_json::to_vec_pretty(&document).map_err(Failure::other)?;
     write(&args.out.join("scores.json"), &text)?;
     write(&args.out.join("confusion.csv"), confusion(&scores).as_bytes())?;
-    write(&args.out.join("proof.md"), markdown(&scores).as_bytes())?;
+    write(&args.out.join("evaluation.md"), markdown(&scores).as_bytes())?;
     if args.json {
         return json(&document);
     }
     line(markdown(&scores))?;
     line(format_args!(
         "wrote {}; cases, diagnoses and what was hidden are beside it",
-        args.out.join("proof.md").display()
+        args.out.join("evaluation.md").display()
     ))
 }

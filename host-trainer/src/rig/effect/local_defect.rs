@@ -9,11 +9,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::rig::plan::Moment;
+use crate::rig::plan::Instant;
 
 /// A pit, by its depth in m and half its width in rad.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pit {
+pub(super) struct LocalDefect {
     depth: f64,
     half_width: f64,
 }
@@ -23,12 +23,12 @@ pub(super) struct Pit {
 pub struct Passage {
     /// The ball.
     pub ball: usize,
-    pit: Pit,
+    pit: LocalDefect,
     /// Its angle from the middle of the pit where the step begins and where it ends, rad.
     angles: [f64; 2],
 }
 
-impl Pit {
+impl LocalDefect {
     pub(super) fn new(depth: f64, width: f64) -> Self {
         Self { depth, half_width: 0.5 * width }
     }
@@ -54,8 +54,8 @@ impl Pit {
     /// Adds the passages of `balls` on a race whose pit is at an angle that depends on the moment.
     pub(super) fn pass_all(
         &self,
-        at: impl Fn(&Moment) -> f64,
-        moments: &[Moment; 2],
+        at: impl Fn(&Instant) -> f64,
+        moments: &[Instant; 2],
         balls: usize,
         out: &mut Vec<Passage>,
     ) {

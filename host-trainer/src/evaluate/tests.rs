@@ -2,8 +2,8 @@ use std::collections::BTreeMap;
 
 use super::table::{Summary, confusion, markdown};
 use super::*;
-use crate::concealed::{Effect, Truth};
-use crate::diagnose::outcome::{Diagnosis, Location, SCHEMA};
+use crate::cases::{HiddenEffect, Truth};
+use crate::diagnose::result::{Diagnosis, Location, SCHEMA};
 
 fn config(kinds: &[&str], effects: &[&str], every: usize) -> Config {
     let strings = |of: &[&str]| of.iter().map(|s| String::from(*s)).collect();
@@ -18,11 +18,11 @@ fn config(kinds: &[&str], effects: &[&str], every: usize) -> Config {
     }
 }
 
-/// The whole proof in its short form: a control, and effects that nobody should miss.
+/// The whole evaluation in its short form: a control, and effects that nobody should miss.
 #[test]
 fn short_form_names_what_is_severe_and_is_quiet_on_a_control() {
     let folder = tempfile::tempdir().unwrap();
-    let run = |config: &Config| prove(config, folder.path(), 1, &|_, _, _| ());
+    let run = |config: &Config| evaluate(config, folder.path(), 1, &|_, _, _| ());
     let severe = config(&["single"], &["unbalance", "sensor-bias", "outer-race-defect"], 1);
     let mut scores = run(&severe).unwrap();
     scores.extend(run(&config(&["control"], &[], 20)).unwrap());
@@ -35,20 +35,20 @@ fn short_form_names_what_is_severe_and_is_quiet_on_a_control() {
     let before = std::fs::metadata(ran(&scores[0])).unwrap().modified().unwrap();
     assert_eq!(run(&severe).unwrap(), scores[..3]);
     assert_eq!(std::fs::metadata(ran(&scores[0])).unwrap().modified().unwrap(), before);
-    // Another proof's folder is left alone.
+    // Another evaluation's folder is left alone.
     let refused = run(&Config { seed: 1, ..severe }).unwrap_err();
-    assert!(matches!(refused, ProofError::Another { .. }), "{refused}");
+    assert!(matches!(refused, EvaluateError::Another { .. }), "{refused}");
 }
 
 #[test]
 fn no_case_at_all_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
-    let refused = prove(&config(&["control"], &["unbalance"], 1), folder.path(), 1, &|_, _, _| ()).unwrap_err();
-    assert!(matches!(refused, ProofError::Nothing), "{refused}");
+    let refused = evaluate(&config(&["control"], &["unbalance"], 1), folder.path(), 1, &|_, _, _| ()).unwrap_err();
+    assert!(matches!(refused, EvaluateError::Nothing), "{refused}");
 }
 
 fn truth(causes: &[&str]) -> Truth {
-    let effect = |name: &&str| Effect {
+    let effect = |name: &&str| HiddenEffect {
         name: (*name).into(),
         numbers: BTreeMap::from([("force_n".into(), 10.0)]),
         names: BTreeMap::new(),
@@ -74,8 +74,8 @@ fn said(verdict: &str, causes: &[&str], interval: [f64; 2]) -> Diagnosis {
 }
 
 fn scored(hidden: Hidden, causes: &[&str], said: &Diagnosis) -> Score {
-    let brief = Brief { hidden, loud: false, tachometer: false, guessed: false };
-    Score::of("case000".into(), &brief, truth(causes), Some(said), &Ran { seconds: 1.0, error: None })
+    let spec = CaseSpec { hidden, loud: false, tachometer: false, guessed: false };
+    Score::new("case000".into(), &spec, truth(causes), Some(said), &Ran { seconds: 1.0, error: None })
 }
 
 #[test]
@@ -92,7 +92,7 @@ fn a_score_tells_right_from_first_right_from_wrong() {
     let alarm = scored(Hidden::Nothing, &[], &said("mismatch", &["shock"], [9.0, 11.0]));
     let quiet = scored(Hidden::Nothing, &[], &said("no-mismatch", &[], [9.0, 11.0]));
     assert!(!alarm.right && quiet.right);
-    let outside = Hidden::Outside(crate::concealed::outside::Outside::Echo);
+    let outside = Hidden::Outside(crate::cases::outside::Outside::Echo);
     let honest = scored(outside.clone(), &["unexplained"], &said("unexplained", &[], [9.0, 11.0]));
     let bluff = scored(outside, &["unexplained"], &said("mismatch", &["shock"], [9.0, 11.0]));
     assert!(honest.right && !bluff.right);
@@ -103,7 +103,7 @@ fn a_score_tells_right_from_first_right_from_wrong() {
     assert!(!half.right && half.first_right && whole.right);
 
     let all = [one, two, wrong, alarm, quiet, honest, bluff, half, whole];
-    let summary = Summary::of(&all);
+    let summary = Summary::from_scores(&all);
     assert_eq!((summary.first_right.of, summary.first_right.all), (2, 3));
     assert_eq!((summary.only_right.of, summary.quiet.of, summary.honest.of, summary.both.of), (1, 1, 1, 1));
     assert_eq!((summary.improved.of, summary.improved.all), (7, 7));

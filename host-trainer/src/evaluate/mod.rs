@@ -22,11 +22,11 @@ use std::time::Instant;
 use rayon::ThreadPoolBuilder;
 use serde::{Deserialize, Serialize};
 
-use crate::concealed::brief::{Brief, Hidden, Kind, Severity, round};
-use crate::concealed::{Case, CaseError};
+use crate::atomic_write::write_atomically;
+use crate::cases::case_spec::{CaseSpec, Hidden, Kind, Severity, round};
+use crate::cases::{Case, CaseError};
 use crate::diagnose::write::DOCUMENT;
 use crate::diagnose::{Task, diagnose};
-use crate::files::write_atomically;
 use crate::recording::load_all;
 use crate::report;
 use crate::rig::Rig;
@@ -53,25 +53,25 @@ pub struct Config {
 
 impl Config {
     /// The cases: number in the whole list, so that a part of it has the same cases, and what it is to be.
-    pub fn briefs(&self) -> Vec<(usize, Brief)> {
+    pub fn briefs(&self) -> Vec<(usize, CaseSpec)> {
         let all = (0..self.rounds).flat_map(round).enumerate();
-        all.filter(|(_, brief)| self.wants(brief)).step_by(self.every.max(1)).collect()
+        all.filter(|(_, spec)| self.wants(spec)).step_by(self.every.max(1)).collect()
     }
 
-    fn wants(&self, brief: &Brief) -> bool {
+    fn wants(&self, spec: &CaseSpec) -> bool {
         let among = |list: &[String], name: &str| list.is_empty() || list.iter().any(|l| l == name);
-        let severity = |s: Severity| brief.kind() != Kind::Single || among(&self.severities, s.name());
-        among(&self.kinds, brief.kind().name())
-            && match &brief.hidden {
+        let severity = |s: Severity| spec.kind() != Kind::Single || among(&self.severities, s.name());
+        among(&self.kinds, spec.kind().name())
+            && match &spec.hidden {
                 Hidden::Nothing => self.effects.is_empty(),
                 Hidden::Effects(names) => names.iter().any(|(n, s)| among(&self.effects, n) && severity(*s)),
                 Hidden::Outside(kind) => among(&self.effects, kind.name()),
             }
     }
 
-    fn case(&self, number: usize, brief: &Brief) -> Result<Case, ProofError> {
+    fn case(&self, number: usize, spec: &CaseSpec) -> Result<Case, EvaluateError> {
         let seed = self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(number as u64);
-        Case::draw(brief, self.seconds, seed).map_err(|e| ProofError::Case(name(number), e.into()))
+        Case::draw(spec, self.seconds, seed).map_err(|e| EvaluateError::Case(name(number), e.into()))
     }
 }
 
@@ -79,10 +79,10 @@ fn name(number: usize) -> String {
     format!("case{number:03}")
 }
 
-/// Why a proof ends early.
+/// Why an evaluation ends early.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum ProofError {
+pub enum EvaluateError {
     /// A case that could not be made.
     #[error("{0}: {1}")]
     Case(String, CaseError),
@@ -102,8 +102,10 @@ pub enum ProofError {
         /// Where in it.
         source: serde_json::Error,
     },
-    /// A folder of another proof.
-    #[error("{path}: found the cases of another proof, expected a new folder or the same seed, rounds and seconds")]
+    /// A folder of another evaluation.
+    #[error(
+        "{path}: found the cases of another evaluation, expected a new folder or the same seed, rounds and seconds"
+    )]
     Another {
         /// Its settings.
         path: PathBuf,
@@ -129,15 +131,15 @@ pub struct Ran {
 ///
 /// # Errors
 /// The first thing that goes wrong with the files; a diagnosis that ends with an error is a wrong one, not an end.
-pub fn prove(
+pub fn evaluate(
     config: &Config,
     out: &Path,
     jobs: usize,
     progress: &(dyn Fn(&str, usize, usize) + Sync),
-) -> Result<Vec<Score>, ProofError> {
+) -> Result<Vec<Score>, EvaluateError> {
     let briefs = config.briefs();
     if briefs.is_empty() {
-        return Err(ProofError::Nothing);
+        return Err(EvaluateError::Nothing);
     }
     claim(config, out)?;
     let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
@@ -148,8 +150,8 @@ pub fn prove(
     std::thread::scope(|scope| {
         for pool in &pools {
             scope.spawn(|| {
-                while let Some((number, brief)) = briefs.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let result = pool.install(|| one(config, *number, brief, out));
+                while let Some((number, spec)) = briefs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let result = pool.install(|| one(config, *number, spec, out));
                     if let (Err(error), Ok(mut failed)) = (result, failed.lock()) {
                         next.store(briefs.len(), Ordering::Relaxed);
                         failed.get_or_insert(error);
@@ -162,22 +164,22 @@ pub fn prove(
     if let Ok(Some(error)) = failed.into_inner() {
         return Err(error);
     }
-    briefs.iter().map(|(number, brief)| open(config, *number, brief, out)).collect()
+    briefs.iter().map(|(number, spec)| open(config, *number, spec, out)).collect()
 }
 
 /// Writes the settings that fix the cases, or finds the same ones.
-fn claim(config: &Config, out: &Path) -> Result<(), ProofError> {
-    let path = out.join("proof.json");
+fn claim(config: &Config, out: &Path) -> Result<(), EvaluateError> {
+    let path = out.join("evaluation.json");
     let all = Config { kinds: Vec::new(), severities: Vec::new(), effects: Vec::new(), every: 1, ..config.clone() };
     if path.exists() {
-        return if read::<Config>(&path)? == all { Ok(()) } else { Err(ProofError::Another { path }) };
+        return if read::<Config>(&path)? == all { Ok(()) } else { Err(EvaluateError::Another { path }) };
     }
     make(out)?;
     store(&path, &all)
 }
 
 /// Makes and diagnoses a case, unless that has been done.
-fn one(config: &Config, number: usize, brief: &Brief, out: &Path) -> Result<(), ProofError> {
+fn one(config: &Config, number: usize, spec: &CaseSpec, out: &Path) -> Result<(), EvaluateError> {
     let name = name(number);
     let (case, diagnosis) = (out.join("cases").join(&name), out.join("diagnoses").join(&name));
     let ran = diagnosis.join("run.json");
@@ -185,7 +187,7 @@ fn one(config: &Config, number: usize, brief: &Brief, out: &Path) -> Result<(), 
         return Ok(());
     }
     make(&case)?;
-    config.case(number, brief)?.write(&case).map_err(|e| ProofError::Case(name, e))?;
+    config.case(number, spec)?.write(&case).map_err(|e| EvaluateError::Case(name, e))?;
     make(&diagnosis)?;
     let start = Instant::now();
     let error = diagnosed(&case, &diagnosis).err();
@@ -206,28 +208,28 @@ fn diagnosed(case: &Path, out: &Path) -> Result<(), String> {
 }
 
 /// Says what was hidden, and scores what was said.
-fn open(config: &Config, number: usize, brief: &Brief, out: &Path) -> Result<Score, ProofError> {
+fn open(config: &Config, number: usize, spec: &CaseSpec, out: &Path) -> Result<Score, EvaluateError> {
     let name = name(number);
-    let truth = config.case(number, brief)?.truth;
+    let truth = config.case(number, spec)?.truth;
     make(&out.join("truth"))?;
     store(&out.join("truth").join(format!("{name}.json")), &truth)?;
     let diagnosis = out.join("diagnoses").join(&name);
     let ran: Ran = read(&diagnosis.join("run.json"))?;
     let said = if ran.error.is_none() { Some(read(&diagnosis.join(DOCUMENT))?) } else { None };
-    Ok(Score::of(name, brief, truth, said.as_ref(), &ran))
+    Ok(Score::new(name, spec, truth, said.as_ref(), &ran))
 }
 
-fn make(folder: &Path) -> Result<(), ProofError> {
-    std::fs::create_dir_all(folder).map_err(|source| ProofError::Io { path: folder.into(), source })
+fn make(folder: &Path) -> Result<(), EvaluateError> {
+    std::fs::create_dir_all(folder).map_err(|source| EvaluateError::Io { path: folder.into(), source })
 }
 
-fn store(path: &Path, value: &impl Serialize) -> Result<(), ProofError> {
-    let json = |source| ProofError::Json { path: path.into(), source };
+fn store(path: &Path, value: &impl Serialize) -> Result<(), EvaluateError> {
+    let json = |source| EvaluateError::Json { path: path.into(), source };
     let text = serde_json::to_vec_pretty(value).map_err(json)?;
-    write_atomically(path, &text).map_err(|source| ProofError::Io { path: path.into(), source })
+    write_atomically(path, &text).map_err(|source| EvaluateError::Io { path: path.into(), source })
 }
 
-fn read<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, ProofError> {
-    let text = std::fs::read(path).map_err(|source| ProofError::Io { path: path.into(), source })?;
-    serde_json::from_slice(&text).map_err(|source| ProofError::Json { path: path.into(), source })
+fn read<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, EvaluateError> {
+    let text = std::fs::read(path).map_err(|source| EvaluateError::Io { path: path.into(), source })?;
+    serde_json::from_slice(&text).map_err(|source| EvaluateError::Json { path: path.into(), source })
 }

@@ -7,15 +7,15 @@
 use realfft::num_complex::Complex;
 
 use super::DiagnoseError;
-use super::evidence::{Scatter, against, looks, ranked};
-use super::outcome::{Aspect, Test};
+use super::evidence::{NullSpread, against, ranked, views};
 use super::residual::{Whitened, whitened};
+use super::result::{Aspect, Test};
 use super::statistics::{Statistic, statistics};
 use crate::calibrate::split::part;
 use crate::recording::Recording;
 use crate::rig::kinematics::Geometry;
 use crate::rig::plan;
-use crate::whittle::likelihood::{Expected, Noise};
+use crate::whittle::likelihood::{Noise, Prediction};
 use crate::whittle::observed::Observed;
 
 /// Pieces that the healthy machine's recordings are cut into, where they are fewer; and how many are looked at of all.
@@ -50,19 +50,20 @@ pub fn tests(
     let density = [0, 1].map(|channel| density(&usual, channel));
     let left = |piece: &Observed| {
         let mean = density.each_ref().map(|d| vec![Complex::default(); d.len()]);
-        let noise = Noise { variance: density.clone(), scatter: plan::Scatter(Default::default()) };
-        whitened(std::slice::from_ref(piece), &[Expected { mean, noise }])
+        let noise =
+            Noise { variance: density.clone(), velocity_covariance: plan::VelocityCovariance(Default::default()) };
+        whitened(std::slice::from_ref(piece), &[Prediction { mean, noise }])
     };
     let of = |piece: &Observed| -> Vec<Statistic> {
         let residuals: Vec<Whitened> = left(piece);
-        let mut all = statistics(&looks(std::slice::from_ref(piece), &residuals, None), geometry);
+        let mut all = statistics(&views(std::slice::from_ref(piece), &residuals, None), geometry);
         // These are the piece's own.
         all.retain(|s| !matches!(s.aspect, Aspect::Time | Aspect::Displacement | Aspect::Velocity));
         all
     };
     let others: Vec<Vec<Statistic>> = usual.iter().map(of).collect();
     let own: Vec<Vec<Statistic>> = now.iter().map(of).collect();
-    Ok(ranked(against(mean(&own), &others, Scatter::OfTheOthers)))
+    Ok(ranked(against(mean(&own), &others, NullSpread::OfTheOthers)))
 }
 
 fn pieces(of: &[Recording], length: usize) -> Result<Vec<Observed>, DiagnoseError> {
@@ -73,7 +74,7 @@ fn pieces(of: &[Recording], length: usize) -> Result<Vec<Observed>, DiagnoseErro
     let all: Vec<Recording> = of.iter().flat_map(cut).collect();
     // Evenly over all of them.
     let step = all.len().div_ceil(MOST).max(1);
-    Ok(all.iter().step_by(step).map(Observed::of).collect::<Result<_, _>>()?)
+    Ok(all.iter().step_by(step).map(Observed::from_recording).collect::<Result<_, _>>()?)
 }
 
 /// Power density of a channel over pieces, averaged over neighbours; empty where none has it.
@@ -127,7 +128,7 @@ mod tests {
     fn null_more_of_the_same_does_not_stand_out() {
         let of =
             |seed: u64| tests(&geometry(), &[recording(seed, 4.0, 0.0)], &[recording(seed + 50, 6.0, 0.0)]).unwrap();
-        let wrong = (0..20).filter(|seed| of(*seed).iter().any(Test::stands_out)).count();
+        let wrong = (0..20).filter(|seed| of(*seed).iter().any(Test::is_significant)).count();
         assert!(wrong <= 2, "{wrong}");
     }
 
@@ -136,7 +137,7 @@ mod tests {
         let found = tests(&geometry(), &[recording(1, 4.0, 0.0)], &[recording(2, 4.0, 1.0)]).unwrap();
         let bands: Vec<[f64; 2]> = found
             .iter()
-            .filter(|t| t.aspect == Aspect::Spectrum && t.stands_out() && t.deviations > 0.0)
+            .filter(|t| t.aspect == Aspect::Spectrum && t.is_significant() && t.z > 0.0)
             .filter_map(|t| t.at)
             .collect();
         // The coloured noise is 100 times as strong below 200 Hz as white noise, and a quarter of it at 6 kHz.

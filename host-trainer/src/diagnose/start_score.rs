@@ -1,65 +1,69 @@
-//! What a start promises: one run of it, beside what the rig says without it.
+//! What a start scores: one run of it, beside what the rig says without it.
 
 use rayon::prelude::*;
 
 use super::hypothesis::Start;
-use crate::rig::random_part::{Asked, heeds_scatter};
+use crate::rig::random_part::{Asked, depends_on_velocity_noise};
 use crate::rig::{Rig, RigError};
 use crate::whittle::align;
-use crate::whittle::likelihood::{Expected, Noise, Silent, judged, means, noises};
+use crate::whittle::likelihood::{Noise, NoiseFreeRun, Prediction, judged_bins, means, noises};
 use crate::whittle::observed::{Coefficients, Observed};
 
 /// Runs that are held in memory at a time.
 const BATCH: usize = 128;
 
-/// What a start promises.
+/// What a start scores.
 #[derive(Clone, Debug)]
-pub struct Promise {
+pub struct StartScore {
     /// Which hypothesis.
     pub hypothesis: usize,
-    /// Where from, its strength scaled where that promises more.
+    /// Where from, its strength scaled where that scores more.
     pub start: Start,
     /// Angles at the beginning of each recording.
     pub angles: Vec<[f64; 2]>,
     /// Gain in ln L.
-    pub gain: f64,
+    pub log_likelihood_gain: f64,
 }
 
-/// Recordings, and what the rig says of them without anything more: what promises are seen against.
-pub struct Backdrop<'o> {
+/// Recordings, and what the rig says of them without anything more: what scores are seen against.
+pub struct NullPrediction<'o> {
     /// The recordings.
     pub observed: &'o [Observed],
     /// Their angles.
     pub angles: Vec<[f64; 2]>,
     /// What the rig says of them.
-    pub expected: Vec<Expected>,
+    pub expected: Vec<Prediction>,
     /// Variance of their random parts by the rig's mean slopes, where it has force laws that are others in noise.
     by_mean_slopes: Option<Vec<[Vec<f64>; 2]>>,
 }
 
-impl<'o> Backdrop<'o> {
+impl<'o> NullPrediction<'o> {
     /// Of a rig at these angles.
     ///
     /// # Errors
     /// What the simulation refuses.
-    pub fn of(
+    pub fn new(
         rig: &Rig,
         observed: &'o [Observed],
         angles: Vec<[f64; 2]>,
-        expected: Vec<Expected>,
+        expected: Vec<Prediction>,
     ) -> Result<Self, RigError> {
-        let mut backdrop = Self { observed, angles, expected, by_mean_slopes: None };
-        if heeds_scatter(rig) {
-            let noises = noises(&backdrop.asked(rig, true).collect::<Vec<_>>()).into_iter();
-            backdrop.by_mean_slopes = Some(noises.map(|noise| Ok(noise?.variance)).collect::<Result<_, RigError>>()?);
+        let mut null = Self { observed, angles, expected, by_mean_slopes: None };
+        if depends_on_velocity_noise(rig) {
+            let noises = noises(&null.asked(rig, true).collect::<Vec<_>>()).into_iter();
+            null.by_mean_slopes = Some(noises.map(|noise| Ok(noise?.variance)).collect::<Result<_, RigError>>()?);
         }
-        Ok(backdrop)
+        Ok(null)
     }
 
     /// A rig under each recording's condition, by mean slopes in the noise that is expected without the effect or by its own.
     fn asked<'a>(&'a self, rig: &'a Rig, by_mean_slopes: bool) -> impl Iterator<Item = Asked<'a>> {
         let each = self.observed.iter().zip(&self.expected);
-        each.map(move |(o, e)| Asked { rig, condition: o.condition, known: by_mean_slopes.then_some(e.noise.scatter) })
+        each.map(move |(o, e)| Asked {
+            rig,
+            condition: o.condition,
+            known: by_mean_slopes.then_some(e.noise.velocity_covariance),
+        })
     }
 
     /// Random parts of rigs that differ by one effect; nothing of one that cannot be run. Where mean slopes are not enough for
@@ -72,7 +76,7 @@ impl<'o> Backdrop<'o> {
             let found: Vec<_> = noises.by_ref().take(self.observed.len()).collect();
             let mut found: Vec<Noise> = found.into_iter().collect::<Result<_, _>>().ok()?;
             for ((after, before), e) in found.iter_mut().zip(self.by_mean_slopes.iter().flatten()).zip(&self.expected) {
-                after.scatter = e.noise.scatter;
+                after.velocity_covariance = e.noise.velocity_covariance;
                 for ((after, before), own) in after.variance.iter_mut().zip(before).zip(&e.noise.variance) {
                     after.iter_mut().zip(before.iter().zip(own)).for_each(|(s, (before, own))| *s *= own / before);
                 }
@@ -88,9 +92,9 @@ impl<'o> Backdrop<'o> {
     }
 }
 
-/// A start with the angles to begin at: those of the backdrop, those that suit it best, or its own.
+/// A start with the angles to begin at: those of the null, those that suit it best, or its own.
 #[derive(Clone, Debug)]
-pub struct Try {
+pub struct Trial {
     /// Which hypothesis.
     pub hypothesis: usize,
     /// Where from.
@@ -128,83 +132,87 @@ pub enum Strength {
 ///
 /// # Errors
 /// What the simulation refuses before it runs.
-pub fn evaluate(backdrop: &Backdrop, rig: &Rig, tries: &[Try], strength: Strength) -> Result<Vec<Promise>, RigError> {
-    let tries: Vec<(&Try, Rig)> = tries
+pub fn evaluate(
+    null: &NullPrediction,
+    rig: &Rig,
+    trials: &[Trial],
+    strength: Strength,
+) -> Result<Vec<StartScore>, RigError> {
+    let trials: Vec<(&Trial, Rig)> = trials
         .iter()
         .map(|t| (t, rig.clone().with_effect(t.start.effect.clone())))
         .filter(|(_, r)| r.check().is_ok())
         .collect();
-    let noise = backdrop.noise();
-    let mut promises: Vec<Promise> = Vec::new();
-    for batch in tries.chunks((BATCH / backdrop.observed.len()).max(1)) {
+    let noise = null.noise();
+    let mut scores: Vec<StartScore> = Vec::new();
+    for batch in trials.chunks((BATCH / null.observed.len()).max(1)) {
         let turned: Vec<&Rig> =
             batch.iter().filter(|(t, _)| matches!(t.angles, Angles::Aligned)).map(|(_, rig)| rig).collect();
-        let mut found = align::angles_of_many(&turned, backdrop.observed, &noise, &backdrop.angles)?.into_iter();
+        let mut found = align::angles_of_many(&turned, null.observed, &noise, &null.angles)?.into_iter();
         let angles: Vec<Vec<[f64; 2]>> = batch
             .iter()
             .map(|(t, _)| match &t.angles {
-                Angles::Bare => backdrop.angles.clone(),
-                Angles::Aligned => found.next().flatten().unwrap_or_else(|| backdrop.angles.clone()),
+                Angles::Bare => null.angles.clone(),
+                Angles::Aligned => found.next().flatten().unwrap_or_else(|| null.angles.clone()),
                 Angles::Moved(leads) => {
-                    let each = backdrop.observed.iter().zip(leads).zip(&backdrop.angles);
+                    let each = null.observed.iter().zip(leads).zip(&null.angles);
                     each.map(|((o, lead), a)| align::moved_angles(rig, o, *lead, *a)).collect()
                 }
                 Angles::Given(angles) | Angles::Near(angles) => angles.clone(),
             })
             .collect();
         let with_own: Vec<&Rig> = batch.iter().filter(|(t, _)| moves_variance(t)).map(|(_, rig)| rig).collect();
-        let mut found = backdrop.noises_of(&with_own).into_iter();
+        let mut found = null.noises_of(&with_own).into_iter();
         let own: Vec<Option<Vec<Noise>>> = batch
             .iter()
             .map(|(t, _)| if moves_variance(t) { found.next().flatten() } else { Some(noise.clone()) })
             .collect();
-        let mut runs: Vec<Silent> = Vec::new();
+        let mut runs: Vec<NoiseFreeRun> = Vec::new();
         for (((_, rig), angles), own) in batch.iter().zip(&angles).zip(&own) {
-            runs.extend(align::silent(rig, backdrop.observed, own.as_ref().unwrap_or(&noise), angles));
+            runs.extend(align::noise_free_runs(rig, null.observed, own.as_ref().unwrap_or(&noise), angles));
         }
         let means = means(&runs)?;
-        let judged: Vec<Option<Promise>> = batch
+        let judged: Vec<Option<StartScore>> = batch
             .par_iter()
             .zip(&angles)
             .zip(&own)
-            .zip(means.par_chunks(backdrop.observed.len()))
+            .zip(means.par_chunks(null.observed.len()))
             .map(|((((t, rig), angles), own), means)| {
                 let noise = own.as_ref()?;
                 let means: Vec<&[Coefficients; 2]> = means.iter().map(|m| m.as_ref().ok()).collect::<Option<_>>()?;
                 let runs = Runs { angles, means: &means, base: None, noise };
-                let as_it_is = promise(backdrop, t, &runs, strength);
+                let as_it_is = score(null, t, &runs, strength);
                 // What happens at a time of its own stays there, and what is on a shaft whose angle is known.
                 let held = t.start.is_timed()
-                    || t.start.effect.is_on_shaft() && backdrop.observed.iter().any(|o| o.tachometer.is_some());
+                    || t.start.effect.is_on_shaft() && null.observed.iter().any(|o| o.tachometer.is_some());
                 if held || !matches!(t.angles, Angles::Bare | Angles::Near(_)) {
                     return as_it_is;
                 }
-                let moved = moved(backdrop, t, rig, &runs, strength);
-                as_it_is.into_iter().chain(moved).max_by(|a, b| a.gain.total_cmp(&b.gain))
+                let moved = moved(null, t, rig, &runs, strength);
+                as_it_is.into_iter().chain(moved).max_by(|a, b| a.log_likelihood_gain.total_cmp(&b.log_likelihood_gain))
             })
             .collect();
-        promises.extend(judged.into_iter().flatten());
+        scores.extend(judged.into_iter().flatten());
     }
-    promises.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    Ok(promises)
+    scores.sort_by(|a, b| b.log_likelihood_gain.total_cmp(&a.log_likelihood_gain));
+    Ok(scores)
 }
 
 /// The same, moved in time to where it suits the recordings better; nothing where it need not be.
-fn moved(backdrop: &Backdrop, of: &Try, rig: &Rig, runs: &Runs, strength: Strength) -> Option<Promise> {
+fn moved(null: &NullPrediction, of: &Trial, rig: &Rig, runs: &Runs, strength: Strength) -> Option<StartScore> {
     let Runs { angles, means, noise, .. } = *runs;
     let lag =
-        |((o, e), mean): ((&Observed, &Expected), &&[Coefficients; 2])| align::lag(rig, o, &e.noise.variance, mean);
-    let lags: Vec<i64> = backdrop.observed.iter().zip(&backdrop.expected).zip(means).map(lag).collect();
+        |((o, e), mean): ((&Observed, &Prediction), &&[Coefficients; 2])| align::lag(rig, o, &e.noise.variance, mean);
+    let lags: Vec<i64> = null.observed.iter().zip(&null.expected).zip(means).map(lag).collect();
     if lags.iter().all(|lag| *lag == 0) {
         return None;
     }
-    let each = || backdrop.observed.iter().zip(&lags);
+    let each = || null.observed.iter().zip(&lags);
     let angles: Vec<_> = each().zip(angles).map(|((o, lag), a)| align::moved_angles(rig, o, *lag, *a)).collect();
     let with: Vec<_> = each().zip(means).map(|((o, lag), mean)| align::moved_mean(o, *lag, mean)).collect();
-    let base: Vec<_> =
-        each().zip(&backdrop.expected).map(|((o, lag), e)| align::moved_mean(o, *lag, &e.mean)).collect();
+    let base: Vec<_> = each().zip(&null.expected).map(|((o, lag), e)| align::moved_mean(o, *lag, &e.mean)).collect();
     let with: Vec<_> = with.iter().collect();
-    promise(backdrop, of, &Runs { angles: &angles, means: &with, base: Some(&base), noise }, strength)
+    score(null, of, &Runs { angles: &angles, means: &with, base: Some(&base), noise }, strength)
 }
 
 /// A try's runs.
@@ -212,26 +220,26 @@ struct Runs<'a> {
     angles: &'a [[f64; 2]],
     /// What is expected with the effect.
     means: &'a [&'a [Coefficients; 2]],
-    /// What is expected without it where both have been moved in time; otherwise that is the backdrop's.
+    /// What is expected without it where both have been moved in time; otherwise that is the null's.
     base: Option<&'a [[Coefficients; 2]]>,
     /// Random part with the effect.
     noise: &'a [Noise],
 }
 
-fn moves_variance(of: &Try) -> bool {
-    !of.start.effect.definition().is_some_and(|d| d.deterministic)
+fn moves_variance(of: &Trial) -> bool {
+    !of.start.effect.definition().is_some_and(|d| d.is_deterministic)
 }
 
 /// The gain of one run. Where it is scaled, what it changes is taken to grow with its strength.
-fn promise(backdrop: &Backdrop, of: &Try, runs: &Runs, strength: Strength) -> Option<Promise> {
+fn score(null: &NullPrediction, of: &Trial, runs: &Runs, strength: Strength) -> Option<StartScore> {
     let (mut gain, mut along, mut square, mut lost) = (0.0, 0.0, 0.0, 0.0);
-    for (n, (o, without)) in backdrop.observed.iter().zip(&backdrop.expected).enumerate() {
+    for (n, (o, without)) in null.observed.iter().zip(&null.expected).enumerate() {
         let base = runs.base.map_or(&without.mean, |base| &base[n]);
         for (channel, x) in o.spectra.iter().enumerate() {
             let Some(x) = x else { continue };
             let (with, without_it, base) = (&runs.means[n][channel], &without.mean[channel], &base[channel]);
             let (s, t) = (&without.noise.variance[channel], &runs.noise[n].variance[channel]);
-            for k in judged(x, 1.0) {
+            for k in judged_bins(x, 1.0) {
                 let before = (x[k] - without_it[k]).norm_sqr() / s[k];
                 gain += s[k].ln() + before - t[k].ln() - (x[k] - with[k]).norm_sqr() / t[k];
                 let (residual, change) = (x[k] - base[k], with[k] - base[k]);
@@ -254,5 +262,5 @@ fn promise(backdrop: &Backdrop, of: &Try, runs: &Runs, strength: Strength) -> Op
         start = stronger;
         gain = scaled;
     }
-    Some(Promise { hypothesis: of.hypothesis, start, angles: runs.angles.to_vec(), gain })
+    Some(StartScore { hypothesis: of.hypothesis, start, angles: runs.angles.to_vec(), log_likelihood_gain: gain })
 }
