@@ -21,7 +21,7 @@ use std::{
 };
 
 use ballrace::rig::{
-    EffectEntry, Model, OperatingCondition, Rig, Run, Start, bearing::GRAVITY, simulate, simulate_many,
+    EffectEntry, Machine, OperatingCondition, Rig, Run, Start, bearing::GRAVITY, simulate, simulate_many,
 };
 use ode_solvers::{Dopri5, SVector, System, dop_shared::OutputType};
 
@@ -133,7 +133,7 @@ struct Problem {
 
 impl Problem {
     fn new(rig: &Rig, condition: &OperatingCondition, start: &Start) -> Self {
-        let Model::Bearing(rig) = &rig.model else { panic!("a bearing rig") };
+        let Machine::Bearing(rig) = &rig.model else { panic!("a bearing rig") };
         let omega = std::f64::consts::TAU * condition.shaft_hz;
         let cage = omega * rig.bearing.geometry().orders().ftf;
         let [s, p, r] =

@@ -2,8 +2,8 @@
 
 use std::process::ExitCode;
 
-use ballrace::commands;
+use ballrace::cli;
 
 fn main() -> ExitCode {
-    commands::run()
+    cli::run()
 }

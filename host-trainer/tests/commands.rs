@@ -215,7 +215,7 @@ fn every_command_has_a_worked_example() {
     }
 }
 
-const RIG: &str = include_str!("../src/demo/rig.toml");
+const RIG: &str = include_str!("../src/cli/demo/rig.toml");
 const CONDITIONS: &str =
     "[defaults]\nsample_rate_hz = 25600.0\n[[recording]]\nfile = \"r01.csv\"\nshaft_hz = 30.0\nload_n = 400.0\n";
 

@@ -1,7 +1,7 @@
 //! What the tests that cross crates share.
 #![forbid(unsafe_code)]
 
-use ballrace::fit::Series;
+use ballrace::recording::input::Series;
 use ballrace::recording::{LoadOptions, load, reference_data};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -17,8 +17,8 @@ use ballrace::{
         result::{Cause, DiagnosisResult, Fit, Parameter, Verdict},
     },
     recording::{Recording, load_all, manifest},
-    report::format::significant,
     rig::Rig,
+    stats::format::significant,
 };
 
 use cases::Case;

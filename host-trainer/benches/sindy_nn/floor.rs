@@ -3,8 +3,8 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use ballrace::sindy_nn::layout::Layout;
-use ballrace::sindy_nn::real::Real;
+use ballrace::model::sindy_nn::layout::Layout;
+use ballrace::model::sindy_nn::real::Real;
 use pulp::{Arch, Simd, WithSimd};
 
 /// Operations a second of one thread.

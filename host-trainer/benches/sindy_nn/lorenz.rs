@@ -4,9 +4,9 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use ballrace::sindy_nn::engine::Samples;
-use ballrace::sindy_nn::layout::Layout;
-use ballrace::sindy_nn::train::{TrainConfig, train};
+use ballrace::model::samples::Samples;
+use ballrace::model::sindy_nn::layout::Layout;
+use ballrace::model::sindy_nn::train::{TrainConfig, train};
 use ballrace_core::library::Library;
 
 use super::floor::Floor;

@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
+use ballrace::model::samples::Samples;
+use ballrace::model::sindy_nn::engine::Engine;
+use ballrace::model::sindy_nn::gradient::Lambdas;
+use ballrace::model::sindy_nn::layout::Layout;
+use ballrace::model::sindy_nn::train::{TrainConfig, train};
+use ballrace::model::states::{Scales, rows};
 use ballrace::recording::{LoadOptions, load, reference_data};
-use ballrace::sindy_nn::engine::{Engine, Samples};
-use ballrace::sindy_nn::gradient::Lambdas;
-use ballrace::sindy_nn::layout::Layout;
-use ballrace::sindy_nn::train::{TrainConfig, train};
-use ballrace::states::{Scales, rows};
 use ballrace_core::library::Library;
 use ballrace_core::states::{Alignment, Orders, StateSpec};
 

@@ -11,12 +11,12 @@ use super::evidence::{NullSpread, against, ranked, views};
 use super::residual::{Whitened, whitened};
 use super::result::{Aspect, Test};
 use super::statistics::{Statistic, statistics};
-use crate::calibrate::split::part;
+use crate::identify::calibrate::split::part;
+use crate::identify::likelihood::likelihood::{Noise, Prediction};
+use crate::identify::likelihood::observed::Observed;
 use crate::recording::Recording;
-use crate::rig::kinematics::Geometry;
-use crate::rig::plan;
-use crate::whittle::likelihood::{Noise, Prediction};
-use crate::whittle::observed::Observed;
+use crate::rig::state::VelocityCovariance;
+use crate::signal::kinematics::Geometry;
 
 /// Pieces that the healthy machine's recordings are cut into, where they are fewer; and how many are looked at of all.
 const PIECES: usize = 12;
@@ -50,8 +50,7 @@ pub fn tests(
     let density = [0, 1].map(|channel| density(&usual, channel));
     let left = |piece: &Observed| {
         let mean = density.each_ref().map(|d| vec![Complex::default(); d.len()]);
-        let noise =
-            Noise { variance: density.clone(), velocity_covariance: plan::VelocityCovariance(Default::default()) };
+        let noise = Noise { variance: density.clone(), velocity_covariance: VelocityCovariance(Default::default()) };
         whitened(std::slice::from_ref(piece), &[Prediction { mean, noise }])
     };
     let of = |piece: &Observed| -> Vec<Statistic> {
@@ -102,7 +101,7 @@ fn mean(pieces: &[Vec<Statistic>]) -> Vec<Statistic> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::force_balance::testing::white;
+    use crate::identify::force_balance::testing::white;
     use crate::recording::Channel;
 
     const RATE: f64 = 12_000.0;

@@ -20,12 +20,12 @@ use super::result::{Cause, Diagnosis, DiagnosisResult, Location, SCHEMA, Verdict
 use super::validation::{Validation, shown, validate};
 use super::{DiagnoseError, Task};
 use super::{envelope, locate};
-use crate::calibrate::bearing::{Calibration, Options, calibrate};
-use crate::calibrate::estimate::ParameterPrior;
-use crate::calibrate::split::Split;
+use crate::identify::calibrate::bearing::{Calibration, Options, calibrate};
+use crate::identify::calibrate::estimate::ParameterPrior;
+use crate::identify::calibrate::split::Split;
+use crate::identify::likelihood::observed::Observed;
 use crate::recording::Recording;
 use crate::rig::Rig;
-use crate::whittle::observed::Observed;
 
 /// Power of the error on what took no part, in shares of the rig's without them, that causes may not reach in any channel.
 const GREATEST_ERROR_RATIO: f64 = 2.0;

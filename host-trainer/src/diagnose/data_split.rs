@@ -1,9 +1,9 @@
 //! Recordings of a bearing rig by the part that they take in a diagnosis.
 
 use super::DiagnoseError;
-use crate::calibrate::split::{Split, part};
+use crate::identify::calibrate::split::{Split, part};
+use crate::identify::likelihood::observed::Observed;
 use crate::recording::Recording;
-use crate::whittle::observed::Observed;
 
 /// Length of the beginnings that all hypotheses are first tried on, s.
 const BRIEF_S: f64 = 0.4;

@@ -17,17 +17,17 @@ use super::result::{
 };
 use super::{DiagnoseError, Task};
 use super::{baseline_test, evidence, locate};
-use crate::calibrate::bearing::{Options, PathChoice, calibrate, identify};
-use crate::calibrate::distance::log_spectral;
-use crate::calibrate::split::Split;
+use crate::identify::calibrate::bearing::{Options, PathChoice, calibrate, identify};
+use crate::identify::calibrate::distance::log_spectral;
+use crate::identify::calibrate::split::Split;
+use crate::identify::likelihood::coordinate::NOISE;
+use crate::identify::likelihood::observed::{CHANNELS, Observed, accelerations};
 use crate::recording::Recording;
-use crate::rig::kinematics::Orders;
 use crate::rig::simulate::simulate_all;
 use crate::rig::{EffectEntry, Rig, Run, Start};
 use crate::signal::band::{LineBand, band_for_lines};
 use crate::signal::characteristic::Family;
-use crate::whittle::coordinate::NOISE;
-use crate::whittle::observed::{CHANNELS, Observed, accelerations};
+use crate::signal::kinematics::Orders;
 
 /// Geometric mean of a comb's lines over the noise around, for each second of the recording, that names a kind; and how many
 /// times those of the other kinds, and of the baseline, it must be. Chosen between 70 and 216, the highest wrong and the

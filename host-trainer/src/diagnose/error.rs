@@ -1,9 +1,9 @@
 //! Why there is no diagnosis.
 
-use crate::calibrate::CalibrateError;
-use crate::force_balance::BalanceError;
+use crate::identify::calibrate::CalibrateError;
+use crate::identify::force_balance::BalanceError;
+use crate::identify::likelihood::observed::NotObserved;
 use crate::rig::RigError;
-use crate::whittle::observed::NotObserved;
 
 /// Why there is no diagnosis.
 #[derive(Debug, thiserror::Error)]

@@ -6,8 +6,8 @@ use super::residual::{Whitened, whitened};
 use super::result::{Aspect, Test};
 use super::statistics::{ResidualView, Statistic, highest_lines, statistics};
 use super::validation::replicate;
-use crate::significance::{false_discovery_rates, two_sided, two_sided_of_few};
-use crate::whittle::observed::{CHANNELS, Observed};
+use crate::identify::likelihood::observed::{CHANNELS, Observed};
+use crate::stats::significance::{false_discovery_rates, two_sided, two_sided_of_few};
 
 /// Replicates of the rig that tell what chance gives.
 const REPLICATES: u64 = 8;
@@ -122,10 +122,10 @@ mod tests {
 
     use super::*;
     use crate::diagnose::result::FDR_LEVEL;
-    use crate::force_balance::testing::white;
+    use crate::identify::force_balance::testing::white;
+    use crate::identify::likelihood::observed::coefficients;
     use crate::rig::OperatingCondition;
-    use crate::rig::kinematics::Geometry;
-    use crate::whittle::observed::coefficients;
+    use crate::signal::kinematics::Geometry;
 
     const RATE: f64 = 8192.0;
     const SHAFT_HZ: f64 = 30.0;

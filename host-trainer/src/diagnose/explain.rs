@@ -7,11 +7,11 @@ use super::initial_guesses;
 use super::model_selection::{Candidate, Dropped, ModelSelection, Part, Ranking, half_bic};
 use super::residual::{LackOfFit, Whitened, cosine_similarity, lack_of_fit, whitened};
 use super::validation::replicate;
+use crate::identify::likelihood::coordinate::Coordinate;
+use crate::identify::likelihood::problem::{Point, Problem};
+use crate::identify::likelihood::search::{Limits, Optimum, search};
 use crate::rig::random_part::depends_on_velocity_noise;
 use crate::rig::{Rig, RigError, effect};
-use crate::whittle::coordinate::Coordinate;
-use crate::whittle::problem::{Point, Problem};
-use crate::whittle::search::{Limits, Optimum, search};
 
 /// ln L that a cause must gain beyond what its parameters are worth: some ninety explanations, each from many starts, were
 /// tried on the same recordings.

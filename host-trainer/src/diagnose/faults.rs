@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use super::result::{Fit, HeldOut, Location};
 use crate::recording::Recording;
 use crate::rig::EffectEntry;
-use crate::significance::sign_flip;
+use crate::stats::significance::sign_flip;
 
 /// Pieces of each recording whose gains are compared.
 const BLOCKS: usize = 48;

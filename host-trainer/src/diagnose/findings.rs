@@ -8,11 +8,11 @@ use super::explain::{Explanation, LEAST_BIC_GAIN, Selected};
 use super::model_selection::{Dropped, Stage};
 use super::result::{Cause, Fit, Fitted, HeldOut, Parameter, Rejected};
 use super::validation::Validation;
-use crate::calibrate::estimate::{Estimate, ParameterPrior, covariance_under, estimates};
-use crate::report::format::by_chance;
+use crate::identify::calibrate::estimate::{Estimate, ParameterPrior, covariance_under, estimates};
+use crate::identify::likelihood::problem::Problem;
+use crate::identify::likelihood::search::Optimum;
 use crate::rig::{EffectEntry, Rig, RigError};
-use crate::whittle::problem::Problem;
-use crate::whittle::search::Optimum;
+use crate::stats::format::by_chance;
 
 /// Kind of the rig whose equations are stated.
 const KIND: &str = "bearing-5dof";

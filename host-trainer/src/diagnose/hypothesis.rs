@@ -5,7 +5,7 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, PI};
 
-use crate::rig::config::{BearingRig, Model};
+use crate::rig::config::{BearingRig, Machine};
 use crate::rig::effect::component::Component;
 use crate::rig::{EffectEntry, Rig};
 
@@ -360,7 +360,7 @@ fn rounded_at(rig: &BearingRig, effect: &EffectEntry, rate_per_s: f64) -> Option
         return None;
     }
     let component = effect.text("component").and_then(Component::parse).unwrap_or(Component::Outer);
-    let mass_kg = component.part_of(&Model::Bearing(rig.clone())).mass;
+    let mass_kg = component.part_of(&Machine::Bearing(rig.clone())).mass;
     let speed = effect.number("force_n").unwrap_or_default() / (mass_kg * rate_per_s);
     Some(speed.max(SHARPEST_M_PER_S))
 }

@@ -7,10 +7,10 @@ use realfft::num_complex::Complex;
 
 use super::hypothesis::{Gap, InitialGuesses};
 use super::residual::{Whitened, whitened};
+use crate::identify::likelihood::likelihood::{Prediction, judged_bins};
+use crate::identify::likelihood::observed::Observed;
 use crate::rig::{OperatingCondition, Rig};
 use crate::signal::transform::inverse_plan;
-use crate::whittle::likelihood::{Prediction, judged_bins};
-use crate::whittle::observed::Observed;
 
 /// Width of a band in which a resonance may stand out, Hz.
 const BAND_HZ: f64 = 120.0;

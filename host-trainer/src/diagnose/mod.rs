@@ -28,6 +28,7 @@
 pub mod acquisition;
 pub mod baseline_test;
 pub mod bearing;
+pub mod causes;
 pub mod data_split;
 pub mod envelope;
 mod error;
@@ -54,7 +55,7 @@ pub mod write;
 pub use error::DiagnoseError;
 
 use crate::recording::Recording;
-use crate::rig::{Model, Rig};
+use crate::rig::{Machine, Rig};
 
 /// What is to be diagnosed.
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +79,7 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<result::Diagnosi
         return Err(DiagnoseError::Empty);
     }
     match task.rig.model {
-        Model::Sdof(_) => sdof::diagnose(task, progress),
-        Model::Bearing(_) => bearing::diagnose(task, progress),
+        Machine::Sdof(_) => sdof::diagnose(task, progress),
+        Machine::Bearing(_) => bearing::diagnose(task, progress),
     }
 }

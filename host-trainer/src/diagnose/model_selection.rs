@@ -6,12 +6,12 @@ use super::hypothesis::{self, Hypothesis, Start};
 use super::residual::{EDGE, lack_of_fit, whitened};
 use super::screening::{Stakes, screen};
 use super::start_score::{NullPrediction, StartScore};
+use crate::identify::likelihood::coordinate::Coordinate;
+use crate::identify::likelihood::observed::Observed;
+use crate::identify::likelihood::problem::{Point, Problem};
+use crate::identify::likelihood::search::{Limits, Optimum, search, search_from_rig};
 use crate::rig::simulate::fewest_substeps;
 use crate::rig::{Rig, RigError};
-use crate::whittle::coordinate::Coordinate;
-use crate::whittle::observed::Observed;
-use crate::whittle::problem::{Point, Problem};
-use crate::whittle::search::{Limits, Optimum, search, search_from_rig};
 
 /// Hypotheses that are searched on the few recordings, and of those the ones that are on all, where a step a sample does.
 const SEARCHED: usize = 10;

@@ -7,10 +7,10 @@ use realfft::num_complex::Complex;
 use super::hypothesis::Start;
 use super::residual::EDGE;
 use super::start_score::{Angles, NullPrediction, StartScore, Strength, Trial, evaluate};
+use crate::identify::likelihood::align;
+use crate::identify::likelihood::likelihood::means;
+use crate::identify::likelihood::tachometer::Reading;
 use crate::rig::{Rig, RigError};
-use crate::whittle::align;
-use crate::whittle::likelihood::means;
-use crate::whittle::tachometer::Reading;
 
 /// A pit's width, place and depth, scanned finely: a ball takes a time over the pit that is a few periods of the fastest mode, so
 /// that widths half a period apart look alike and a search would stop at the wrong one; likewise the pulses, which hold

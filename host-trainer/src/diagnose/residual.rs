@@ -2,9 +2,9 @@
 
 use realfft::num_complex::Complex;
 
+use crate::identify::likelihood::likelihood::{Prediction, judged_bins};
+use crate::identify::likelihood::observed::Observed;
 use crate::signal::transform::inverse_plan;
-use crate::whittle::likelihood::{Prediction, judged_bins};
-use crate::whittle::observed::Observed;
 
 /// Bins of a band of the excess, and what n (m − 1 − ln m) is on average for the mean m of n of them, and its variance:
 /// n (ln n − ψ(n)) and, by simulation, 0.522.

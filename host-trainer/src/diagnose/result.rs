@@ -5,11 +5,33 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-pub use crate::force_balance::Verdict;
 use crate::rig::{Rig, Value};
 
 /// Name of the format.
 pub const SCHEMA: &str = "ballrace-diagnosis/1";
+
+/// The verdict.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Named causes explain what the rig leaves.
+    Mismatch,
+    /// The rig, its unknown parameters fitted, explains the recordings.
+    NoMismatch,
+    /// Something is there that no cause of the vocabulary explains.
+    Unexplained,
+}
+
+impl Verdict {
+    /// As `diagnosis.json` has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mismatch => "mismatch",
+            Self::NoMismatch => "no-mismatch",
+            Self::Unexplained => "unexplained",
+        }
+    }
+}
 
 /// A parameter: a number in SI units, or a name.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]

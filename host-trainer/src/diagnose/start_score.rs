@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 
 use super::hypothesis::Start;
+use crate::identify::likelihood::align;
+use crate::identify::likelihood::likelihood::{Noise, NoiseFreeRun, Prediction, judged_bins, means, noises};
+use crate::identify::likelihood::observed::{Coefficients, Observed};
 use crate::rig::random_part::{Asked, depends_on_velocity_noise};
 use crate::rig::{Rig, RigError};
-use crate::whittle::align;
-use crate::whittle::likelihood::{Noise, NoiseFreeRun, Prediction, judged_bins, means, noises};
-use crate::whittle::observed::{Coefficients, Observed};
 
 /// Runs that are held in memory at a time.
 const BATCH: usize = 128;

@@ -10,14 +10,14 @@ use realfft::num_complex::Complex;
 
 use super::residual::{EDGE, Whitened, inner};
 use super::result::Aspect;
-use crate::report::format::significant;
+use crate::identify::likelihood::likelihood::judged_bins;
+use crate::identify::likelihood::observed::{CHANNELS, coefficients};
 use crate::rig::OperatingCondition;
-use crate::rig::kinematics::Geometry;
 use crate::signal::characteristic::{Characteristic, Speeds, list};
+use crate::signal::kinematics::Geometry;
 use crate::signal::lines::{floor, half_width};
 use crate::signal::transform::{inverse_plan, median};
-use crate::whittle::likelihood::judged_bins;
-use crate::whittle::observed::{CHANNELS, coefficients};
+use crate::stats::format::significant;
 
 /// Bands, stretches of time, parts of a turn and of the balls' pitch, ranges of the state.
 const BANDS: usize = 32;

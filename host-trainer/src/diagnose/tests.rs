@@ -3,13 +3,13 @@ use super::hypothesis::{self, InitialGuesses};
 use super::model_selection::{Candidate, ModelSelection, Part};
 use super::result::{Aspect, DiagnosisResult, Parameter, Test, Verdict};
 use super::{Task, diagnose};
+use crate::identify::likelihood::coordinate::Coordinate;
+use crate::identify::likelihood::observed::Observed;
+use crate::identify::likelihood::problem::Problem;
+use crate::identify::likelihood::search::{Limits, search};
 use crate::recording::{LoadOptions, Recording, Unit, load, reference_data};
 use crate::rig::test_support::{condition, nominal};
 use crate::rig::{EffectEntry, Rig, Run, Start, simulate_many};
-use crate::whittle::coordinate::Coordinate;
-use crate::whittle::observed::Observed;
-use crate::whittle::problem::Problem;
-use crate::whittle::search::{Limits, search};
 
 /// Three recordings of half a second at other speeds and loads, one of them held out; without tachometer.
 pub(super) fn recordings(rig: &Rig, seed: u64) -> Vec<Recording> {

@@ -2,13 +2,13 @@
 
 use super::DiagnoseError;
 use super::result::{Fit, HeldOut};
-use crate::calibrate::distance::log_spectral;
+use crate::identify::calibrate::distance::log_spectral;
+use crate::identify::likelihood::likelihood::{Prediction, judged_bins};
+use crate::identify::likelihood::observed::{CHANNELS, Observed, accelerations};
+use crate::identify::likelihood::problem::Problem;
+use crate::identify::likelihood::search::{Limits, search, search_from_rig};
 use crate::rig::{Rig, RigError, Run, Start, simulate_many};
-use crate::significance::sign_flip_of;
-use crate::whittle::likelihood::{Prediction, judged_bins};
-use crate::whittle::observed::{CHANNELS, Observed, accelerations};
-use crate::whittle::problem::Problem;
-use crate::whittle::search::{Limits, search, search_from_rig};
+use crate::stats::significance::sign_flip_of;
 
 /// Bins of a block whose gains count as one: correlation between bins is of this reach.
 const BLOCK: usize = 32;

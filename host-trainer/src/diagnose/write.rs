@@ -11,7 +11,6 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::result::{Diagnosis, DiagnosisResult, HeldOut, Test};
-use crate::plot::DrawError;
 use crate::recording::write::{self, WriteError};
 use crate::recording::{Channel, Recording};
 
@@ -44,9 +43,6 @@ pub enum StoreError {
     /// The document.
     #[error("{DOCUMENT}: {0}")]
     Json(#[from] serde_json::Error),
-    /// The report.
-    #[error("{REPORT}: {0}")]
-    Draw(#[from] DrawError),
 }
 
 /// `diagnosis.json`, with what stands behind it.

@@ -9,6 +9,7 @@
 //! | [`score`] | one case: what was hidden beside what was said |
 //! | [`table`] | all of them: confusion matrix, severities, intervals, times |
 
+pub mod cases;
 pub mod score;
 pub mod table;
 #[cfg(test)]
@@ -22,11 +23,11 @@ use std::time::Instant;
 use rayon::ThreadPoolBuilder;
 use serde::{Deserialize, Serialize};
 
-use crate::atomic_write::write_atomically;
-use crate::cases::case_spec::{CaseSpec, Hidden, Kind, Severity, round};
-use crate::cases::{Case, CaseError};
 use crate::diagnose::write::DOCUMENT;
 use crate::diagnose::{Task, diagnose};
+use crate::evaluate::cases::case_spec::{CaseSpec, Hidden, Kind, Severity, round};
+use crate::evaluate::cases::{Case, CaseError};
+use crate::recording::atomic_write::write_atomically;
 use crate::recording::load_all;
 use crate::report;
 use crate::rig::Rig;

@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use super::Ran;
-use crate::cases::Truth;
-use crate::cases::case_spec::{CaseSpec, Hidden, Kind};
 use crate::diagnose::result::{Diagnosis, Parameter};
+use crate::evaluate::cases::Truth;
+use crate::evaluate::cases::case_spec::{CaseSpec, Hidden, Kind};
 
 /// One case, scored.
 #[derive(Clone, Debug, PartialEq, Serialize)]

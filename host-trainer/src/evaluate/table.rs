@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::score::{Checked, Score};
-use crate::cases::case_spec::{Kind, Severity};
+use crate::evaluate::cases::case_spec::{Kind, Severity};
 
 /// A share of cases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]

@@ -2,8 +2,8 @@ use std::collections::BTreeMap;
 
 use super::table::{Summary, confusion, markdown};
 use super::*;
-use crate::cases::{HiddenEffect, Truth};
 use crate::diagnose::result::{Diagnosis, Location, SCHEMA};
+use crate::evaluate::cases::{HiddenEffect, Truth};
 
 fn config(kinds: &[&str], effects: &[&str], every: usize) -> Config {
     let strings = |of: &[&str]| of.iter().map(|s| String::from(*s)).collect();
@@ -92,7 +92,7 @@ fn a_score_tells_right_from_first_right_from_wrong() {
     let alarm = scored(Hidden::Nothing, &[], &said("mismatch", &["shock"], [9.0, 11.0]));
     let quiet = scored(Hidden::Nothing, &[], &said("no-mismatch", &[], [9.0, 11.0]));
     assert!(!alarm.right && quiet.right);
-    let outside = Hidden::Outside(crate::cases::outside::Outside::Echo);
+    let outside = Hidden::Outside(crate::evaluate::cases::outside::Outside::Echo);
     let honest = scored(outside.clone(), &["unexplained"], &said("unexplained", &[], [9.0, 11.0]));
     let bluff = scored(outside, &["unexplained"], &said("mismatch", &["shock"], [9.0, 11.0]));
     assert!(honest.right && !bluff.right);

@@ -7,7 +7,8 @@ use std::{
 };
 
 use super::{
-    LoadOptions, ReadError, femto,
+    LoadOptions, ReadError,
+    formats::femto,
     job::{Format, Job},
     manifest::{Entry, FILE_NAME, Manifest},
 };

@@ -11,9 +11,10 @@ use rayon::prelude::*;
 use super::{
     LoadOptions, Progress, ReadError, Recording,
     assemble::{self, Selection},
-    csv, femto, find,
+    find,
+    formats::{csv, femto, mat, npy, parquet},
     job::{Format, Job},
-    mat, npy, parquet, table,
+    table,
 };
 
 /// What was read.

@@ -18,17 +18,15 @@
 use std::{fmt, path::PathBuf};
 
 mod assemble;
-mod csv;
+pub mod atomic_write;
 mod error;
-mod femto;
 mod find;
+mod formats;
+pub mod input;
 mod job;
 mod load;
 pub mod manifest;
-mod mat;
-mod npy;
 mod options;
-mod parquet;
 mod parse_number;
 pub mod reference_data;
 pub mod resample;

@@ -11,7 +11,7 @@ use std::{
 use toml::{Table, Value};
 
 use super::{Recording, manifest, unit::default_location};
-use crate::atomic_write;
+use crate::recording::atomic_write;
 
 /// Why a recording could not be written.
 #[derive(Debug, thiserror::Error)]

@@ -1,15 +1,15 @@
 //! The report of `ballrace calibrate`.
 
 use super::{Cell, Document, Section, Tone};
-use crate::calibrate::bearing::{Calibration, prediction};
-use crate::plot::DrawError;
-use crate::plot::comparison::{self, Curve, Names};
-use crate::plot::lines::Mark;
-use crate::plot::style::{EARLY, LATE, MEASURED};
+use crate::identify::calibrate::bearing::{Calibration, prediction};
+use crate::identify::likelihood::observed::{CHANNELS, accelerations};
 use crate::recording::{Channel, Recording};
+use crate::report::plot::DrawError;
+use crate::report::plot::comparison::{self, Curve, Names};
+use crate::report::plot::lines::Mark;
+use crate::report::plot::style::{EARLY, LATE, MEASURED};
 use crate::rig::Rig;
 use crate::signal::spectrum::welch;
-use crate::whittle::observed::{CHANNELS, accelerations};
 
 /// Samples in a segment of the broad spectrum.
 const SEGMENT: usize = 2048;
@@ -27,7 +27,7 @@ pub enum ReportError {
     Draw(#[from] DrawError),
     /// The rig.
     #[error(transparent)]
-    Calibrate(#[from] crate::calibrate::CalibrateError),
+    Calibrate(#[from] crate::identify::calibrate::CalibrateError),
 }
 
 /// A calibration, beside the last of the recordings.
@@ -50,7 +50,7 @@ pub fn document(
 }
 
 fn verdict(done: &Calibration) -> (Tone, String) {
-    let mean = |of: fn(&crate::calibrate::bearing::HeldOut) -> f64| {
+    let mean = |of: fn(&crate::identify::calibrate::bearing::HeldOut) -> f64| {
         done.held_out.iter().map(of).sum::<f64>() / done.held_out.len().max(1) as f64
     };
     let (before, after, floor) = (mean(|h| h.before_db), mean(|h| h.after_db), mean(|h| h.floor_db));
@@ -130,7 +130,7 @@ fn marks(rig: &Rig, recording: &Recording) -> Vec<Mark> {
 }
 
 fn held_out(done: &Calibration) -> Section {
-    let row = |h: &crate::calibrate::bearing::HeldOut| {
+    let row = |h: &crate::identify::calibrate::bearing::HeldOut| {
         let numbers = [h.before_db, h.after_db, h.floor_db].map(|v| Cell::number(format!("{v:.2}")));
         [Cell::text(&h.recording), Cell::text(h.channel)].into_iter().chain(numbers).collect()
     };
@@ -152,7 +152,7 @@ fn parameters(done: &Calibration) -> Section {
         ));
     }
     if !done.parameters.is_empty() {
-        let row = |p: &crate::calibrate::estimate::Estimate| {
+        let row = |p: &crate::identify::calibrate::estimate::Estimate| {
             let interval = format!("{:.4e} to {:.4e}", p.interval95[0], p.interval95[1]);
             vec![
                 Cell::text(&p.key),

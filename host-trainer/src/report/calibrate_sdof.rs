@@ -1,12 +1,12 @@
 //! The report of `ballrace calibrate` for a rig of one degree of freedom.
 
-use super::format::{significant, with_interval};
 use super::held_out::{self, Quantity, Rigs};
 use super::{Cell, Document, Section, Tone};
 use crate::diagnose::result::{HeldOut, Location};
-use crate::force_balance::{HeldOutError, HeldOutTrace, Method, SdofCalibration};
-use crate::plot::DrawError;
+use crate::identify::force_balance::{HeldOutError, HeldOutTrace, Method, SdofCalibration};
 use crate::recording::Recording;
+use crate::report::plot::DrawError;
+use crate::stats::format::{significant, with_interval};
 
 /// A calibration, beside a recording that took no part.
 ///
@@ -74,7 +74,7 @@ fn held(trace: &HeldOutTrace, sample_rate_hz: f64) -> HeldOut {
 }
 
 fn parameters(done: &SdofCalibration) -> Section {
-    let row = |e: &crate::force_balance::Estimate| {
+    let row = |e: &crate::identify::force_balance::Estimate| {
         let (value, interval) = with_interval(e.value, Some(e.interval95));
         let numbers = [significant(e.guess, 4), value, interval].map(Cell::number);
         [Cell::text(&e.key)].into_iter().chain(numbers).collect()

@@ -2,27 +2,39 @@
 
 use std::path::Path;
 
-use super::format::{by_chance, chance, significant, with_interval};
 use super::held_out::{self, Quantity, Rigs};
 use super::{Cell, Document, Section, Tone};
 use crate::diagnose::Task;
 use crate::diagnose::result::{Aspect, Cause, DiagnosisResult, FDR_LEVEL, HeldOut, Parameter, Test, Verdict};
-use crate::diagnose::write::{self, StoreError};
-use crate::plot::DrawError;
-use crate::plot::comparison::{self, Curve, Names};
-use crate::plot::style::LATE;
+use crate::diagnose::write::{self, REPORT, StoreError};
 use crate::recording::Recording;
-use crate::rig::{Model, Rig};
+use crate::report::plot::DrawError;
+use crate::report::plot::comparison::{self, Curve, Names};
+use crate::report::plot::style::LATE;
+use crate::rig::{Machine, Rig};
+use crate::stats::format::{by_chance, chance, significant, with_interval};
 
 /// Tests that are listed; the rest says less than these.
 const MOST_TESTS: usize = 12;
+
+/// Why a diagnosis with its report could not be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FolderError {
+    /// The report could not be drawn.
+    #[error("{REPORT}: {0}")]
+    Draw(#[from] DrawError),
+    /// The folder could not be written.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
 
 /// Writes a diagnosis as a folder, with its report.
 ///
 /// # Errors
 /// As [`write::folder`]; what the drawing library says.
-pub fn folder(out: &Path, task: &Task, outcome: &DiagnosisResult) -> Result<(), StoreError> {
-    write::folder(out, outcome, &document(task, outcome)?.html())
+pub fn folder(out: &Path, task: &Task, outcome: &DiagnosisResult) -> Result<(), FolderError> {
+    Ok(write::folder(out, outcome, &document(task, outcome)?.html())?)
 }
 
 /// The report of a diagnosis.
@@ -153,7 +165,7 @@ fn seen(before: &Rig, outcome: &DiagnosisResult) -> Result<Option<Section>, Draw
         let (head, rows) = held_out::table(&outcome.held_out, quantity);
         section = section.table("All recordings that took no part.", &head, rows);
     }
-    if quantity == Quantity::Acceleration && matches!(before.model, Model::Bearing(_)) {
+    if quantity == Quantity::Acceleration && matches!(before.model, Machine::Bearing(_)) {
         section = section.paragraph(
             "Process force and sensor noise of a simulation are not those of the machine: sample by sample no rig comes \
              nearer than noise lets it, while spectra compare what both have in common.",

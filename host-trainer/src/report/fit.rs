@@ -1,11 +1,11 @@
 //! The report of `ballrace fit`.
 
 use super::{Document, model, signal};
-use crate::export;
-use crate::fit::Fitted;
-use crate::input::Input;
-use crate::plot::DrawError;
-use crate::trace::Trace;
+use crate::model::export;
+use crate::model::fit::Fitted;
+use crate::model::trace::Trace;
+use crate::recording::input::Input;
+use crate::report::plot::DrawError;
 
 /// A fit and the recordings that it was made of.
 ///

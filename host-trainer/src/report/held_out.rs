@@ -2,15 +2,16 @@
 
 use std::ops::Range;
 
-use super::{Cell, Section, format::significant};
-use crate::calibrate::distance::log_spectral;
+use super::{Cell, Section};
 use crate::diagnose::result::{HeldOut, Location};
-use crate::plot::DrawError;
-use crate::plot::comparison::{self, Curve, Names};
-use crate::plot::lines::Mark;
-use crate::plot::style::{EARLY, LATE, MEASURED};
-use crate::rig::config::{Model, Restoring, Rig};
+use crate::identify::calibrate::distance::log_spectral;
+use crate::report::plot::DrawError;
+use crate::report::plot::comparison::{self, Curve, Names};
+use crate::report::plot::lines::Mark;
+use crate::report::plot::style::{EARLY, LATE, MEASURED};
+use crate::rig::config::{Machine, Restoring, Rig};
 use crate::signal::spectrum::welch;
+use crate::stats::format::significant;
 
 /// Samples in a segment of a spectrum.
 const SEGMENT: usize = 2048;
@@ -34,7 +35,7 @@ impl Quantity {
     /// That of a rig's channel.
     pub fn for_channel(rig: &Rig, channel: &str) -> Self {
         match &rig.model {
-            Model::Sdof(machine) if channel == "q" => match machine.restoring {
+            Machine::Sdof(machine) if channel == "q" => match machine.restoring {
                 Restoring::Linear => Self::Position,
                 Restoring::Pendulum => Self::Angle,
             },

@@ -9,18 +9,18 @@
 //! | [`number`] | numbers as people read them |
 //! | [`fit`], [`monitor`], [`calibrate`], [`calibrate_sdof`], [`diagnosis`], [`spectra`] | what those commands report |
 //!
-//! All text is escaped; pictures are the SVG of [`plot`](crate::plot). A report states no time of day
+//! All text is escaped; pictures are the SVG of [`plot`](crate::report::plot). A report states no time of day
 //! and no duration, so that the same input gives the same bytes.
 
 pub mod calibrate;
 pub mod calibrate_sdof;
 pub mod diagnosis;
 pub mod fit;
-pub mod format;
 pub mod held_out;
 pub mod html;
 pub mod model;
 pub mod monitor;
+pub mod plot;
 pub mod signal;
 pub mod spectra;
 

@@ -1,9 +1,9 @@
 //! Sections on a fit.
 
 use super::{Cell, Section, Tone};
-use crate::export::Sizes;
-use crate::fit::report::Report;
-use crate::fit::text;
+use crate::model::export::Sizes;
+use crate::model::fit::report::Report;
+use crate::model::fit::text;
 
 /// Equations and terms that are shown; the model file has the rest.
 const MOST_EQUATIONS: usize = 16;

@@ -4,11 +4,11 @@ use serde_json::Value;
 
 use super::signal::Comparison;
 use super::{Cell, Document, Section, Tone, model};
-use crate::export;
-use crate::input::Input;
 use crate::model::OwnedModel;
-use crate::plot::{DrawError, trend};
-use crate::replay::Replayed;
+use crate::model::export;
+use crate::model::replay::Replayed;
+use crate::recording::input::Input;
+use crate::report::plot::{DrawError, trend};
 use ballrace_core::monitor::{MonitorConfig, Status};
 
 /// Events that are listed; a broken sensor can give thousands.

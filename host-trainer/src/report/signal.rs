@@ -3,12 +3,12 @@
 use ballrace_core::model::Model;
 
 use super::Section;
-use crate::fit::Series;
-use crate::input::Input;
-use crate::plot::{DrawError, density, derivative, envelope, residual};
+use crate::model::trace::Trace;
+use crate::recording::input::Input;
+use crate::recording::input::Series;
+use crate::report::plot::{DrawError, density, derivative, envelope, residual};
 use crate::signal::envelope::envelope_spectrum;
 use crate::signal::spectrum::{band_of_most_gain, welch};
-use crate::trace::Trace;
 
 /// Recordings that a spectrum is averaged over.
 const AVERAGED: usize = 5;

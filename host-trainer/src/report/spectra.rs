@@ -1,10 +1,10 @@
 //! The report of `ballrace spectra`.
 
 use super::{Cell, Document, Section, Tone};
-use crate::plot::lines::{Labels, Mark};
-use crate::plot::{DrawError, cycle, density, kurtogram, lines};
+use crate::report::plot::lines::{Labels, Mark};
+use crate::report::plot::{DrawError, cycle, density, kurtogram, lines};
 use crate::signal::characteristic::Family;
-use crate::spectra::{Analysis, BandChoice, MarkedLine, SpeedSource};
+use crate::signal::spectra::{Analysis, BandChoice, MarkedLine, SpeedSource};
 
 /// Everything on some recordings.
 ///

@@ -3,10 +3,11 @@
 use crate::recording::{Recording, manifest::Entry};
 
 use super::{
-    config::{Model, Rig},
+    condition::{OperatingCondition, Start},
+    config::{Machine, Rig},
     error::RigError,
     sdof::{self, Drive},
-    simulate::{OperatingCondition, Run, Start, simulate_many},
+    simulate::{Run, simulate_many},
 };
 
 /// Simulates a bearing rig for `seconds` under the condition of each entry; starts by `seed`.
@@ -37,7 +38,7 @@ pub fn entries(rig: &Rig, entries: &[Entry], seconds: f64, seed: u64) -> Result<
 ///
 /// A recording without what the rig needs, and what the simulation refuses.
 pub fn recordings(rig: &Rig, recordings: &[Recording], seed: u64) -> Result<Vec<Recording>, RigError> {
-    if matches!(rig.model, Model::Sdof(_)) {
+    if matches!(rig.model, Machine::Sdof(_)) {
         return recordings.iter().map(|recording| driven(rig, recording)).collect();
     }
     let conditions: Vec<_> = recordings

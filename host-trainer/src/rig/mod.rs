@@ -1,6 +1,6 @@
 //! The rig: simulation of a machine from what the engineer knows of it, and of what can be the matter with it.
 //!
-//! Start at [`simulate()`]: [`config`] reads a [`Rig`], [`effect`] turns its `[[effect]]` tables into a [`plan`],
+//! Start at [`simulate()`]: [`config`] reads a [`Rig`], [`effect`] turns its `[[effect]]` tables into a [`assembly`],
 //! [`bearing`] or [`sdof`] integrates that, and the plan's output chain makes a
 //! [`Recording`](crate::recording::Recording) of it. [`simulate_many`] does the same for many parameter sets or seeds
 //! side by side.
@@ -42,23 +42,25 @@
 //! contact run in plain numbers, run by run, and bring eight runs down to a third to a sixth of the nominal rig's
 //! speed, one run to about half.
 
+pub mod assembly;
 pub mod batch;
 pub mod bearing;
+pub mod condition;
 pub mod config;
 pub mod effect;
 mod error;
-pub mod kinematics;
 pub(crate) mod noise;
-pub mod plan;
 pub mod random_part;
 pub mod sdof;
 pub mod simulate;
 #[cfg(test)]
 mod simulate_tests;
+pub mod state;
 #[cfg(test)]
 pub(crate) mod test_support;
 pub mod transfer_path;
 
-pub use config::{EffectEntry, Model, Rig, Value};
+pub use condition::{OperatingCondition, Start};
+pub use config::{EffectEntry, Machine, Rig, Value};
 pub use error::RigError;
-pub use simulate::{OperatingCondition, Run, Start, simulate, simulate_many};
+pub use simulate::{Run, simulate, simulate_many};

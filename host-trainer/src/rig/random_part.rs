@@ -2,7 +2,7 @@
 //!
 //! The response of the rig linearised about its motion ([`bearing::response`](super::bearing)), through the linear part of the
 //! output chain. Force laws whose slopes change so fast that noise makes other laws of them
-//! ([`Plan::heeds_scatter`](super::plan::Plan)) are linearised about a run that is the mean over the noise, and moment by
+//! ([`Plan::heeds_scatter`](super::assembly::Plan)) are linearised about a run that is the mean over the noise, and moment by
 //! moment: noise escapes where the run slides and is stopped where it turns, so that the mean of the slopes says little of its
 //! power. The recording's spectrum is then the mean of the squared responses to impulses at all moments.
 
@@ -12,14 +12,15 @@ use std::sync::{Arc, Mutex};
 use rayon::prelude::*;
 
 use super::{
+    assembly::{Acquisition, Assembly, Stage},
     bearing::{self, Impulse, Linear, Prepared, Tangent, Visited},
+    condition::{OperatingCondition, Start},
     config::{BearingRig, Rig},
     error::RigError,
-    plan::{Acquisition, Assembly, DOFS, Stage, VelocityCovariance},
     simulate::{
-        OperatingCondition, Start, assemble, assemble_in_noise, bearing_of, fewest_substeps, output_chain,
-        shortest_settling_s, side_by_side,
+        assemble, assemble_in_noise, bearing_of, fewest_substeps, output_chain, shortest_settling_s, side_by_side,
     },
+    state::{DOFS, VelocityCovariance},
 };
 
 /// The rig is linearised over this long, after this long, at so many states, with the noise of this seed.

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::rig::kinematics::Geometry;
+use crate::signal::kinematics::Geometry;
 
 /// What a frequency belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]

@@ -19,13 +19,15 @@ pub mod band;
 pub mod characteristic;
 pub mod coherence;
 pub mod envelope;
-pub(crate) mod golden_section;
 pub(crate) mod interpolate;
+pub mod kinematics;
 pub mod kurtogram;
 pub mod lines;
 pub mod order;
+pub mod spectra;
 pub mod spectrum;
 pub mod speed;
+pub mod surrogate;
 pub mod synchronous;
 #[cfg(test)]
 mod test_signals;

@@ -1,8 +1,8 @@
 //! Literature: numbers that others published or measured, at the tolerance they support.
 
-use ballrace::fit::Series;
-use ballrace::states::{Scales, rows};
-use ballrace::stlsq::{RFactor, StlsqConfig, fit};
+use ballrace::model::states::{Scales, rows};
+use ballrace::model::stlsq::{RFactor, StlsqConfig, fit};
+use ballrace::recording::input::Series;
 use ballrace_core::library::Library;
 use ballrace_core::states::{Alignment, Orders, StateSpec};
 use ballrace_tests::{femto, white_noise};

@@ -1,9 +1,10 @@
 //! The whole path on a real run to failure: fit on the healthy start, monitor to the end.
 
-use ballrace::fit::{FitConfig, Series, Solver, fit};
 use ballrace::model::OwnedModel;
-use ballrace::sindy_nn::train::TrainConfig;
-use ballrace::stlsq::StlsqConfig;
+use ballrace::model::fit::{FitConfig, Solver, fit};
+use ballrace::model::sindy_nn::train::TrainConfig;
+use ballrace::model::stlsq::StlsqConfig;
+use ballrace::recording::input::Series;
 use ballrace_core::monitor::Status;
 use ballrace_core::states::{Alignment, Orders, StateSpec};
 use ballrace_firmware_sim::event::Event;

@@ -7,13 +7,13 @@ use realfft::num_complex::Complex;
 use super::Fault;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::residual::{Whitened, whitened};
+use crate::identify::likelihood::likelihood::{Prediction, judged_bins};
+use crate::identify::likelihood::observed::{Observed, accelerations};
+use crate::identify::likelihood::problem::Problem;
 use crate::recording::Recording;
 use crate::rig::{EffectEntry, Rig};
-use crate::signal::golden_section::golden_section;
 use crate::signal::transform::{hann, inverse_plan};
-use crate::whittle::likelihood::{Prediction, judged_bins};
-use crate::whittle::observed::{Observed, accelerations};
-use crate::whittle::problem::Problem;
+use crate::stats::optimise::golden_section;
 
 /// Power of the line in a residual over its surroundings, in every recording.
 const STANDS_OUT: f64 = 14.0;
@@ -159,9 +159,9 @@ fn refined(left: &[Left], near_hz: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::identify::likelihood::observed::CHANNELS;
     use crate::rig::test_support::{condition, nominal};
     use crate::rig::{Start, simulate};
-    use crate::whittle::observed::CHANNELS;
 
     /// What is left where the line was is what was there before it.
     #[test]

@@ -4,10 +4,10 @@
 mod mains;
 
 use super::DiagnoseError;
+use crate::identify::likelihood::observed::{CHANNELS, Observed, accelerations};
 use crate::recording::Recording;
 use crate::rig::{EffectEntry, Rig};
-use crate::significance::two_sided;
-use crate::whittle::observed::{CHANNELS, Observed, accelerations};
+use crate::stats::significance::two_sided;
 
 /// Samples of a channel at its greatest value from which its range has been too small; of noise there is one, rounded to
 /// what files hold a few.

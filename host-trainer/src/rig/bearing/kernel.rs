@@ -12,13 +12,14 @@ mod hooks;
 use angles::Angles;
 
 use super::{
-    lanes::Lanes,
+    lanes::{Lanes, MAX_RUNS},
     prepare::Prepared,
-    setup::{MAX_RUNS, Setup, gather},
+    setup::{Setup, gather},
+    step::STATES,
 };
 use crate::rig::{
     effect::local_defect::Passage,
-    plan::{DOFS, Instant, OUTER_X, OUTER_Y},
+    state::{DOFS, Instant, OUTER_X, OUTER_Y},
 };
 
 /// Samples between two exact evaluations of the angles.
@@ -26,8 +27,6 @@ const BLOCK: usize = 64;
 /// Acceleration of the horizontal and the vertical sensor, m/s², and, where asked for, the force that the bearing
 /// passes to the housing in x and y, N.
 pub(in crate::rig) type Signals = [Vec<f64>; 4];
-/// States: x_s, x_p and their velocities; y_s, y_p, y_b and theirs.
-pub(super) const STATES: usize = 10;
 /// Where the two groups of the state begin, and in it the positions and velocities of the degrees of freedom.
 const X: usize = 0;
 const Y: usize = 4;

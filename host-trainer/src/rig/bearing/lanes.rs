@@ -4,6 +4,9 @@
 
 use pulp::{Simd, bytemuck};
 
+/// Lanes of the widest vector (AVX-512).
+pub(super) const MAX_RUNS: usize = 8;
+
 /// Arithmetic on a vector of runs.
 pub(super) trait Lanes: Copy {
     /// One number for each run.

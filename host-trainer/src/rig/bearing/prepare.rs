@@ -4,13 +4,14 @@ use std::f64::consts::TAU;
 
 use super::step::Step;
 use crate::rig::{
+    assembly::{Assembly, Force, Meeting, Profile},
+    condition::{OperatingCondition, Start},
     config::BearingRig,
     noise,
-    plan::{Assembly, DOFS, Force, INNER_X, INNER_Y, Instant, Meeting, OUTER_X, OUTER_Y, Profile, RESONATOR_Y},
-    simulate::{OperatingCondition, Start},
+    state::{DOFS, INNER_X, INNER_Y, Instant, OUTER_X, OUTER_Y, RESONATOR_Y},
 };
 
-use super::kernel::STATES;
+use super::step::STATES;
 
 /// Gravity of the 5-DoF rig, m/s²: the two digits of the reference trajectories, 3e-4 below the standard one.
 pub const GRAVITY: f64 = 9.81;

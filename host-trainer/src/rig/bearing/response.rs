@@ -15,8 +15,9 @@ use super::{
     step::Step,
 };
 use crate::rig::{
+    assembly::Force,
     config::{Bearing, BearingRig},
-    plan::{DOFS, Force, INNER_X, INNER_Y, Instant, OUTER_X, OUTER_Y, RESONATOR_Y},
+    state::{DOFS, INNER_X, INNER_Y, Instant, OUTER_X, OUTER_Y, RESONATOR_Y},
 };
 
 /// Slopes of the forces that the rig's linear part has not: −∂F/∂q, N/m, and −∂F/∂q̇, N s/m, row by row the degree of

@@ -1,10 +1,11 @@
 //! The numbers of a group of runs as vectors, a run in each lane.
 
-use super::{kernel::STATES, lanes::Lanes, prepare::Prepared, step::Step};
-use crate::rig::plan::DOFS;
-
-/// Lanes of the widest vector (AVX-512).
-pub(super) const MAX_RUNS: usize = 8;
+use super::{
+    lanes::{Lanes, MAX_RUNS},
+    prepare::Prepared,
+    step::{STATES, Step},
+};
+use crate::rig::state::DOFS;
 
 /// The matrices of one step, as [`Step`] has them.
 pub(super) struct Block<V, const N: usize, const M: usize> {

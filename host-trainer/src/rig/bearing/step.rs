@@ -6,6 +6,9 @@
 
 use super::phi::{Matrix, Phi, combination, identity};
 
+/// States: x_s, x_p and their velocities; y_s, y_p, y_b and theirs.
+pub(super) const STATES: usize = 10;
+
 /// The matrices of a step for N states (positions, then velocities) and M forces.
 #[derive(Clone)]
 pub(super) struct Step<const N: usize, const M: usize> {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{BearingRig, Domain, EffectEntry, Model, Rig, Value};
+use super::{BearingRig, Domain, EffectEntry, Machine, Rig, Value};
 use crate::rig::error::RigError;
 
 /// What an error names where there is no file.
@@ -10,7 +10,7 @@ const NO_FILE: &str = "rig";
 
 impl Rig {
     /// A rig without effects.
-    pub fn new(model: Model) -> Self {
+    pub fn new(model: Machine) -> Self {
         Self {
             model,
             unknown: Vec::new(),
@@ -29,8 +29,8 @@ impl Rig {
     /// The machine of a bearing rig; `None` for a rig of another kind.
     pub fn bearing(&self) -> Option<&BearingRig> {
         match &self.model {
-            Model::Bearing(machine) => Some(machine),
-            Model::Sdof(_) => None,
+            Machine::Bearing(machine) => Some(machine),
+            Machine::Sdof(_) => None,
         }
     }
 
@@ -55,7 +55,7 @@ impl Rig {
             return self.effects.get(index)?.number(parameter);
         }
         match (&self.model, key) {
-            (Model::Bearing(rig), "bearing.balls") => Some(rig.bearing.balls as f64),
+            (Machine::Bearing(rig), "bearing.balls") => Some(rig.bearing.balls as f64),
             // Fields are found in one place only, which gives them to be changed.
             (model, _) => model.clone().field(key).copied(),
         }
@@ -158,7 +158,7 @@ impl Rig {
     }
 }
 
-impl Model {
+impl Machine {
     pub(super) fn set_number(&mut self, key: &str, value: f64) {
         match self {
             Self::Bearing(rig) if key == "bearing.balls" => rig.bearing.balls = value as usize,

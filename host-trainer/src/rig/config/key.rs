@@ -1,6 +1,6 @@
 //! The keys of `rig.toml`, and what each may hold.
 
-use super::{BearingRig, Location, Model, Restoring, SdofRig};
+use super::{BearingRig, Location, Machine, Restoring, SdofRig};
 
 /// What a number may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,7 +98,7 @@ pub(super) const SDOF: &[Key] = &[
 /// Texts of `kind = "sdof"`.
 pub(super) const SDOF_TEXTS: &[&str] = &["restoring"];
 
-impl Model {
+impl Machine {
     /// The name in files.
     pub fn kind(&self) -> &'static str {
         match self {

@@ -18,13 +18,14 @@ pub use key::Domain;
 
 use toml_edit::DocumentMut;
 
-use super::{kinematics::Geometry, plan, transfer_path::TransmissionPath};
+use super::{state, transfer_path::TransmissionPath};
+use crate::signal::kinematics::Geometry;
 
 /// A rig: the nominal machine, what is only guessed about it, and effects added to it.
 #[derive(Clone, Debug)]
 pub struct Rig {
     /// The machine.
-    pub model: Model,
+    pub model: Machine,
     /// Sections and keys whose value is only a guess, as in the file.
     pub unknown: Vec<String>,
     /// `[[effect]]` tables, in their order.
@@ -45,8 +46,14 @@ impl PartialEq for Rig {
     }
 }
 
-/// The kind of machine.
-pub type Model = plan::Machine;
+/// Parameters of the machine, nominal or altered by effects.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Machine {
+    /// `kind = "bearing-5dof"`.
+    Bearing(BearingRig),
+    /// `kind = "sdof"`.
+    Sdof(SdofRig),
+}
 
 /// `kind = "bearing-5dof"`.
 #[derive(Clone, Debug, PartialEq)]
@@ -162,14 +169,14 @@ impl Location {
         Self::ALL.into_iter().find(|location| location.name() == name)
     }
 
-    /// The degree of freedom, as [`plan`] numbers them.
+    /// The degree of freedom, as [`state`] numbers them.
     pub fn dof(self) -> usize {
         match self {
-            Self::InnerX => plan::INNER_X,
-            Self::InnerY => plan::INNER_Y,
-            Self::OuterX => plan::OUTER_X,
-            Self::OuterY => plan::OUTER_Y,
-            Self::ResonatorY => plan::RESONATOR_Y,
+            Self::InnerX => state::INNER_X,
+            Self::InnerY => state::INNER_Y,
+            Self::OuterX => state::OUTER_X,
+            Self::OuterY => state::OUTER_Y,
+            Self::ResonatorY => state::RESONATOR_Y,
         }
     }
 }

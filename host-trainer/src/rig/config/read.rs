@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
-use super::{EffectEntry, Model, Rig, Value, paths};
+use super::{EffectEntry, Machine, Rig, Value, paths};
 use crate::rig::{error::RigError, transfer_path::TransmissionPath};
 
 const KINDS: &str = "\"bearing-5dof\" or \"sdof\"";
@@ -70,12 +70,12 @@ impl Read<'_> {
         RigError::BadValue { path: self.path.into(), key: key.into(), found: short, expected: expected.into() }
     }
 
-    fn model(&self, document: &Table) -> Result<Model, RigError> {
+    fn model(&self, document: &Table) -> Result<Machine, RigError> {
         let kind = match document.get("kind") {
             None => "bearing-5dof",
             Some(item) => item.as_str().ok_or_else(|| self.bad("kind", item, KINDS))?,
         };
-        let blank = Model::blank(kind);
+        let blank = Machine::blank(kind);
         let mut model = blank.ok_or_else(|| self.bad("kind", &document["kind"], KINDS))?;
         self.refuse_unknown(document, &model)?;
         for key in model.keys() {
@@ -92,7 +92,7 @@ impl Read<'_> {
         Ok(model)
     }
 
-    fn refuse_unknown(&self, document: &Table, model: &Model) -> Result<(), RigError> {
+    fn refuse_unknown(&self, document: &Table, model: &Machine) -> Result<(), RigError> {
         let names = || model.keys().iter().map(|key| key.name).chain(model.texts().iter().copied());
         let mut top = vec!["kind", "unknown", "effect", "path"];
         for name in names() {
@@ -121,7 +121,7 @@ impl Read<'_> {
         Ok(())
     }
 
-    fn unknown(&self, document: &Table, model: &Model) -> Result<Vec<String>, RigError> {
+    fn unknown(&self, document: &Table, model: &Machine) -> Result<Vec<String>, RigError> {
         const EXPECTED: &str = "a list of sections or keys of this file whose values are numbers";
         let Some(item) = document.get("unknown") else {
             return Ok(Vec::new());

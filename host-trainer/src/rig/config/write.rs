@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use toml_edit::{ArrayOfTables, Item, Table, TableLike, Value as Toml};
 
-use super::{Model, Rig, Value};
+use super::{Machine, Rig, Value};
 use crate::rig::error::RigError;
 
 impl Rig {
@@ -12,7 +12,7 @@ impl Rig {
     pub fn to_toml(&self) -> String {
         let mut document = self.document.clone();
         let fresh = document.is_empty();
-        if fresh && !matches!(self.model, Model::Bearing(_)) {
+        if fresh && !matches!(self.model, Machine::Bearing(_)) {
             document["kind"] = self.model.kind().into();
         }
         let unknown = document.get("unknown").and_then(Item::as_array);

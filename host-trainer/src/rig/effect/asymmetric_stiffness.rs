@@ -21,7 +21,7 @@ pub(super) const EFFECT: Definition = Definition {
         if quadratic == 0.0 {
             return;
         }
-        let part = plan.component(v.component());
+        let part = (v.component()).part_of(&plan.machine);
         plan.declare_rate(2.0 * (part.stiffness / part.mass).sqrt());
         part.law(plan, move |q, _| -quadratic * q * q);
     },

@@ -21,7 +21,7 @@ pub(super) const EFFECT: Definition = Definition {
         if half == 0.0 {
             return;
         }
-        let part = plan.component(v.component());
+        let part = (v.component()).part_of(&plan.machine);
         let stiffness = part.stiffness;
         plan.declare_rate(3.0 * (stiffness / part.mass).sqrt());
         // Gives back what the linear part of the rig takes off inside the play.

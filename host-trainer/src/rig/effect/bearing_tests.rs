@@ -1,18 +1,16 @@
 //! What the faults of a bearing must show in a spectrum.
 
-use crate::{
-    recording::Recording,
-    rig::{
-        EffectEntry, Model,
-        kinematics::Orders,
-        test_support::{RATE, envelope, line, noise_free, nominal, rms, samples, with},
-    },
+use crate::recording::Recording;
+use crate::rig::{
+    EffectEntry, Machine,
+    test_support::{RATE, envelope, line, noise_free, nominal, rms, samples, with},
 };
+use crate::signal::kinematics::Orders;
 
 const SHAFT: f64 = 30.0;
 
 fn orders() -> Orders {
-    let Model::Bearing(rig) = nominal().model else { panic!("a bearing") };
+    let Machine::Bearing(rig) = nominal().model else { panic!("a bearing") };
     rig.bearing.geometry().orders()
 }
 

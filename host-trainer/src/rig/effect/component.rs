@@ -1,8 +1,10 @@
 //! Parts of a rig that a `component` parameter names.
 
-use crate::rig::plan::{
-    Assembly, DOFS, INNER_X, INNER_Y, MASS, Machine, OUTER_X, OUTER_Y, RESONATOR_Y, VelocityCovariance,
-};
+use crate::rig::assembly::Assembly;
+
+use crate::rig::state::{DOFS, INNER_X, INNER_Y, MASS, OUTER_X, OUTER_Y, RESONATOR_Y, VelocityCovariance};
+
+use crate::rig::config::Machine;
 
 /// A part of a rig. `inner` and `outer` are the sections of that name and move in x and y; with `-x` or `-y` only
 /// that direction is meant. The resonator's spring and damper sit between it and the outer race.

@@ -16,7 +16,7 @@ pub(super) const EFFECT: Definition = Definition {
     apply: |v, plan| {
         let size = v.number("force_n");
         if size != 0.0 {
-            plan.component(v.component()).law(plan, move |_, _| size);
+            (v.component()).part_of(&plan.machine).law(plan, move |_, _| size);
         }
     },
 };

@@ -38,7 +38,7 @@ pub(super) const EFFECT: Definition = Definition {
         // The error function that has the slope of tanh(v/v₀) at 0 is the mean of sign v over a deviation of √(2/π) v₀.
         let own = FRAC_2_PI * rounded.powi(2);
         let deviation = |scatter: f64| (own + scatter.powi(2)).sqrt();
-        plan.component(v.component()).speed_law(
+        (v.component()).part_of(&plan.machine).speed_law(
             plan,
             move |v| -size * tanh(v / rounded),
             |scatter| {

@@ -2,7 +2,7 @@
 //! says so. The tachometer loses them too.
 
 use super::{Applies, Definition, Parameter, Scale};
-use crate::rig::{config::Domain, plan::Stage};
+use crate::rig::{config::Domain, assembly::Stage};
 
 pub(super) const EFFECT: Definition = Definition {
     name: "dropped-samples",

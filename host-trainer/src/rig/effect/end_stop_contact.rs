@@ -24,7 +24,7 @@ pub(super) const EFFECT: Definition = Definition {
         if stiffness == 0.0 {
             return;
         }
-        let part = plan.component(v.component());
+        let part = (v.component()).part_of(&plan.machine);
         // Landing and leaving are corners: several steps in the time the stop takes to throw the mass back.
         plan.declare_rate(3.0 * (stiffness / part.mass).sqrt());
         part.law(plan, move |q, _| -stiffness * (q - gap).max(0.0));

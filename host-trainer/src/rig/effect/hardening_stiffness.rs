@@ -4,7 +4,7 @@
 use super::{Applies, Definition, Parameter, Scale, component::Choices};
 use crate::rig::config::Domain;
 use super::Values;
-use crate::rig::plan::Assembly;
+use crate::rig::assembly::{Assembly};
 
 /// The force −k₃ q³.
 pub(super) fn apply(v: &Values, plan: &mut Assembly) {
@@ -12,7 +12,7 @@ pub(super) fn apply(v: &Values, plan: &mut Assembly) {
     if cubic == 0.0 {
         return;
     }
-    let part = plan.component(v.component());
+    let part = (v.component()).part_of(&plan.machine);
     // No static deflection is known here, but one that doubles the stiffness is where the effect is plain.
     plan.declare_rate(2.0 * (part.stiffness / part.mass).sqrt());
     part.law(plan, move |q, _| -cubic * q * q * q);

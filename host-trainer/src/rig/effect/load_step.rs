@@ -6,7 +6,7 @@
 use super::{Applies, Definition, Parameter, Scale, ParameterDefault};
 use crate::rig::{
     config::Domain,
-    plan::{INNER_Y, MASS, Machine},
+    state::{INNER_Y, MASS}, config::Machine,
 };
 
 pub(super) const EFFECT: Definition = Definition {

@@ -9,7 +9,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::rig::plan::Instant;
+use crate::rig::state::Instant;
 
 /// A pit, by its depth in m and half its width in rad.
 #[derive(Clone, Copy, Debug)]

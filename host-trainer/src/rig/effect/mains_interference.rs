@@ -4,7 +4,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::{Applies, Definition, Parameter, Scale, ParameterDefault};
-use crate::rig::{config::Domain, plan::Stage};
+use crate::rig::{config::Domain, assembly::Stage};
 
 /// Harmonics beside the fundamental.
 const HARMONICS: [f64; 3] = [1.0, 3.0, 5.0];

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use super::{Applies, Definition, Parameter, Scale, ParameterDefault};
 use crate::rig::{
     config::Domain,
-    plan::{INNER_X, INNER_Y},
+    state::{INNER_X, INNER_Y},
 };
 
 pub(super) const EFFECT: Definition = Definition {

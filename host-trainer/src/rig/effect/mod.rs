@@ -22,7 +22,7 @@ mod waviness;
 use component::Choices;
 pub use values::Values;
 
-use super::{config::Domain, plan::Assembly};
+use super::{assembly::Assembly, config::Domain};
 
 /// An effect: what it is called, takes and does.
 #[derive(Debug)]

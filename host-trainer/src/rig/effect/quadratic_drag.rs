@@ -20,7 +20,7 @@ pub(super) const EFFECT: Definition = Definition {
     apply: |v, plan| {
         let drag = v.number("drag_n_s2_per_m2");
         if drag != 0.0 {
-            plan.component(v.component()).speed_law(
+            (v.component()).part_of(&plan.machine).speed_law(
                 plan,
                 move |v| -drag * v * v.abs(),
                 |scatter| move |v| -drag * mean_square(v, scatter),

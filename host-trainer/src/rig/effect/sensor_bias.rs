@@ -1,7 +1,7 @@
 //! A sensor whose zero is off: the same value added to every sample (ISO 5347; a charge amplifier that drifts).
 
 use super::{Applies, Definition, Parameter, Scale};
-use crate::rig::{config::Domain, plan::Stage};
+use crate::rig::{config::Domain, assembly::Stage};
 
 pub(super) const EFFECT: Definition = Definition {
     name: "sensor-bias",

@@ -1,7 +1,7 @@
 //! A sensor or converter out of its range: samples stop at ± the value (IEEE Std 1241, full-scale range).
 
 use super::{Applies, Definition, Parameter, Scale};
-use crate::rig::{config::Domain, plan::Stage};
+use crate::rig::{config::Domain, assembly::Stage};
 
 pub(super) const EFFECT: Definition = Definition {
     name: "sensor-clipping",

@@ -1,7 +1,7 @@
 //! A sensor whose sensitivity is off: every sample times the value (ISO 16063-21).
 
 use super::{Applies, Definition, Parameter, Scale};
-use crate::rig::{config::Domain, plan::Stage};
+use crate::rig::{config::Domain, assembly::Stage};
 
 pub(super) const EFFECT: Definition = Definition {
     name: "sensor-gain",

@@ -33,7 +33,7 @@ pub(super) const EFFECT: Definition = Definition {
             return;
         }
         let peak = 0.5 * PI * impulse / duration;
-        let part = plan.component(v.component());
+        let part = (v.component()).part_of(&plan.machine);
         plan.declare_rate(PI / duration);
         plan.force(move |at, _, _, force| {
             let phase = (at.time_s - time) / duration;

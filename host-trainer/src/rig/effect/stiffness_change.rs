@@ -5,7 +5,7 @@ use super::{
     Applies, Definition, Parameter, Scale,
     component::{Choices, Component},
 };
-use crate::rig::{config::Domain, plan::Machine};
+use crate::rig::{config::Domain, config::Machine};
 
 pub(super) const EFFECT: Definition = Definition {
     name: "stiffness-change",

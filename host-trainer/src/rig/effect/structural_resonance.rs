@@ -11,7 +11,7 @@
 use std::f64::consts::TAU;
 
 use super::{Applies, Definition, Parameter, Scale, ParameterDefault, component::Component};
-use crate::rig::{config::Domain, plan::Stage};
+use crate::rig::{config::Domain, assembly::Stage};
 
 /// Time constants of the mode that pass before the first sample.
 const SETTLED: f64 = 12.0;
@@ -36,7 +36,8 @@ pub(super) const EFFECT: Definition = Definition {
             return;
         }
         let concerns = v.channels();
-        let per_mass = 1.0 / plan.component(if v.kind() == "sdof" { Component::Mass } else { Component::Outer }).mass;
+        let carrier = if v.kind() == "sdof" { Component::Mass } else { Component::Outer };
+        let per_mass = 1.0 / carrier.part_of(&plan.machine).mass;
         plan.needs_path_force = true;
         plan.preroll_s = plan.preroll_s.max(SETTLED / (ratio * TAU * frequency));
         plan.signal(Stage::Structure, move |at, signal| {

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::rig::{
     config::Domain,
-    plan::{INNER_X, INNER_Y, OUTER_X, OUTER_Y},
+    state::{INNER_X, INNER_Y, OUTER_X, OUTER_Y},
 };
 
 pub(super) const EFFECT: Definition = Definition {
@@ -30,7 +30,7 @@ pub(super) const EFFECT: Definition = Definition {
         if damping == 0.0 {
             return;
         }
-        let mut part = plan.component(v.component());
+        let mut part = (v.component()).part_of(&plan.machine);
         if v.component() == Component::Bearing {
             part.motions = [(INNER_X, OUTER_X), (INNER_Y, OUTER_Y)].map(|(dof, base)| Motion { dof, base: Some(base) }).into();
             part.mass = plan.bearing().map_or(1.0, |rig| rig.inner.mass_kg.min(rig.outer.mass_kg));

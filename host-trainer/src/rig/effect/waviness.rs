@@ -3,10 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::{Parameter, ParameterDefault, Scale, Values};
-use crate::rig::{
-    config::Domain,
-    plan::{Assembly, Instant},
-};
+use crate::rig::{assembly::Assembly, config::Domain, state::Instant};
 
 /// Of the lobes on either race.
 pub(super) const PARAMETERS: &[Parameter] = &[

@@ -8,14 +8,13 @@
 #[cfg(test)]
 mod tests;
 
-use crate::{
-    recording::{Channel, Recording, Source},
-    rig::{
-        config::{Model, Restoring, Rig, SdofRig},
-        error::RigError,
-        plan::{Acquisition, DOFS, Force, Instant, MASS, Signal, Stage},
-        simulate::{assemble, output_chain},
-    },
+use crate::recording::{Channel, Recording, Source};
+use crate::rig::{
+    assembly::{Acquisition, Force, Signal, Stage},
+    config::{Machine, Restoring, Rig, SdofRig},
+    error::RigError,
+    simulate::{assemble, output_chain},
+    state::{DOFS, Instant, MASS},
 };
 
 /// Fastest rate times step: RK4 then errs by 0.3⁵/120, 2e-5 of the fastest motion, in a step.
@@ -63,7 +62,7 @@ pub fn simulate(rig: &Rig, drive: &Drive) -> Result<Recording, RigError> {
     }
     rig.check()?;
     let mut plan = assemble(rig);
-    let Model::Sdof(machine) = plan.machine.clone() else {
+    let Machine::Sdof(machine) = plan.machine.clone() else {
         return refuse("rig.kind", "\"bearing-5dof\"".into(), "\"sdof\"");
     };
     let fastest = (machine.stiffness_n_per_m / machine.mass_kg).sqrt().max(machine.damping_n_s_per_m / machine.mass_kg);

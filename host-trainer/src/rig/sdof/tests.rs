@@ -1,12 +1,10 @@
 use std::f64::consts::{PI, TAU};
 
 use super::{Drive, Interpolation, simulate};
-use crate::{
-    recording::{LoadOptions, load, reference_data},
-    rig::{
-        EffectEntry, Rig,
-        test_support::{SDOF, parse, rms, samples},
-    },
+use crate::recording::{LoadOptions, load, reference_data};
+use crate::rig::{
+    EffectEntry, Rig,
+    test_support::{SDOF, parse, rms, samples},
 };
 
 const RATE: f64 = 1000.0;

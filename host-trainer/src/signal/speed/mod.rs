@@ -35,7 +35,7 @@ use serde::Serialize;
 
 use super::Sample;
 use super::characteristic::{Family, Speeds};
-use crate::rig::kinematics::Geometry;
+use crate::signal::kinematics::Geometry;
 
 /// How a speed is looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]

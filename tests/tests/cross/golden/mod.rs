@@ -1,9 +1,9 @@
 //! Golden: numbers stored from a fixed FEMTO recording. `GOLDEN=print cargo test -p ballrace-tests
 //! -- golden --nocapture` prints them anew; a change of any of them is a change of the maths.
 
-use ballrace::fit::{FitConfig, Solver, fit};
 use ballrace::model::OwnedModel;
-use ballrace::stlsq::StlsqConfig;
+use ballrace::model::fit::{FitConfig, Solver, fit};
+use ballrace::model::stlsq::StlsqConfig;
 use ballrace_core::evaluator::{Evaluator, scratch_len};
 use ballrace_core::library::Library;
 use ballrace_core::states::{Alignment, Orders, StateSpec};
@@ -38,12 +38,12 @@ fn virtual_states_and_library_row_of_bearing_3_3() {
         (Alignment::Half, HALF[0], HALF[1]),
         (Alignment::Causal, CAUSAL[0], CAUSAL[1]),
     ] {
-        let rows = ballrace::states::rows(samples, spec(alignment));
+        let rows = ballrace::model::states::rows(samples, spec(alignment));
         let (x, dx) = rows.row(100);
         check(&format!("{alignment:?} states"), x, states);
         check(&format!("{alignment:?} targets"), dx, targets);
     }
-    let rows = ballrace::states::rows(samples, spec(Alignment::Half));
+    let rows = ballrace::model::states::rows(samples, spec(Alignment::Half));
     let library = Library::new(4, 2, 1).unwrap();
     let mut theta = vec![0.0; library.len()];
     library.row(rows.row(100).0, &mut theta);
@@ -51,7 +51,7 @@ fn virtual_states_and_library_row_of_bearing_3_3() {
 }
 
 /// A model whose numbers do not depend on a solver's last bits: fitted, then rounded to 8 bits.
-fn model(recordings: &[ballrace::fit::Series]) -> OwnedModel {
+fn model(recordings: &[ballrace::recording::input::Series]) -> OwnedModel {
     let config = FitConfig {
         spec: spec(Alignment::Causal),
         degree: 2,

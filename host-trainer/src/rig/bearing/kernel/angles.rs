@@ -1,7 +1,7 @@
 //! Angles of cage and shaft by rotation.
 
 use super::Kernel;
-use crate::rig::bearing::{lanes::Lanes, setup::MAX_RUNS};
+use crate::rig::bearing::lanes::{Lanes, MAX_RUNS};
 
 /// Cosine and sine of the cage's and the shaft's angle.
 #[derive(Clone, Copy)]

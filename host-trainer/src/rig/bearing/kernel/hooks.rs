@@ -1,7 +1,7 @@
 //! Where effects act within the loop, run by run in plain numbers.
 
 use super::{INSTANTS, Kernel, POSITIONS, STATES, VELOCITIES};
-use crate::rig::{bearing::lanes::Lanes, plan::DOFS};
+use crate::rig::{bearing::lanes::Lanes, state::DOFS};
 
 impl<L: Lanes, const HOOKS: bool> Kernel<'_, L, HOOKS> {
     /// What effects need of a step before it is computed: its moments, and the losses of deflection.

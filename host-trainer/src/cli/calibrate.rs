@@ -1,0 +1,185 @@
+//! `ballrace calibrate`.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use serde::Serialize;
+
+use super::{Failure, json, line, write};
+use crate::identify::calibrate::bearing::{Calibration, Options, PathChoice};
+use crate::identify::calibrate::calibrate;
+use crate::identify::force_balance::{self, calibrate_sdof};
+use crate::recording::{Recording, load_all};
+use crate::report;
+use crate::report::Document;
+use crate::rig::{Machine, Rig};
+use crate::stats::format::{significant, with_interval};
+
+/// Fit a rig's uncertain parameters to recordings of the healthy machine
+///
+/// Fits what the rig's file calls `unknown`, and of a bearing rig the noise levels and the angles at
+/// which each recording began; says what the recordings do not determine. The last quarter of the
+/// recordings takes no part and judges the fit. Where a bearing rig alone does not come near the
+/// recordings, the transmission path from rig to sensor is identified. Recordings for an sdof rig have
+/// channels `u` and `q` (or `qdd`).
+#[derive(clap::Args, Debug)]
+#[command(
+    after_help = "Example:\n  ballrace calibrate --rig rig.toml --recordings healthy --out rig.calibrated.toml --report calibration.html"
+)]
+pub struct Args {
+    /// The rig, with `unknown = [...]`
+    #[arg(long, value_name = "rig.toml")]
+    rig: PathBuf,
+    /// Recordings of the healthy machine
+    #[arg(long, value_name = "DIR")]
+    recordings: PathBuf,
+    /// Where to write the calibrated rig
+    #[arg(long, value_name = "rig.toml")]
+    out: PathBuf,
+    /// The structure between a bearing rig and its sensor
+    #[arg(long, value_enum, default_value_t = Path::Auto)]
+    path: Path,
+    /// Write a report with pictures
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Seed of the simulations that spectra are compared by
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Print the result as one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum Path {
+    /// Where the rig alone does not come near the recordings
+    Auto,
+    /// Never
+    None,
+    /// Always
+    AllPole,
+}
+
+/// Runs `calibrate`.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let rig = Rig::read(&args.rig).map_err(Failure::input)?;
+    let recordings = load_all(&args.recordings).map_err(Failure::input)?;
+    if matches!(rig.model, Machine::Sdof(_)) {
+        return sdof(args, &rig, &recordings);
+    }
+    let path = match args.path {
+        Path::Auto => PathChoice::Auto,
+        Path::None => PathChoice::None,
+        Path::AllPole => PathChoice::AllPole,
+    };
+    let spinner = super::input::spinner();
+    let options = Options { path, seed: args.seed };
+    let calibration = calibrate(&rig, &recordings, &options, &|what| spinner.set_message(what.to_owned()));
+    spinner.finish_and_clear();
+    let calibration = calibration.map_err(Failure::input)?;
+    let document = || report::calibrate::document(&rig, &calibration, &recordings, args.seed).map_err(Failure::other);
+    tell(args, &calibration.rig, &calibration, &lines(&calibration), document)
+}
+
+fn sdof(args: &Args, rig: &Rig, recordings: &[Recording]) -> Result<(), Failure> {
+    if args.path == Path::AllPole {
+        return Err(Failure::Input("--path: found all-pole, expected auto or none for a rig of kind \"sdof\"".into()));
+    }
+    let spinner = super::input::spinner();
+    spinner.set_message("fitting force balance and simulation");
+    let calibration = calibrate_sdof(rig, recordings);
+    spinner.finish_and_clear();
+    let calibration = calibration.map_err(Failure::input)?;
+    let document = || report::calibrate_sdof::document(&calibration, recordings).map_err(Failure::other);
+    tell(args, &calibration.rig, &calibration, &sdof_lines(&calibration), document)
+}
+
+/// Writes the calibrated rig and the report, and prints the calibration, as JSON or in lines.
+fn tell(
+    args: &Args,
+    rig: &Rig,
+    calibration: &impl Serialize,
+    lines: &[String],
+    document: impl FnOnce() -> Result<Document, Failure>,
+) -> Result<(), Failure> {
+    rig.write(&args.out).map_err(Failure::other)?;
+    if let Some(path) = &args.report {
+        write(path, document()?.html().as_bytes())?;
+    }
+    if args.json {
+        return json(calibration);
+    }
+    for text in lines {
+        line(text)?;
+    }
+    line(format_args!("wrote {}", args.out.display()))
+}
+
+fn sdof_lines(calibration: &force_balance::SdofCalibration) -> Vec<String> {
+    let mut out = vec![format!("{:<24} {:>12} {:>12}   95 % interval", "parameter", "before", "calibrated")];
+    for e in &calibration.estimates {
+        let (value, interval) = with_interval(e.value, Some(e.interval95));
+        out.push(format!("{:<24} {:>12} {:>12}   {interval}", e.key, significant(e.guess, 4), value));
+    }
+    out.push(report::calibrate_sdof::method(calibration).into());
+    out.extend(calibration.undetermined.iter().map(|sentence| format!("undetermined: {sentence}")));
+    match &calibration.held_out {
+        None => out.push("held out: nothing, the recordings are too short".into()),
+        Some(h) => {
+            out.push(format!("held out: {}", h.recordings));
+            out.push(format!(
+                "  force balance: before {} N, after {} N",
+                significant(h.balance_before_n, 3),
+                significant(h.balance_after_n, 3)
+            ));
+            let number = |v: Option<f64>| v.map_or("diverges".into(), |v| significant(v, 3));
+            out.push(format!(
+                "  simulation over {} s: before {}, after {}, the sensor's noise is {}",
+                significant(h.window_s, 2),
+                number(h.simulation_before),
+                number(h.simulation_after),
+                significant(calibration.sensor_noise_std, 2)
+            ));
+        }
+    }
+    out
+}
+
+fn lines(calibration: &Calibration) -> Vec<String> {
+    let mut out = Vec::new();
+    if !calibration.parameters.is_empty() {
+        out.push(format!("{:<42} {:>12} {:>12}   95 % interval", "parameter", "before", "calibrated"));
+    }
+    for p in &calibration.parameters {
+        let told = if p.determined { "" } else { "   not determined" };
+        out.push(format!(
+            "{:<42} {:>12.5e} {:>12.5e}   {:.5e} to {:.5e}{told}",
+            p.key, p.before, p.value, p.interval95[0], p.interval95[1]
+        ));
+    }
+    for (channel, poles) in &calibration.path_poles {
+        out.push(format!("{channel}: transmission path of {poles} poles"));
+    }
+    for free in &calibration.undetermined {
+        out.push(format!("the recordings do not determine {}", free.free));
+    }
+    for e in &calibration.explained {
+        out.push(format!(
+            "{}: {:.1} % of the power is the rig's own turning; the rest is within {:.2} dB of its noise",
+            e.channel,
+            100.0 * e.deterministic,
+            e.residual_db
+        ));
+    }
+    if !calibration.converged {
+        out.push("the search ended before there was no more to gain".into());
+    }
+    out.push(format!("held out: {}; log-spectral distance, dB", calibration.held_out_recordings));
+    for h in &calibration.held_out {
+        out.push(format!(
+            "  {} {}: before {:.2}, after {:.2}, two runs of the rig are {:.2} apart",
+            h.recording, h.channel, h.before_db, h.after_db, h.floor_db
+        ));
+    }
+    out
+}

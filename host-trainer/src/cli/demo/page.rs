@@ -1,0 +1,165 @@
+//! The demo's report: what was put in, what was found, and what came of it. For two minutes.
+
+use super::DemoResult;
+use super::job::{DIAGNOSIS, JobResult};
+use crate::diagnose::result::Parameter;
+use crate::model::fit::report::Report;
+use crate::report::plot::DrawError;
+use crate::report::plot::comparison::{self, Curve, Names};
+use crate::report::plot::lines::Mark;
+use crate::report::plot::style::{EARLY, LATE, MEASURED, PREDICTED};
+use crate::report::signal::Comparison;
+use crate::report::{Cell, Document, Section, Tone, model, monitor};
+use crate::stats::format::{significant, with_interval};
+
+/// What the truth is called in pictures.
+const PUT_IN: &str = "put in";
+
+/// The report.
+pub(super) fn document(outcome: &DemoResult, found: &JobResult) -> Result<Document, DrawError> {
+    let about = format!(
+        "A simulated machine: {} recordings of {} s at {} Hz, seed {}. All that is known of it is its drawing, a rig of 5 \
+         degrees of freedom; what was put in beyond that meets what was found only in this report.",
+        outcome.recordings, outcome.seconds, outcome.sample_rate_hz, outcome.seed
+    );
+    let sentences = [outcome.put_in(), outcome.raised(), outcome.named(), outcome.fell()];
+    let view = found.before.model.view();
+    let mark = outcome.truth.first_affected.map(|first| (first, PUT_IN));
+    let mut document = Document::new("ballrace demo", about, tone(outcome), sentences.join(" "))
+        .section(residual(outcome, found)?)
+        .section(cause(outcome))
+        .section(monitor::trend(&found.watched, &view.monitor, mark)?);
+    if let Some(comparison) = Comparison::from_input(&found.input, None) {
+        document = document.section(comparison.spectra()?);
+    }
+    let report = &found.after.report;
+    Ok(document.sections([
+        model::equations(report),
+        model::sizes(&outcome.sizes),
+        scores(outcome, report),
+        steps(outcome),
+        monitor::events(&found.watched),
+        model::training(report),
+    ]))
+}
+
+fn tone(outcome: &DemoResult) -> Tone {
+    let changed = outcome.truth.first_affected.is_some();
+    let alarmed = outcome.first_alarm.is_some() == changed && !outcome.false_alarm;
+    let fell = !changed || outcome.residual.after < outcome.residual.before;
+    if alarmed && fell && outcome.rightly_named { Tone::Good } else { Tone::Bad }
+}
+
+/// The picture that the rest explains.
+fn residual(outcome: &DemoResult, found: &JobResult) -> Result<Section, DrawError> {
+    let residuals = &found.residuals;
+    let all = |values: &[f64]| values.iter().enumerate().map(|(n, v)| ((n + 1) as f64, *v)).collect::<Vec<_>>();
+    let floor = found.judged.iter().zip(&residuals.floor).map(|(n, v)| ((n + 1) as f64, *v)).collect();
+    let mut curves = vec![Curve { name: "model of the drawing", points: all(&residuals.before), color: EARLY }];
+    if let Some(without) = &residuals.without_terms {
+        curves.push(Curve { name: "corrected, without the new terms", points: all(without), color: PREDICTED });
+    }
+    curves.push(Curve { name: "corrected", points: all(&residuals.after), color: LATE });
+    curves.push(Curve { name: "fitted to these very recordings", points: floor, color: MEASURED });
+    let marks: Vec<Mark> =
+        outcome.truth.first_affected.iter().map(|n| Mark { at: *n as f64 + 0.5, name: PUT_IN.into() }).collect();
+    let names = Names { x: "recording", y: "share of variance left" };
+    let svg = comparison::svg(&curves, 0.5..outcome.recordings as f64 + 0.5, names, &marks)?;
+    let r = &outcome.residual;
+    let row = |model: &str, value: f64| vec![Cell::text(model), Cell::number(significant(value, 3))];
+    let mut rows = vec![row("of the machine as drawn", r.before)];
+    rows.extend(r.without_terms.map(|v| row("of the corrected rig, without the terms that entered", v)));
+    rows.push(row("of the corrected rig: model.bin", r.after));
+    rows.push(row("of these very recordings, which no diagnosis has", r.floor));
+    let alarms = match outcome.alarms_after {
+        0 => "no alarm".to_owned(),
+        1 => "an alarm".to_owned(),
+        n => format!("{n} alarms"),
+    };
+    let section = Section::new("The device's residual, before and after")
+        .figure(
+            svg,
+            "Of each recording the share of its variance that the prediction of the next sample leaves, by the device's own \
+             code: the same measure for every model. 0 would be foretold to the last digit.",
+        )
+        .table(
+            format!("Mean over the {} recordings that took no part in the diagnosis.", r.recordings),
+            &["model", "share left"],
+            rows,
+        );
+    let section = match outcome.terms() {
+        Some(sentence) => section.paragraph(sentence),
+        None => section,
+    };
+    Ok(section.paragraph(format!(
+        "Over these recordings the monitor raises {alarms} with the corrected model, whose healthy level is that of the corrected \
+         rig's simulation."
+    )))
+}
+
+/// What was found beside what was put in.
+fn cause(outcome: &DemoResult) -> Section {
+    let truth = |name: &str| match (outcome.truth.first_affected, name) {
+        (Some(_), "frequency_hz") => significant(outcome.truth.frequency_hz, 5),
+        (Some(_), "damping_ratio") => significant(outcome.truth.damping_ratio, 3),
+        _ => "–".to_owned(),
+    };
+    let mut section = Section::new("What the drawing left out");
+    for cause in &outcome.causes {
+        let rows = cause.parameters.iter().map(|(name, value)| {
+            let (value, interval) = match value {
+                Parameter::Number(v) => with_interval(*v, cause.interval95.get(name).copied()),
+                Parameter::Name(text) => (text.clone(), String::new()),
+            };
+            vec![Cell::text(name.clone()), Cell::number(value), Cell::number(interval), Cell::number(truth(name))]
+        });
+        section = section
+            .table(cause.name.clone(), &["parameter", "found", "95 %", "put in"], rows.collect())
+            .equations([cause.equation.clone()].into())
+            .paragraph(cause.evidence.clone());
+    }
+    for entered in &outcome.entered {
+        section = section.paragraph(format!("Into the library {}.", entered.line()));
+    }
+    if outcome.causes.is_empty() {
+        section = section.paragraph(outcome.named());
+    }
+    let numbers: Vec<String> = outcome.diagnosed.iter().map(|n| (n + 1).to_string()).collect();
+    section
+        .paragraph(format!("Recordings {} were diagnosed.", numbers.join(", ")))
+        .link(format!("{DIAGNOSIS}/report.html"), "The report of the diagnosis: how, and all that lost.")
+}
+
+fn scores(outcome: &DemoResult, report: &Report) -> Section {
+    let section = model::scores(report).paragraph(format!("Verdict on the fit: {}.", outcome.verdict.words));
+    if outcome.verdict.beyond_null {
+        return section;
+    }
+    section.paragraph(
+        "So the spectrum is all that the model has learnt, as it should be where what moves the machine is noise. It still \
+         serves as a yardstick: what the device judges is how much the residual differs from what the rig leads to expect.",
+    )
+}
+
+fn steps(outcome: &DemoResult) -> Section {
+    let row = |file: &str, what: &str| vec![Cell::text(file), Cell::text(what)];
+    let rows = vec![
+        row("recordings/, rig.toml", "the recordings with recordings.toml, and the drawing: all that the job knows"),
+        row("before.json, before.bin", "the model of the machine as drawn"),
+        row("events.jsonl", "what the device told of with that, over all recordings"),
+        row("diagnosis/", "diagnosis.json, rig.corrected.toml, report.html, heldout/"),
+        row("model.json", "the model of the corrected rig with its scores and equations"),
+        row("model.bin, model.h, model.rs", "the same for the device: in place from flash, as C, as Rust"),
+    ];
+    let states = |n: usize| format!("{n} states");
+    let dimension = outcome.scores.in_sample.derivatives.len();
+    Section::new("What was done")
+        .paragraph(format!(
+            "The drawing was simulated at the speeds and loads of all recordings (predict) and a model fitted to that (fit), \
+             exported and run by the device's own code over the recordings (export, monitor). Of those from the alarm on some \
+             were diagnosed (diagnose). The corrected rig was simulated in the same way, a model of {} with the cause's terms in \
+             its library fitted to that (fit --diagnosis), exported, and run over the recordings that took no part.",
+            states(dimension)
+        ))
+        .table("Beside this report", &[], rows)
+}

@@ -1,0 +1,124 @@
+//! `ballrace diagnose`.
+
+use std::path::PathBuf;
+
+use super::{Failure, json, line};
+use crate::diagnose::result::{Cause, DiagnosisResult, Parameter};
+use crate::diagnose::write::Document;
+use crate::diagnose::{Task, diagnose};
+use crate::recording::load_all;
+use crate::report;
+use crate::report::diagnosis::percent;
+use crate::report::held_out::errors;
+use crate::rig::Rig;
+use crate::stats::format::{by_chance, significant, with_interval};
+
+/// Find out what a simulation leaves out: where, what, how much
+///
+/// Lets the causes of a vocabulary (friction, clearance, a pitted race, a resonance, a wrong sensor
+/// gain, ...) compete to explain what a rig leaves of its recordings. A cause is named only where it
+/// improves the fit to recordings that took no part beyond chance. Recordings for an sdof rig have
+/// channels `u` and `q` (or `qdd`).
+///
+/// OUT then holds diagnosis.json, rig.corrected.toml (which `simulate` and `predict` take), report.html,
+/// and heldout/*.csv with what was measured beside both rigs.
+#[derive(clap::Args, Debug)]
+#[command(
+    after_help = "Example:\n  ballrace diagnose --rig rig.toml --recordings data --out diagnosis\n  then open diagnosis/report.html"
+)]
+pub struct Args {
+    /// The rig as the engineer knows it; `unknown = [...]` names what is only guessed
+    #[arg(long, value_name = "rig.toml")]
+    rig: PathBuf,
+    /// Recordings of the healthy machine, which unknown parameters are fitted to
+    #[arg(long, value_name = "DIR")]
+    baseline: Option<PathBuf>,
+    /// Recordings to diagnose
+    #[arg(long, value_name = "DIR")]
+    recordings: PathBuf,
+    /// Folder to write to
+    #[arg(long, value_name = "OUT")]
+    out: PathBuf,
+    /// Seed of simulations and permutations
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Print diagnosis.json
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs `diagnose`.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    if args.out.exists() && !args.out.is_dir() {
+        return Err(Failure::Input(format!("--out: found the file {}, expected a folder", args.out.display())));
+    }
+    let rig = Rig::read(&args.rig).map_err(Failure::input)?;
+    let read = |path: &PathBuf| load_all(path).map_err(Failure::input);
+    let recordings = read(&args.recordings)?;
+    let baseline = args.baseline.as_ref().map(read).transpose()?;
+    let task = Task { rig: &rig, baseline: baseline.as_deref(), recordings: &recordings, seed: args.seed };
+    let spinner = super::input::spinner();
+    let progress = |what: &str| spinner.set_message(what.to_owned());
+    let outcome = diagnose(&task, &progress);
+    spinner.finish_and_clear();
+    let outcome = outcome.map_err(Failure::input)?;
+    report::diagnosis::folder(&args.out, &task, &outcome).map_err(Failure::other)?;
+    if args.json {
+        return json(&Document::from_result(&outcome));
+    }
+    for text in lines(&outcome) {
+        line(text)?;
+    }
+    line(format_args!("wrote {}; the report is {}", args.out.display(), args.out.join("report.html").display()))
+}
+
+fn lines(outcome: &DiagnosisResult) -> Vec<String> {
+    let diagnosis = &outcome.diagnosis;
+    let mut out = vec![report::diagnosis::verdict(outcome).1];
+    for cause in &diagnosis.causes {
+        out.extend(told(cause));
+    }
+    let fit = &diagnosis.fit;
+    out.push(format!(
+        "held out: {}\n  {}: before {}, after {}, noise alone {}, {}",
+        fit.held_out,
+        fit.metric,
+        significant(fit.before, 4),
+        significant(fit.after, 4),
+        significant(fit.noise_floor, 4),
+        by_chance(fit.p_value)
+    ));
+    for held in &outcome.held_out {
+        let [before, after] = errors(held).map(|v| significant(v, 3));
+        out.push(format!("  {}: measured less simulated, RMS, before {before}, after {after}", held.name));
+    }
+    if !diagnosis.location.state.is_empty() {
+        out.push(format!("where: {}", diagnosis.location.state));
+    }
+    for (name, value, interval) in &outcome.fitted {
+        let (value, interval) = with_interval(*value, Some(*interval));
+        out.push(format!("fitted along: {name} = {value} (95 %: {interval})"));
+    }
+    out.extend(outcome.caveats.iter().map(|caveat| format!("note: {caveat}")));
+    out
+}
+
+fn told(cause: &Cause) -> Vec<String> {
+    let mut out = vec![format!("{}, probability {}", cause.name, percent(cause.probability))];
+    if !cause.equation.is_empty() {
+        out.push(format!("  {}", cause.equation));
+    }
+    for (name, value) in &cause.parameters {
+        out.push(match value {
+            Parameter::Number(v) => {
+                let interval = cause.interval95.get(name).copied();
+                let (value, range) = with_interval(*v, interval);
+                let range = if interval.is_some() { format!(" (95 %: {range})") } else { String::new() };
+                format!("  {name} = {value}{range}")
+            }
+            Parameter::Name(text) => format!("  {name} = {text}"),
+        });
+    }
+    out.push(format!("  {}", cause.evidence));
+    out
+}

@@ -1,0 +1,108 @@
+//! `ballrace evaluate`.
+
+use std::path::PathBuf;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use super::{Failure, json, line, write};
+use crate::evaluate::cases::case_spec::{Kind, Severity};
+use crate::evaluate::score::Score;
+use crate::evaluate::table::{Summary, confusion, markdown};
+use crate::evaluate::{Config, EvaluateError, evaluate};
+
+/// Measure how often `diagnose` is right, on cases whose answer is concealed
+///
+/// Draws machines with an effect that their rig leaves out (every effect of the vocabulary at three severities, none,
+/// pairs, and effects that have no name), writes each as an engineer would have it, diagnoses it, and only then says
+/// what was hidden. Prints how many are right, what was taken for what, errors of the parameters against their
+/// intervals, and times. What is in OUT already is not done again.
+///
+/// OUT then holds evaluation.md, confusion.csv, scores.json, and cases/, diagnoses/ and truth/.
+#[derive(clap::Args, Debug)]
+#[command(
+    after_help = "Example:\n  ballrace evaluate --out evaluation --kind single,control --severity plain --jobs 2"
+)]
+pub struct Args {
+    /// Folder to write to
+    #[arg(long, value_name = "OUT")]
+    out: PathBuf,
+    /// Seed of everything that is drawn
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Times that the whole list of cases comes, each with other draws
+    #[arg(long, default_value_t = 1)]
+    rounds: usize,
+    /// Length of each of a case's four recordings
+    #[arg(long, default_value_t = 1.0)]
+    seconds: f64,
+    /// Only cases of these kinds
+    #[arg(long, value_delimiter = ',', value_parser = Kind::ALL.map(Kind::name))]
+    kind: Vec<String>,
+    /// Only single effects of these severities
+    #[arg(long, value_delimiter = ',', value_parser = Severity::ALL.map(Severity::name))]
+    severity: Vec<String>,
+    /// Only cases with one of these effects
+    #[arg(long, value_delimiter = ',', value_name = "NAME")]
+    effect: Vec<String>,
+    /// Of those, only every N-th: a sample of them
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    every: usize,
+    /// Cases at a time; times are those of a case alone only with 1
+    #[arg(long, default_value_t = 1)]
+    jobs: usize,
+    /// Print the scores as one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    config: &'a Config,
+    summary: &'a Summary,
+    scores: &'a [Score],
+}
+
+/// Runs `evaluate`.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    if !(args.seconds.is_finite() && args.seconds >= 0.1) {
+        return Err(Failure::Input(format!("--seconds: found {}, expected at least 0.1", args.seconds)));
+    }
+    let config = Config {
+        seed: args.seed,
+        rounds: args.rounds,
+        seconds: args.seconds,
+        kinds: args.kind.clone(),
+        severities: args.severity.clone(),
+        effects: args.effect.clone(),
+        every: args.every,
+    };
+    let bar = ProgressBar::new(0);
+    if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}") {
+        bar.set_style(style);
+    }
+    let scores = evaluate(&config, &args.out, args.jobs, &|name, done, of| {
+        bar.set_length(of as u64);
+        bar.set_position(done as u64);
+        bar.set_message(name.to_owned());
+    });
+    bar.finish_and_clear();
+    let scores = scores.map_err(|e| match e {
+        EvaluateError::Another { .. } | EvaluateError::Nothing => Failure::input(e),
+        _ => Failure::other(e),
+    })?;
+    let summary = Summary::from_scores(&scores);
+    let document = Document { config: &config, summary: &summary, scores: &scores };
+    let text = serde_json::to_vec_pretty(&document).map_err(Failure::other)?;
+    write(&args.out.join("scores.json"), &text)?;
+    write(&args.out.join("confusion.csv"), confusion(&scores).as_bytes())?;
+    write(&args.out.join("evaluation.md"), markdown(&scores).as_bytes())?;
+    if args.json {
+        return json(&document);
+    }
+    line(markdown(&scores))?;
+    line(format_args!(
+        "wrote {}; cases, diagnoses and what was hidden are beside it",
+        args.out.join("evaluation.md").display()
+    ))
+}

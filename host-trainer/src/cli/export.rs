@@ -1,0 +1,71 @@
+//! `ballrace export`.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+
+use super::{Failure, json, line, write};
+use crate::model::export::{self, Format, Limits};
+use crate::model::file;
+
+/// Write the fixed-size model for the device
+///
+/// Refuses a model that breaks one of the device's limits, and names the limit.
+#[derive(clap::Args, Debug)]
+#[command(after_help = "Example:\n  ballrace export model.json --format c --out ballrace_model.h\n  \
+    writes the model as a C array with its sizes; --format bin is used in place from flash\n\n\
+    Limits of the device's code: n_MD and latent variables up to 16, polynomial degree up to 11,\n  \
+    up to 6 layers of up to 1024 units; flash and RAM as stated by --max-flash and --max-ram")]
+pub struct Args {
+    /// A model that `ballrace fit` wrote
+    model: PathBuf,
+    /// Form of the model
+    #[arg(long, value_enum)]
+    format: FormatName,
+    /// Where to write it
+    #[arg(long)]
+    out: PathBuf,
+    /// Flash the model may take, bytes
+    #[arg(long, default_value_t = Limits::default().flash_bytes, value_name = "BYTES")]
+    max_flash: usize,
+    /// RAM the evaluator may take, bytes
+    #[arg(long, default_value_t = Limits::default().ram_bytes, value_name = "BYTES")]
+    max_ram: usize,
+    /// Print the sizes as one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum FormatName {
+    Json,
+    Bin,
+    Rust,
+    C,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let (model, _) = file::read(&args.model).map_err(Failure::input)?;
+    let limits = Limits { flash_bytes: args.max_flash, ram_bytes: args.max_ram };
+    let sizes = export::sizes(&model.view());
+    limits.check(&sizes).map_err(Failure::input)?;
+    let format = match args.format {
+        FormatName::Json => Format::Json,
+        FormatName::Bin => Format::Bin,
+        FormatName::Rust => Format::Rust,
+        FormatName::C => Format::C,
+    };
+    let bytes = export::export(&model, format).map_err(Failure::other)?;
+    write(&args.out, &bytes)?;
+    if args.json {
+        return json(&sizes);
+    }
+    line(format_args!("wrote {} ({} bytes)", args.out.display(), bytes.len()))?;
+    line(format_args!("  flash for the model {:>8} of {} bytes", sizes.flash_bytes, limits.flash_bytes))?;
+    line(format_args!("  RAM for the scratch {:>8} of {} bytes", sizes.ram_bytes, limits.ram_bytes))?;
+    line(format_args!(
+        "  a sample            {:>8} multiply-adds, {} sigmoids, {} sines or cosines, {} terms",
+        sizes.multiply_adds, sizes.sigmoids, sizes.sines, sizes.terms
+    ))
+}

@@ -1,0 +1,262 @@
+//! `ballrace fit`.
+
+use std::path::PathBuf;
+
+use ballrace_core::states::{Alignment, Orders, StateSpec};
+use clap::ValueEnum;
+
+use super::input::{Recordings, bar};
+use super::{Failure, json, line, write};
+use crate::diagnose::causes;
+use crate::model::file;
+use crate::model::fit::{FitConfig, Fitted, Solver, fit, terms, text};
+use crate::model::sindy_nn::gradient::Lambdas;
+use crate::model::sindy_nn::train::TrainConfig;
+use crate::model::stlsq::StlsqConfig;
+use crate::report;
+
+/// Fit a model to recordings of the healthy machine
+///
+/// Prints the sparse equations and four scores side by side: R² in sample, held out, causal, and on
+/// phase-randomised surrogates (the null).
+#[derive(clap::Args, Debug)]
+#[command(after_help = "Example:\n  ballrace fit data/Bearing3_3 --healthy 100 --out model.json\n  \
+    fits SINDy-NN to the first 100 recordings of a run to failure and writes model.json\n  \
+    ballrace fit corrected --diagnosis diagnosis/diagnosis.json --out model.json\n  \
+    fits recordings of the corrected rig with the terms of the causes that `diagnose` has found")]
+pub struct Args {
+    #[command(flatten)]
+    input: Recordings,
+    /// Where to write the model
+    #[arg(long, value_name = "model.json")]
+    out: PathBuf,
+    /// How the dynamics are found
+    #[arg(long, value_enum, default_value_t = SolverName::SindyNn)]
+    solver: SolverName,
+    /// Recordings from the start that are healthy: the model is fitted to them and its limits come
+    /// from them [default: all; of a run to failure the first quarter, at most 100]
+    #[arg(long, value_name = "N")]
+    healthy: Option<usize>,
+    /// Model dimension n_MD, 1 to 16
+    #[arg(long, default_value_t = 8, value_name = "N")]
+    nmd: usize,
+    /// Polynomial degree n_D, 0 for none
+    #[arg(long, default_value_t = 2, value_name = "N")]
+    nd: usize,
+    /// Fourier harmonics n_F, 0 for none
+    #[arg(long, default_value_t = 2, value_name = "N")]
+    nf: usize,
+    /// Instants of the finite differences
+    #[arg(long, value_enum, default_value_t = AlignmentName::Half)]
+    alignment: AlignmentName,
+    /// Orders of the finite differences
+    #[arg(long, value_enum, default_value_t = OrdersName::Even)]
+    orders: OrdersName,
+    /// What `diagnose` has found: the terms of its causes enter the library, which only grows by it
+    #[arg(long, value_name = "diagnosis.json")]
+    diagnosis: Option<PathBuf>,
+    /// Latent variables [default: n_MD]
+    #[arg(long, value_name = "N")]
+    latent: Option<usize>,
+    /// Widths of the encoder's hidden layers
+    #[arg(long, value_delimiter = ',', default_value = "256")]
+    hidden: Vec<usize>,
+    /// λ1, λ2, λ3 of the losses
+    #[arg(long, value_delimiter = ',', default_value = "0.5,0.01,0.01")]
+    lambda: Vec<f64>,
+    /// Adam's learning rate
+    #[arg(long, default_value_t = 1e-3)]
+    learning_rate: f32,
+    /// Samples in a batch
+    #[arg(long, default_value_t = 1024)]
+    batch: usize,
+    /// Most epochs
+    #[arg(long, default_value_t = 500)]
+    epochs: usize,
+    /// Most gradient steps
+    #[arg(long, default_value_t = 3000)]
+    max_steps: usize,
+    /// Share of power below which a term goes [default: 0.001 for sindy-nn; chosen on held-out
+    /// recordings, per equation, for stlsq]
+    #[arg(long, value_name = "SHARE")]
+    threshold: Option<f64>,
+    /// Ridge penalty of stlsq on scaled coefficients
+    #[arg(long, default_value_t = StlsqConfig::default().ridge)]
+    ridge: f64,
+    /// Hold out every N-th recording
+    #[arg(long, default_value_t = 5, value_name = "N")]
+    hold_out: usize,
+    /// Surrogate fits for the null
+    #[arg(long, default_value_t = 5, value_name = "N")]
+    null: usize,
+    /// Full scale of the sensor in m/s²: samples at or beyond it count as saturated
+    #[arg(long, default_value_t = 0.0, value_name = "A")]
+    full_scale: f32,
+    /// Samples in a block of the monitor [default: a tenth of a second]
+    #[arg(long, value_name = "N")]
+    block: Option<u32>,
+    /// Write a report with pictures
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Print every term of every equation
+    #[arg(long)]
+    all_terms: bool,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Print the report as one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum SolverName {
+    SindyNn,
+    Stlsq,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum AlignmentName {
+    Half,
+    Forward,
+    Causal,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum OrdersName {
+    Even,
+    Consecutive,
+}
+
+impl Args {
+    /// Numbers that mean nothing, and an output that could not be written, are told before the work.
+    fn check(&self) -> Result<(), Failure> {
+        let refuse = |option: &str, found: String, expected: &str| {
+            Err(Failure::Input(format!("--{option}: found {found}, expected {expected}")))
+        };
+        for (option, found, least) in [
+            ("batch", self.batch, 1),
+            ("hold-out", self.hold_out, 2),
+            ("epochs", self.epochs, 1),
+            ("max-steps", self.max_steps, 1),
+        ] {
+            if found < least {
+                return refuse(option, found.to_string(), &format!("at least {least}"));
+            }
+        }
+        if self.lambda.len() != 3 || self.lambda.iter().any(|l| !(l.is_finite() && *l >= 0.0)) {
+            return refuse("lambda", format!("{:?}", self.lambda), "three numbers that are not negative");
+        }
+        if !(self.learning_rate.is_finite() && self.learning_rate > 0.0) {
+            return refuse("learning-rate", self.learning_rate.to_string(), "a positive number");
+        }
+        if !(self.ridge.is_finite() && self.ridge >= 0.0) {
+            return refuse("ridge", self.ridge.to_string(), "a number that is not negative");
+        }
+        if let Some(threshold) = self.threshold.filter(|t| !(0.0..1.0).contains(t)) {
+            return refuse("threshold", threshold.to_string(), "a share from 0 to below 1");
+        }
+        for (option, path) in [("out", Some(&self.out)), ("report", self.report.as_ref())] {
+            let folder = path.and_then(|p| p.parent()).filter(|f| !f.as_os_str().is_empty());
+            if let Some(folder) = folder.filter(|f| !f.is_dir()) {
+                return refuse(option, folder.display().to_string(), "a folder that exists");
+            }
+        }
+        Ok(())
+    }
+
+    fn config(&self) -> FitConfig {
+        let solver = match self.solver {
+            SolverName::Stlsq => {
+                Solver::Stlsq(StlsqConfig { threshold: self.threshold, ridge: self.ridge, ..StlsqConfig::default() })
+            }
+            SolverName::SindyNn => {
+                let [derivative, latent, sparsity] =
+                    std::array::from_fn(|i| self.lambda.get(i).copied().unwrap_or(0.0));
+                let defaults = TrainConfig::default();
+                Solver::SindyNn {
+                    hidden: self.hidden.clone(),
+                    train: TrainConfig {
+                        lambdas: Lambdas { derivative, latent, sparsity },
+                        learning_rate: self.learning_rate,
+                        batch: self.batch,
+                        epochs: self.epochs,
+                        max_steps: self.max_steps,
+                        threshold: self.threshold.unwrap_or(defaults.threshold),
+                        ..defaults
+                    },
+                }
+            }
+        };
+        FitConfig {
+            spec: StateSpec {
+                dimension: self.nmd,
+                orders: match self.orders {
+                    OrdersName::Even => Orders::Even,
+                    OrdersName::Consecutive => Orders::Consecutive,
+                },
+                alignment: match self.alignment {
+                    AlignmentName::Half => Alignment::Half,
+                    AlignmentName::Forward => Alignment::Forward,
+                    AlignmentName::Causal => Alignment::Causal,
+                },
+            },
+            degree: self.nd,
+            harmonics: self.nf,
+            latent: self.latent,
+            solver,
+            hold_out_every: self.hold_out,
+            null_fits: self.null,
+            seed: self.seed,
+            block: self.block,
+            full_scale: self.full_scale,
+        }
+    }
+}
+
+/// Recordings of a run to failure that are taken for healthy when nobody says.
+fn healthy_by_default(recordings: usize) -> usize {
+    (recordings / 4).clamp(1, 100)
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    args.check()?;
+    let mut config = args.config();
+    let causes = args.diagnosis.as_deref().map(causes::read).transpose().map_err(Failure::input)?;
+    let entered = terms::enter(&mut config, causes.as_deref().unwrap_or_default()).map_err(Failure::input)?;
+    let mut input = args.input.read(None)?;
+    let total = input.series.len();
+    let healthy = args.healthy.unwrap_or(if input.run_to_failure { healthy_by_default(total) } else { total });
+    if healthy == 0 || healthy > total {
+        return Err(Failure::Input(format!("--healthy: found {healthy}, expected 1 to {total} recordings")));
+    }
+    input.series.truncate(healthy);
+    if input.skipped_rows > 0 {
+        eprintln!("{} bad rows dropped", input.skipped_rows);
+    }
+    let bar = bar("fit");
+    let fitted = fit(&input.continuous(healthy), input.sample_rate_hz, &config, &|stage| {
+        bar.set_message(stage.name);
+        bar.set_position((100.0 * stage.done) as u64);
+    });
+    bar.finish_and_clear();
+    let mut fitted = fitted.map_err(Failure::input)?;
+    fitted.report.training.channel = Some(input.channel.clone());
+    fitted.report.training.entered = entered;
+    file::write(&args.out, &fitted.model, &fitted.report).map_err(Failure::other)?;
+    if let Some(path) = &args.report {
+        let page = report::fit::document(&fitted, &input).map_err(Failure::other)?;
+        write(path, page.html().as_bytes())?;
+    }
+    let Fitted { model, report } = &fitted;
+    if args.json {
+        return json(report);
+    }
+    line(format_args!("{} of {total} recordings taken as healthy", healthy))?;
+    if causes.is_some_and(|causes| causes.is_empty()) {
+        line("the diagnosis names no cause, so the library stays as it is")?;
+    }
+    line(text::report(report, if args.all_terms { usize::MAX } else { 6 }))?;
+    line(format_args!("wrote {} ({} bytes on the device)", args.out.display(), model.bytes().len()))
+}

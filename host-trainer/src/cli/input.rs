@@ -1,0 +1,89 @@
+//! Recordings as every command takes them.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::Failure;
+use crate::recording::input::Input;
+use crate::recording::{LoadOptions, Recording, Unit, load};
+
+/// Where recordings come from and how they are to be read.
+#[derive(clap::Args, Debug, Clone)]
+pub struct Recordings {
+    /// Files or folders: FEMTO acc_*.csv, CSV with a header, .mat, .npy, .parquet, recordings.toml
+    #[arg(required = true, value_name = "RECORDING")]
+    pub recordings: Vec<PathBuf>,
+    /// Channel to use [default: the first, or the model's]
+    #[arg(long)]
+    pub channel: Option<String>,
+    /// Drop bad rows and count them, instead of ending with an error
+    #[arg(long)]
+    pub skip_bad: bool,
+    /// Sample rate, where the files do not state it (or state it wrongly)
+    #[arg(long, value_name = "HZ")]
+    pub sample_rate: Option<f64>,
+    /// Unit of the accelerations: g or m/s^2
+    #[arg(long)]
+    pub unit: Option<String>,
+    /// Variable of a .mat file, such as X130_DE_time or bearing.gs
+    #[arg(long)]
+    pub variable: Option<String>,
+    /// Resample to this rate, anti-aliased
+    #[arg(long, value_name = "HZ")]
+    pub resample: Option<f64>,
+}
+
+impl Recordings {
+    /// Reads one channel; `default_channel` where the user named none.
+    pub fn read(&self, default_channel: Option<&str>) -> Result<Input, Failure> {
+        let channel = self.channel.as_deref().or(default_channel);
+        let recordings = self.load(channel.map(|c| vec![c.to_owned()]))?;
+        Input::from_recordings(&recordings, channel).map_err(Failure::input)
+    }
+
+    /// Reads some channels, or all.
+    pub fn load(&self, channels: Option<Vec<String>>) -> Result<Vec<Recording>, Failure> {
+        let bar = bar("reading");
+        let shown = bar.clone();
+        let options = LoadOptions {
+            skip_bad: self.skip_bad,
+            sample_rate_hz: self.sample_rate,
+            unit: self.unit.as_deref().map(parse_unit).transpose()?,
+            variable: self.variable.clone(),
+            channels,
+            resample_hz: self.resample,
+            progress: Some(Arc::new(move |p| {
+                shown.set_length(p.total as u64);
+                shown.set_position(p.done as u64);
+            })),
+            ..LoadOptions::default()
+        };
+        let loaded = load(&self.recordings, &options).map_err(Failure::input)?;
+        bar.finish_and_clear();
+        for error in &loaded.skipped {
+            eprintln!("skipped: {error}");
+        }
+        Ok(loaded.recordings)
+    }
+}
+
+fn parse_unit(text: &str) -> Result<Unit, Failure> {
+    Unit::parse(text).ok_or_else(|| Failure::Input(format!("--unit: found `{text}`, expected g or m/s^2")))
+}
+
+/// A progress bar on stderr, where that is a terminal.
+pub fn bar(what: &str) -> ProgressBar {
+    let style = ProgressStyle::with_template("{msg:28} {wide_bar} {percent:>3} % {elapsed}");
+    ProgressBar::new(100)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        .with_message(what.to_owned())
+}
+
+/// A line on stderr that says what is being done, where that is a terminal.
+pub fn spinner() -> ProgressBar {
+    let spinner = ProgressBar::new_spinner();
+    spinner.enable_steady_tick(std::time::Duration::from_millis(120));
+    spinner
+}

@@ -1,0 +1,109 @@
+//! The commands: arguments in, library calls, something to read out.
+//!
+//! A command parses and prints; what it does is in the library, where tests and other programs
+//! reach it.
+
+mod calibrate;
+mod demo;
+mod diagnose;
+mod evaluate;
+mod export;
+mod fit;
+mod input;
+mod monitor;
+mod simulate;
+mod spectra;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// From a vibration recording to a sparse dynamics model on a microcontroller.
+#[derive(Parser)]
+#[command(name = "ballrace", version, propagate_version = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Demo(demo::command::Args),
+    Fit(fit::Args),
+    Export(export::Args),
+    Monitor(monitor::Args),
+    Simulate(simulate::SimulateArgs),
+    Predict(simulate::PredictArgs),
+    Calibrate(calibrate::Args),
+    Diagnose(diagnose::Args),
+    Evaluate(evaluate::Args),
+    Spectra(spectra::Args),
+}
+
+/// Why a command ends without having done its work.
+#[derive(Debug)]
+pub enum Failure {
+    /// Bad usage or bad input: exit status 2.
+    Input(String),
+    /// Anything else: exit status 1.
+    Other(String),
+}
+
+impl Failure {
+    /// Bad input, in the words of the error that found it.
+    pub fn input(error: impl std::fmt::Display) -> Self {
+        Self::Input(error.to_string())
+    }
+
+    /// Anything else.
+    pub fn other(error: impl std::fmt::Display) -> Self {
+        Self::Other(error.to_string())
+    }
+}
+
+/// Runs the command of the process's arguments.
+pub fn run() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Demo(args) => demo::command::run(&args),
+        Command::Fit(args) => fit::run(&args),
+        Command::Export(args) => export::run(&args),
+        Command::Monitor(args) => monitor::run(&args),
+        Command::Simulate(args) => simulate::simulate(&args),
+        Command::Predict(args) => simulate::predict(&args),
+        Command::Calibrate(args) => calibrate::run(&args),
+        Command::Diagnose(args) => diagnose::run(&args),
+        Command::Evaluate(args) => evaluate::run(&args),
+        Command::Spectra(args) => spectra::run(&args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Input(message)) => {
+            eprintln!("error: {message}");
+            ExitCode::from(2)
+        }
+        Err(Failure::Other(message)) => {
+            eprintln!("error: {message}");
+            ExitCode::from(1)
+        }
+    }
+}
+
+/// Prints a line on stdout. A reader that has gone away (`| head`) ends the command quietly.
+pub(crate) fn line(text: impl std::fmt::Display) -> Result<(), Failure> {
+    use std::io::Write;
+    match writeln!(std::io::stdout(), "{text}") {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
+        other => other.map_err(Failure::other),
+    }
+}
+
+/// One JSON document on stdout.
+pub(crate) fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
+    line(serde_json::to_string_pretty(value).map_err(Failure::other)?)
+}
+
+/// A whole file, or none.
+pub(crate) fn write(path: &std::path::Path, bytes: &[u8]) -> Result<(), Failure> {
+    crate::recording::atomic_write::write_atomically(path, bytes)
+        .map_err(|e| Failure::Other(format!("{}: {e}", path.display())))
+}

@@ -1,0 +1,145 @@
+//! `ballrace monitor`.
+
+use std::path::PathBuf;
+
+use ballrace_firmware_sim::event::Event;
+use ballrace_firmware_sim::faults::{FaultPlan, Injected};
+use serde_json::Value;
+
+use super::input::{Recordings, bar};
+use super::{Failure, json, line, write};
+use crate::model::file;
+use crate::model::replay::{self, Options, Replayed};
+use crate::recording::input::Input;
+use crate::report;
+use crate::report::plot::trend;
+
+/// Run the device's own code over recordings
+///
+/// One JSON line an event on stdout (`starting`, `healthy`, `anomalous`, `blind`, `fault`,
+/// `summary`), and the summary in words on stderr.
+#[derive(clap::Args, Debug)]
+#[command(after_help = "Example:\n  ballrace monitor --model model.bin data/Bearing3_3 --plot trend.svg\n  \
+    tells when the residual leaves the healthy machine's; add --fault nan:0.001,gap:1e-5x200 to see a bad sensor")]
+pub struct Args {
+    #[command(flatten)]
+    input: Recordings,
+    /// Model: what `fit` wrote, or the binary or JSON form of `export`
+    #[arg(long)]
+    model: PathBuf,
+    /// Break the samples on purpose: drop:P, gap:PxN, stuck:PxN, saturate:LEVEL, nan:P, flip:P, comma-separated
+    #[arg(long, value_name = "SPEC")]
+    fault: Option<String>,
+    /// Seed of the faults
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Play at the recording's rate times this factor [default: as fast as it goes]
+    #[arg(long, value_name = "FACTOR")]
+    pace: Option<f64>,
+    /// Print every block of the monitor as well
+    #[arg(long)]
+    blocks: bool,
+    /// Draw the statistics over the recordings
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
+    /// Write a report with pictures
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Write the samples that reached the device as little-endian f32: what the bare-metal image takes
+    #[arg(long, value_name = "FILE.f32")]
+    samples_out: Option<PathBuf>,
+    /// One JSON document with all events instead of lines
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let plan: FaultPlan =
+        args.fault.as_deref().unwrap_or("").parse().map_err(|e| Failure::Input(format!("--fault: {e}")))?;
+    if args.pace.is_some_and(|p| !(p.is_finite() && p > 0.0)) {
+        return Err(Failure::Input("--pace: expected a positive factor".into()));
+    }
+    let (model, fitted) = file::read(&args.model).map_err(Failure::input)?;
+    let input = args.input.read(fitted.as_ref().and_then(|r| r.training.channel.as_deref()))?;
+
+    let mut events = Vec::new();
+    let mut failed = None;
+    let bar = bar("monitor");
+    bar.set_length(input.series.len() as u64);
+    let options = Options { plan, seed: args.seed, pace: args.pace, keep_samples: args.samples_out.is_some() };
+    let watched = replay::replay(&model, &input, &options, &mut |event, done| {
+        bar.set_position(done as u64);
+        if matches!(event, Event::Block(_)) && !args.blocks {
+            return;
+        }
+        let value = serde_json::to_value(event).map_err(Failure::other);
+        let printed = value.and_then(|value| {
+            if args.json {
+                events.push(value);
+                Ok(())
+            } else {
+                bar.suspend(|| line(value))
+            }
+        });
+        if let Err(error) = printed {
+            failed.get_or_insert(error);
+        }
+    })
+    .map_err(Failure::input)?;
+    bar.finish_and_clear();
+    if let Some(error) = failed {
+        return Err(error);
+    }
+    if let Some(path) = &args.plot {
+        let svg = trend::svg(&watched.blocks, &model.view().monitor).map_err(Failure::other)?;
+        write(path, svg.as_bytes())?;
+    }
+    if let Some(path) = &args.report {
+        let page = report::monitor::document(&model, &input, &watched).map_err(Failure::other)?;
+        write(path, page.html().as_bytes())?;
+    }
+    if let Some(path) = &args.samples_out {
+        let bytes: Vec<u8> = watched.samples.iter().flat_map(|s| s.to_le_bytes()).collect();
+        write(path, &bytes)?;
+    }
+    tell(&watched, &input);
+    if args.json { json(&Value::from(events)) } else { Ok(()) }
+}
+
+/// The summary for a person, on stderr.
+fn tell(watched: &Replayed, input: &Input) {
+    let s = &watched.summary;
+    let seconds = s.samples as f64 / input.sample_rate_hz;
+    eprintln!(
+        "{} recordings, {} samples ({seconds:.1} s), {} evaluated, {} blocks in {:.2} s ({:.1} times real time)",
+        s.recordings,
+        s.samples,
+        s.evaluated,
+        s.blocks,
+        watched.seconds,
+        seconds / watched.seconds.max(1e-9)
+    );
+    match &s.first_alarm {
+        Some(alarm) => eprintln!(
+            "first alarm in {} (recording {} of {}), {} alarm{} in all",
+            alarm.recording,
+            alarm.recording_index + 1,
+            s.recordings,
+            s.alarms,
+            if s.alarms == 1 { "" } else { "s" }
+        ),
+        None => eprintln!("no alarm"),
+    }
+    let f = &s.faults;
+    if f.total() > 0 {
+        eprintln!(
+            "broken samples: {} non-finite, {} saturated, {} stuck, {} missing",
+            f.non_finite, f.saturated, f.stuck, f.missing
+        );
+    }
+    if watched.injected != Injected::default() {
+        eprintln!("injected: {:?}", watched.injected);
+    }
+    eprintln!("status at the end: {}", serde_json::to_string(&s.status).unwrap_or_default().trim_matches('"'));
+}

@@ -1,0 +1,105 @@
+//! `ballrace simulate` and `ballrace predict`.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::{Failure, json, line};
+use crate::recording::manifest::Manifest;
+use crate::recording::{Recording, load_all, write};
+use crate::rig::batch;
+use crate::rig::config::{Machine, Rig};
+
+/// Simulate a rig under the operating conditions of a manifest
+///
+/// A bearing rig needs `shaft_hz`, `load_n` and `sample_rate_hz` of each entry; the files need not
+/// exist. An sdof rig is driven by the files' `u`.
+#[derive(clap::Args, Debug)]
+#[command(
+    after_help = "Example:\n  ballrace simulate --rig rig.toml --manifest recordings.toml --out simulated --seconds 2\n  \
+    writes simulated/r01.csv, … and simulated/recordings.toml"
+)]
+pub struct SimulateArgs {
+    /// The rig
+    #[arg(long, value_name = "rig.toml")]
+    rig: PathBuf,
+    /// Operating conditions
+    #[arg(long, value_name = "recordings.toml")]
+    manifest: PathBuf,
+    /// Folder to write to
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Length of each recording of a bearing rig
+    #[arg(long, default_value_t = 1.0)]
+    seconds: f64,
+    /// Seed of initial angles, process force and sensor noise
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Print what was written as one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// Simulate each recording of a folder with a rig
+///
+/// Speed, load, sample rate and length are the recording's; initial angles and noise are not known
+/// and come from the seed. An sdof rig is driven by the recording's `u`.
+#[derive(clap::Args, Debug)]
+#[command(after_help = "Example:\n  ballrace predict --rig rig.corrected.toml --recordings data --out predicted")]
+pub struct PredictArgs {
+    /// The rig, corrected or not
+    #[arg(long, value_name = "rig.toml")]
+    rig: PathBuf,
+    /// Recordings to predict
+    #[arg(long, value_name = "DIR")]
+    recordings: PathBuf,
+    /// Folder to write to
+    #[arg(long, value_name = "OUT")]
+    out: PathBuf,
+    /// Seed of initial angles, process force and sensor noise
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Print what was written as one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs `simulate`.
+pub fn simulate(args: &SimulateArgs) -> Result<(), Failure> {
+    if !(args.seconds.is_finite() && args.seconds > 0.0) {
+        return Err(Failure::Input(format!("--seconds: found {}, expected a positive number", args.seconds)));
+    }
+    let rig = Rig::read(&args.rig).map_err(Failure::input)?;
+    let made = if matches!(rig.model, Machine::Sdof(_)) {
+        batch::recordings(&rig, &load_all(&args.manifest).map_err(Failure::input)?, args.seed)
+    } else {
+        let manifest = Manifest::read(&args.manifest).map_err(Failure::input)?;
+        batch::entries(&rig, &manifest.entries, args.seconds, args.seed)
+    };
+    store(&made.map_err(Failure::input)?, &args.out, args.json)
+}
+
+/// Runs `predict`.
+pub fn predict(args: &PredictArgs) -> Result<(), Failure> {
+    let rig = Rig::read(&args.rig).map_err(Failure::input)?;
+    let recordings = load_all(&args.recordings).map_err(Failure::input)?;
+    let made = batch::recordings(&rig, &recordings, args.seed).map_err(Failure::input)?;
+    store(&made, &args.out, args.json)
+}
+
+#[derive(Serialize)]
+struct Written {
+    manifest: PathBuf,
+    recordings: usize,
+    seconds: f64,
+}
+
+fn store(recordings: &[Recording], out: &Path, as_json: bool) -> Result<(), Failure> {
+    let manifest = write::folder(out, recordings).map_err(Failure::other)?;
+    let seconds = recordings.iter().map(Recording::duration_s).sum();
+    let written = Written { manifest, recordings: recordings.len(), seconds };
+    if as_json {
+        return json(&written);
+    }
+    line(format_args!("wrote {} recordings ({seconds:.2} s) and {}", written.recordings, written.manifest.display()))
+}

@@ -1,0 +1,150 @@
+//! `ballrace spectra`.
+
+use std::ops::Range;
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+
+use super::input::Recordings;
+use super::{Failure, line, write};
+use crate::report::spectra as report;
+use crate::rig::{Machine, Rig};
+use crate::signal::kurtogram::Kurtogram;
+use crate::signal::spectra::{Analysis, Wanted};
+
+/// Recordings that a page holds.
+const MOST: usize = 16;
+
+/// Show what recordings hold: spectrum, kurtogram, envelope, orders, speed
+///
+/// With --rig the bearing's characteristic frequencies are marked, and the band of the envelope is
+/// the one that shows them best; without it, the one of greatest kurtosis. The shaft's speed is
+/// taken from a `tacho` channel where there is one, else from the recording's own lines around the
+/// nominal speed where they tell it.
+#[derive(clap::Args, Debug)]
+#[command(after_help = "Example:\n  ballrace spectra data/r01.csv --rig rig.toml --shaft-hz 25 --out spectra.html\n  \
+    writes spectra.html with the pictures, and prints the speed, the band and what stands out")]
+pub struct Args {
+    #[command(flatten)]
+    input: Recordings,
+    /// The rig, for the bearing's geometry
+    #[arg(long, value_name = "rig.toml")]
+    rig: Option<PathBuf>,
+    /// Nominal speed of the shaft [default: the recording's]
+    #[arg(long, value_name = "HZ")]
+    shaft_hz: Option<f64>,
+    /// Band of the envelope in Hz [default: chosen]
+    #[arg(long, value_name = "LO:HI")]
+    band: Option<String>,
+    /// Where to write the page
+    #[arg(long, value_name = "FILE.html")]
+    out: PathBuf,
+    /// Seed of the combs that the speed is tested against
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Print bands, speeds and lines as one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let refuse = |option: &str, found: &str, expected: &str| {
+        Failure::Input(format!("--{option}: found {found}, expected {expected}"))
+    };
+    if let Some(hz) = args.shaft_hz.filter(|hz| !(hz.is_finite() && *hz > 0.0)) {
+        return Err(refuse("shaft-hz", &hz.to_string(), "a positive number of Hz"));
+    }
+    let folder = args.out.parent().filter(|f| !f.as_os_str().is_empty());
+    if let Some(folder) = folder.filter(|f| !f.is_dir()) {
+        return Err(refuse("out", &folder.display().to_string(), "a folder that exists"));
+    }
+    let band_hz = args.band.as_deref().map(|text| band(text).ok_or(text)).transpose();
+    let band_hz =
+        band_hz.map_err(|text| refuse("band", text, "two frequencies in Hz such as 2000:4000, the lower first"))?;
+    let geometry = args.rig.as_deref().map(Rig::read).transpose().map_err(Failure::input)?.map(|rig| match rig.model {
+        Machine::Bearing(rig) => Ok(rig.bearing.geometry()),
+        Machine::Sdof(_) => Err(refuse("rig", "kind = \"sdof\"", "a rig with a bearing")),
+    });
+    let wanted = Wanted {
+        geometry: geometry.transpose()?,
+        shaft_hz: args.shaft_hz,
+        band_hz,
+        channel: args.input.channel.clone(),
+        seed: args.seed,
+    };
+    let recordings = args.input.load(None)?;
+    if recordings.is_empty() || recordings.len() > MOST {
+        let found = recordings.len();
+        return Err(Failure::Input(format!("RECORDING: found {found} recordings, expected 1 to {MOST} for one page")));
+    }
+    let analyses: Vec<Analysis> = recordings
+        .iter()
+        .map(|recording| Analysis::analyse(recording, &wanted).map_err(Failure::input))
+        .collect::<Result<_, _>>()?;
+    let page = report::document(&analyses).map_err(Failure::other)?.html();
+    write(&args.out, page.as_bytes())?;
+    if args.json {
+        return super::json(&json!({ "recordings": analyses.iter().map(document).collect::<Vec<_>>() }));
+    }
+    for analysis in &analyses {
+        told(analysis)?;
+    }
+    line(format_args!("wrote {}", args.out.display()))
+}
+
+fn told(analysis: &Analysis) -> Result<(), Failure> {
+    line(report::verdict(analysis))?;
+    let speed = &analysis.speed;
+    let nominal = speed.nominal_hz.map_or("no nominal speed".into(), |hz| format!("nominal {hz:.3} Hz"));
+    match (&speed.estimate, &speed.not_determined) {
+        (Some(e), _) => line(format_args!(
+            "  speed {:.4} ± {:.4} Hz by {} lines ({nominal})",
+            e.shaft_hz,
+            e.standard_error_hz,
+            e.lines.len()
+        )),
+        (None, Some(why)) => line(format_args!("  speed not determinable: {why} ({nominal})")),
+        (None, None) => Ok(()),
+    }
+}
+
+/// Two frequencies with a colon between, the lower first.
+fn band(text: &str) -> Option<Range<f64>> {
+    let (low, high) = text.split_once(':')?;
+    let band = low.trim().parse::<f64>().ok()?..high.trim().parse::<f64>().ok()?;
+    (band.start >= 0.0 && band.start < band.end && band.end.is_finite()).then_some(band)
+}
+
+fn document(analysis: &Analysis) -> Value {
+    let best = analysis.kurtogram.as_ref().and_then(Kurtogram::best).map(|cell| {
+        json!({ "centre_hz": cell.centre_hz, "bandwidth_hz": cell.bandwidth_hz, "level": cell.level,
+                "kurtosis": cell.kurtosis, "significance": cell.significance() })
+    });
+    let same = |cell: &&crate::signal::kurtogram::Cell| {
+        (cell.band_hz().start - analysis.band.band_hz.start).abs() < 1e-3 * cell.bandwidth_hz
+            && (cell.band_hz().end - analysis.band.band_hz.end).abs() < 1e-3 * cell.bandwidth_hz
+    };
+    let own = analysis.kurtogram.as_ref().and_then(|k| k.cells.iter().find(same)).map(|cell| cell.kurtosis);
+    let lines: Vec<Value> = analysis
+        .lines
+        .iter()
+        .map(|found| {
+            let (c, l) = (&found.characteristic, &found.line);
+            json!({ "name": c.name, "family": c.family, "harmonic": c.harmonic, "sideband": c.sideband,
+                    "expected_hz": c.frequency_hz, "frequency_hz": l.frequency_hz, "amplitude_m_per_s2": l.amplitude,
+                    "background_m_per_s2": l.background, "signal_to_background": l.ratio, "p_value": l.p_value })
+        })
+        .collect();
+    json!({
+        "name": analysis.name, "file": analysis.file, "channel": analysis.channel,
+        "sample_rate_hz": analysis.sample_rate_hz, "duration_s": analysis.duration_s,
+        "speed": analysis.speed,
+        "band": { "low_hz": analysis.band.band_hz.start, "high_hz": analysis.band.band_hz.end,
+                  "chosen_by": analysis.band.choice, "kurtosis": own,
+                  "log10_p_value": analysis.band.log_p_value.map(|p| p / std::f64::consts::LN_10) },
+        "kurtogram_best": best,
+        "lines": lines,
+        "synchronous": analysis.synchronous.as_ref().map(|s| json!({ "turns": s.periods, "explained": s.explained })),
+    })
+}

@@ -1,0 +1,196 @@
+//! Diagnosis of the rig of one degree of freedom: what [`force_balance`](crate::identify::force_balance) finds, in the words that
+//! both kinds of rig share.
+
+mod acquisition;
+mod causes;
+mod decide;
+mod engine;
+mod events;
+mod finding;
+mod flexible;
+mod locate;
+mod table;
+mod terms;
+mod text;
+
+use std::collections::BTreeMap;
+
+use super::faults;
+use super::result::{
+    Aspect, Cause, Diagnosis, DiagnosisResult, Fit, HeldOut, Location, Parameter, Rejected, SCHEMA, Test, Verdict,
+};
+use super::{DiagnoseError, Task};
+use crate::identify::force_balance::HeldOutTrace;
+use crate::recording::Recording;
+use crate::rig::EffectEntry;
+use crate::stats::significance::false_discovery_rates;
+use engine::diagnose_sdof;
+use finding::{CauseParameter, Finding, FoundCause, ResidualTest, Where};
+
+/// Share of what can be explained below which the rest is worth a caveat.
+const MOST: f64 = 0.97;
+
+/// Names what is the matter with a rig of one degree of freedom, from at least one recording.
+///
+/// # Errors
+/// As [`diagnose_sdof`].
+pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult, DiagnoseError> {
+    let Task { rig, baseline, recordings, seed } = *task;
+    progress("letting the causes compete for the force balance");
+    let finding = diagnose_sdof(rig, baseline, recordings, seed)?;
+    Ok(outcome(baseline.is_some(), recordings, finding, seed))
+}
+
+fn outcome(told: bool, recordings: &[Recording], finding: Finding, seed: u64) -> DiagnosisResult {
+    let channel = if recordings.iter().all(|r| r.channel("q").is_some()) { "q" } else { "qdd" };
+    let mut held_out: Vec<HeldOut> = finding.traces.iter().map(|trace| held_out_of(trace, recordings)).collect();
+    let entries = finding.causes.iter().map(|c| &c.entry);
+    let lasting: Vec<&EffectEntry> = entries.filter(|entry| faults::lasts(entry)).collect();
+    faults::put_back(&mut held_out, channel, recordings, &lasting);
+    let fit = &finding.fit;
+    // A fault alone does nothing to the balance, from which it was taken out.
+    let shown = (lasting.len() == finding.causes.len() && !lasting.is_empty())
+        .then(|| faults::fit(&held_out, finding.sensor_noise_std, seed))
+        .flatten();
+    let diagnosis = Diagnosis {
+        schema: SCHEMA.into(),
+        verdict: finding.verdict,
+        causes: finding.causes.iter().map(cause).collect(),
+        rejected: finding.rejected.iter().map(|r| Rejected { name: r.name.clone(), why: r.why.clone() }).collect(),
+        location: match finding.verdict {
+            // What is left is noise, and so is where there is most of it.
+            Verdict::NoMismatch => Location { channel: channel.into(), ..Location::default() },
+            // Nor is it in what is left of the forces.
+            _ if shown.is_some() => faults::location(channel, &lasting),
+            _ => location(&finding.location, recordings.len(), channel),
+        },
+        fit: shown.unwrap_or_else(|| Fit {
+            metric: fit.metric.clone(),
+            held_out: fit.held_out.clone(),
+            before: fit.before,
+            after: fit.after,
+            noise_floor: fit.noise_floor,
+            p_value: fit.p_value,
+        }),
+    };
+    let caveats = caveats(told, &finding);
+    let interval = |p: &CauseParameter| p.interval95.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+    DiagnosisResult {
+        diagnosis,
+        held_out,
+        tests: tests(finding.tests, channel),
+        fitted: finding.own.iter().map(|p| (p.name.clone(), p.value, interval(p))).collect(),
+        caveats,
+        rig: finding.rig,
+    }
+}
+
+fn tests(found: Vec<ResidualTest>, channel: &'static str) -> Vec<Test> {
+    let p_values: Vec<f64> = found.iter().map(|t| t.p_value).collect();
+    let rates = false_discovery_rates(&p_values).into_iter();
+    let of = |(t, q_value): (ResidualTest, f64)| {
+        let ResidualTest { what, z, p_value } = t;
+        Test { aspect: Aspect::Force, channel, at: None, what, z, p_value, q_value }
+    };
+    found.into_iter().zip(rates).map(of).collect()
+}
+
+fn cause(found: &FoundCause) -> Cause {
+    let mut parameters: BTreeMap<String, Parameter> =
+        found.parameters.iter().map(|p| (p.name.clone(), Parameter::Number(p.value))).collect();
+    for parameter in found.entry.definition().map_or(&[][..], |d| d.parameters).iter().filter(|p| p.in_vocabulary()) {
+        if let Some(name) = found.entry.text(parameter.name) {
+            parameters.insert(parameter.name.into(), Parameter::Name(name.into()));
+        }
+    }
+    Cause {
+        name: found.name.clone(),
+        probability: found.probability,
+        parameters,
+        interval95: found.parameters.iter().filter_map(|p| Some((p.name.clone(), p.interval95?))).collect(),
+        evidence: found.evidence.clone(),
+        // There is one coordinate only, which need not be said.
+        equation: found.equation.trim_end_matches(", q = q").to_owned(),
+    }
+}
+
+fn location(found: &Where, recordings: usize, channel: &str) -> Location {
+    // Stretches that follow one another are one.
+    let mut spans: Vec<(&str, [f64; 2])> = Vec::new();
+    for (name, [from, to]) in &found.time_s {
+        match spans.last_mut() {
+            Some((last, span)) if last == name && (span[1] - from).abs() <= 0.01 * (to - from) => span[1] = *to,
+            _ => spans.push((name, [*from, *to])),
+        }
+    }
+    let mut state = found.state.clone();
+    if recordings > 1 {
+        // A time says nothing without its recording.
+        let places: Vec<String> =
+            spans.iter().map(|(name, [from, to])| format!("{name} from {from:.2} to {to:.2} s")).collect();
+        if !places.is_empty() {
+            state = format!("{state}; most in {}", places.join(", "));
+        }
+    }
+    Location {
+        time_s: spans.into_iter().map(|(_, span)| span).collect(),
+        frequency_hz: vec![found.frequency_hz],
+        state,
+        channel: channel.into(),
+        ..Location::default()
+    }
+}
+
+fn held_out_of(trace: &HeldOutTrace, recordings: &[Recording]) -> HeldOut {
+    HeldOut {
+        name: trace.recording.clone(),
+        // All have the same, or there would be no balance.
+        sample_rate_hz: recordings[0].sample_rate_hz,
+        measured: trace.measured.clone(),
+        before: trace.before.clone(),
+        after: trace.after.clone(),
+    }
+}
+
+fn caveats(told: bool, finding: &Finding) -> Vec<String> {
+    let mut out = Vec::new();
+    // Of faults in the samples the balance knows nothing.
+    let forces = finding.fit.after < finding.fit.before;
+    if finding.verdict == Verdict::Mismatch && forces && finding.fit.explained_share < MOST {
+        out.push(format!(
+            "The causes explain {:.0} % of what columns without a name show to be explainable; the rest has no name here.",
+            100.0 * finding.fit.explained_share
+        ));
+    }
+    let unknown: Vec<&str> = finding.own.iter().map(|p| p.name.as_str()).collect();
+    if !unknown.is_empty() && !told {
+        out.push(format!(
+            "Only guessed, and so fitted to these same recordings: {}. That it has changed would show only beside recordings \
+             of the healthy machine (--baseline).",
+            unknown.join(", ")
+        ));
+    }
+    for cause in finding.causes.iter().filter(|c| c.parameters.iter().all(|p| p.interval95.is_none())) {
+        out.push(format!("{} was read off the samples, not fitted: its numbers have no intervals.", cause.name));
+    }
+    for name in ["shock", "dropped-samples"] {
+        if finding.causes.iter().any(|c| c.name == name) {
+            out.push(format!(
+                "{name} happened once: it is not in the corrected rig, and the held-out figures are those of the rest."
+            ));
+        }
+    }
+    if finding.causes.iter().any(|c| c.name == "mains-interference") {
+        out.push("When the line of the mains crosses zero was taken from each held-out recording itself.".into());
+    }
+    if finding.traces.is_empty() {
+        out.push("The recordings are too short to spare a part that takes no part in the fit as a whole.".into());
+    } else {
+        out.push(
+            "Held-out curves are free simulations over the whole stretch from the start that leaves least, driven by the \
+             recorded input alone: small errors of force add up in them."
+                .into(),
+        );
+    }
+    out
+}

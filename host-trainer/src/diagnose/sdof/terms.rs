@@ -1,0 +1,342 @@
+//! The library: what each effect of the vocabulary would add to the balance, column by column.
+//!
+//! A force of the vocabulary is taken from the effect's own definition at unit strength, so that the term that is fitted
+//! and the term that is simulated are one. Strengths are linear and fitted; what is inside a term (the gap of a stop,
+//! the width of a play, the speed at which friction turns over, a mode's frequency) is searched over a grid that the
+//! data's own range gives, each value a [`Variant`].
+
+use std::f64::consts::TAU;
+
+use crate::identify::force_balance::{
+    equation::{Equation, Parameter, forces},
+    states::{Sensed, States, Track},
+};
+use crate::rig::{EffectEntry, Rig, config::Restoring, simulate::assemble};
+
+/// What a fitted coefficient means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Meaning {
+    /// It is the effect's strength: this parameter.
+    Strength(&'static str),
+    /// It is the spring's stiffness, which the rig knows already.
+    Spring,
+    /// It is added to a parameter of the rig.
+    Change(Parameter),
+    /// The sensor's gain is 1/(1 + coefficient).
+    Gain,
+    /// The sensor's bias is minus the coefficient.
+    Bias,
+    /// Two coefficients of a mode.
+    Mode,
+}
+
+/// Sign that a coefficient must have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sign {
+    /// Positive.
+    Positive,
+    /// Either.
+    Any,
+}
+
+/// A candidate cause.
+#[derive(Clone, Debug)]
+pub struct Term {
+    /// Its name in the vocabulary.
+    pub name: &'static str,
+    /// What the coefficient means.
+    pub meaning: Meaning,
+    /// The sign it must have.
+    pub sign: Sign,
+    /// The grid.
+    pub variants: Vec<Variant>,
+}
+
+/// A term with the parameters inside it set.
+#[derive(Clone, Debug)]
+pub struct Variant {
+    /// The effect at unit strength.
+    pub entry: EffectEntry,
+    /// Its columns.
+    pub columns: Vec<usize>,
+}
+
+/// All columns, and what they stand for. Column 0 is the target.
+#[derive(Default)]
+pub struct Library {
+    /// Filtered, of [`States::rows`] rows each.
+    pub columns: Vec<Vec<f64>>,
+    /// Columns of the rig's unknown parameters, with those.
+    pub own: Vec<(Parameter, usize)>,
+    /// Candidate causes.
+    pub terms: Vec<Term>,
+    /// Columns of no name, which only say how much could be explained.
+    pub flexible: Vec<usize>,
+    /// The rig's k, N/m.
+    pub stiffness: f64,
+}
+
+struct Builder<'a> {
+    rig: &'a Rig,
+    states: &'a States,
+    healthy: &'a [bool],
+    focus: &'a [EffectEntry],
+    library: Library,
+}
+
+impl Library {
+    /// For a rig and recordings, of which some are known to be healthy: there no effect acts. `unknown` are the
+    /// parameters that every hypothesis fits anew. Around the effects of `focus` the grid is finer.
+    pub fn new(
+        rig: &Rig,
+        equation: &Equation,
+        states: &States,
+        healthy: &[bool],
+        unknown: &[Parameter],
+        focus: &[EffectEntry],
+    ) -> Self {
+        let mut columns = vec![equation.target(unknown)];
+        let mut own = Vec::new();
+        for parameter in unknown {
+            own.push((*parameter, columns.len()));
+            columns.push(equation.column(*parameter).to_vec());
+        }
+        let library =
+            Self { columns, own, terms: Vec::new(), flexible: Vec::new(), stiffness: equation.rig.stiffness_n_per_m };
+        let mut builder = Builder { rig, states, healthy, focus, library };
+        builder.changes(equation, unknown);
+        builder.forces(equation);
+        builder.sensor(equation);
+        builder.modes();
+        builder.library
+    }
+
+    /// Columns of the unknown parameters.
+    pub fn own_columns(&self) -> Vec<usize> {
+        self.own.iter().map(|(_, column)| *column).collect()
+    }
+}
+
+/// Zero on the healthy recordings.
+pub fn where_under_test(states: &States, healthy: &[bool], mut column: Vec<f64>) -> Vec<f64> {
+    let mut start = 0;
+    for (track, healthy) in states.tracks.iter().zip(healthy) {
+        if *healthy {
+            column[start..start + track.rows.len()].fill(0.0);
+        }
+        start += track.rows.len();
+    }
+    column
+}
+
+impl Builder<'_> {
+    fn push(&mut self, column: Vec<f64>) -> usize {
+        self.library.columns.push(where_under_test(self.states, self.healthy, column));
+        self.library.columns.len() - 1
+    }
+
+    fn term(&mut self, name: &'static str, meaning: Meaning, sign: Sign, variants: Vec<(EffectEntry, Vec<f64>)>) {
+        let variants =
+            variants.into_iter().map(|(entry, column)| Variant { entry, columns: vec![self.push(column)] }).collect();
+        self.library.terms.push(Term { name, meaning, sign, variants });
+    }
+
+    /// Parameters that differ from nominal. Where they are unknown anyway only healthy recordings can tell.
+    fn changes(&mut self, equation: &Equation, unknown: &[Parameter]) {
+        let told = self.healthy.contains(&true);
+        for (name, parameter) in [
+            ("mass-change", Parameter::Mass),
+            ("stiffness-change", Parameter::Stiffness),
+            ("damping-change", Parameter::Damping),
+        ] {
+            if unknown.contains(&parameter) && !told {
+                continue;
+            }
+            let value = parameter.value_in(&equation.rig);
+            // Damping that the nominal model has none of is friction.
+            let (name, meaning, sign) = if parameter == Parameter::Damping && value == 0.0 {
+                ("viscous-friction", Meaning::Strength("damping_n_s_per_m"), Sign::Positive)
+            } else {
+                (name, Meaning::Change(parameter), Sign::Any)
+            };
+            let entry = EffectEntry::new(name, &[]);
+            self.term(name, meaning, sign, vec![(entry, equation.column(parameter).to_vec())]);
+        }
+    }
+
+    /// Minus the force of an effect of the vocabulary.
+    fn force(&self, entry: &EffectEntry) -> Vec<f64> {
+        let alone = Rig::new(self.rig.model.clone()).with_effect(entry.clone());
+        let plan = assemble(&alone);
+        self.states.column(|track| forces(&plan, track, self.states.step_s()).iter().map(|f| -f).collect())
+    }
+
+    /// A parameter of an effect that the search is to look around.
+    fn focus(&self, name: &str, key: &str) -> Option<f64> {
+        self.focus.iter().find(|e| e.name == name)?.number(key)
+    }
+
+    /// The grid, or where there is something to look around, between its neighbours.
+    fn grid(&self, name: &str, key: &str, grid: Vec<f64>) -> Vec<f64> {
+        let Some(middle) = self.focus(name, key) else { return grid };
+        let below = grid.iter().copied().filter(|x| *x < middle).fold(f64::NEG_INFINITY, f64::max);
+        let above = grid.iter().copied().filter(|x| *x > middle).fold(f64::INFINITY, f64::min);
+        let (below, above) = match (below.is_finite(), above.is_finite()) {
+            (true, true) => (below, above),
+            (true, false) => (below, 2.0 * middle - below),
+            (false, true) => (2.0 * middle - above, above),
+            _ => return grid,
+        };
+        (0..=12).map(|k| below + (above - below) * f64::from(k) / 12.0).collect()
+    }
+
+    fn strength(&mut self, name: &'static str, key: &'static str, sign: Sign, unit: f64, inside: &[(&str, Vec<f64>)]) {
+        let points: Vec<Vec<(&str, f64)>> = match inside {
+            [] => vec![Vec::new()],
+            [(inner, values), ..] => {
+                self.grid(name, inner, values.clone()).into_iter().map(|v| vec![(*inner, v)]).collect()
+            }
+        };
+        let variants: Vec<_> = points
+            .into_iter()
+            .map(|mut numbers| {
+                numbers.push((key, unit));
+                let entry = EffectEntry::new(name, &numbers);
+                let column = self.force(&entry).into_iter().map(|x| x / unit).collect::<Vec<f64>>();
+                (entry, column)
+            })
+            .filter(|(_, column)| column.iter().any(|x| *x != 0.0))
+            .collect();
+        if !variants.is_empty() {
+            self.term(name, Meaning::Strength(key), sign, variants);
+        }
+    }
+
+    fn forces(&mut self, equation: &Equation) {
+        use Sign::{Any, Positive};
+        let (_, largest_v) = self.states.amplitudes();
+        let under_test: Vec<&Track> =
+            self.states.tracks.iter().zip(self.healthy).filter(|(_, h)| !**h).map(|(t, _)| t).collect();
+        let mut positions: Vec<f64> = under_test.iter().flat_map(|t| t.position.iter().copied()).collect();
+        let longest = under_test.iter().map(|t| t.len()).max().unwrap_or(0) as f64 * self.states.step_s();
+        positions.sort_by(f64::total_cmp);
+        let mut sizes: Vec<f64> = positions.iter().map(|q| q.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        let part = |sorted: &[f64], share: f64| sorted[((sorted.len() - 1) as f64 * share) as usize];
+        let turn = [3e-4, 3e-3, 2e-2].map(|share| share * largest_v).to_vec();
+        self.strength("coulomb-friction", "force_n", Positive, 1.0, &[("regularisation_m_per_s", turn)]);
+        self.strength("quadratic-drag", "drag_n_s2_per_m2", Positive, 1.0, &[]);
+        self.strength("hardening-stiffness", "cubic_n_per_m3", Any, 1.0, &[]);
+        self.strength("asymmetric-stiffness", "quadratic_n_per_m2", Any, 1.0, &[]);
+        // The higher the nearer: a stop is touched in a small part of the time.
+        let gaps = (0..28).map(|k| part(&positions, 1.0 - 0.5 * 0.82f64.powi(k))).collect();
+        self.strength("end-stop-contact", "stiffness_n_per_m", Positive, 1.0, &[("gap_m", gaps)]);
+        if self.states.high_pass.is_none() {
+            self.strength("constant-force", "force_n", Any, 1.0, &[]);
+            let times = (4..=28).map(|k| longest * f64::from(k) / 32.0).collect();
+            self.strength("load-step", "change_n", Any, 1.0, &[("time_s", times)]);
+        }
+        if equation.rig.stiffness_n_per_m > 0.0 && equation.rig.restoring == Restoring::Linear {
+            let widths = (1..=20).map(|k| 2.0 * part(&sizes, 0.045 * f64::from(k))).collect();
+            let variants: Vec<_> = self
+                .grid("backlash", "width_m", widths)
+                .into_iter()
+                .map(|width| EffectEntry::new("backlash", &[("width_m", width)]))
+                .map(|entry| {
+                    let column = self.force(&entry).into_iter().map(|x| x / equation.rig.stiffness_n_per_m).collect();
+                    (entry, column)
+                })
+                .collect();
+            self.term("backlash", Meaning::Spring, Sign::Positive, variants);
+        }
+    }
+
+    /// What a wrong gain or bias of the sensor makes of the balance. Where the spring is not linear the column depends on
+    /// the value, which the first search gives the second.
+    fn sensor(&mut self, equation: &Equation) {
+        let rig = &equation.rig;
+        let pendulum = rig.restoring == Restoring::Pendulum;
+        let mut all = vec![0.0; self.states.rows()];
+        for parameter in [Parameter::Mass, Parameter::Damping, Parameter::Stiffness] {
+            let value = parameter.value_in(rig);
+            all.iter_mut().zip(equation.column(parameter)).for_each(|(sum, x)| *sum += value * x);
+        }
+        let k = rig.stiffness_n_per_m;
+        let share = self.sensed_value("sensor-gain").map(|gain| 1.0 / gain - 1.0).filter(|s| s.abs() > 1e-3);
+        if let (true, Some(share)) = (pendulum, share) {
+            let beyond = |q: &f64| k * ((((1.0 + share) * q).sin() - q.sin()) / share - q.sin());
+            let column = self.states.column(|t| t.position.iter().map(beyond).collect());
+            all.iter_mut().zip(column).for_each(|(sum, x)| *sum += x);
+        }
+        self.term("sensor-gain", Meaning::Gain, Sign::Any, vec![(EffectEntry::new("sensor-gain", &[]), all)]);
+        if self.states.sensed == Sensed::Position && k > 0.0 {
+            let bias = self.sensed_value("sensor-bias").filter(|b| b.abs() > 1e-6);
+            let slope = |q: &f64| match (pendulum, bias) {
+                (false, _) => k,
+                (true, None) => k * q.cos(),
+                (true, Some(bias)) => k * (q.sin() - (q - bias).sin()) / bias,
+            };
+            let column = self.states.column(|t| t.position.iter().map(slope).collect());
+            self.term("sensor-bias", Meaning::Bias, Sign::Any, vec![(EffectEntry::new("sensor-bias", &[]), column)]);
+        }
+    }
+
+    fn sensed_value(&self, name: &str) -> Option<f64> {
+        self.focus.iter().filter(|e| e.name == name).find_map(|e| e.number("value"))
+    }
+
+    /// A mode that the mass drives as its base: η̈ + 2ζω η̇ + ω² η = q̈, of which ω² η and η̇ act back.
+    fn modes(&mut self) {
+        let low = (2.0 * self.states.band.low_hz).max(0.5 * self.states.cutoff_hz() / 20.0);
+        let high = (1.3 * self.states.cutoff_hz()).min(0.4 * self.states.sample_rate_hz);
+        if high < 1.2 * low {
+            return;
+        }
+        let count = 30;
+        let mut variants = Vec::new();
+        let grid = (0..count).map(|k| low * (high / low).powf(f64::from(k) / f64::from(count - 1))).collect();
+        let ratios = match self.focus("structural-resonance", "damping_ratio") {
+            Some(ratio) => [0.4, 0.7, 1.0, 1.5, 2.2].map(|factor| (factor * ratio).min(0.5)).to_vec(),
+            None => vec![0.01, 0.04, 0.12],
+        };
+        for hz in self.grid("structural-resonance", "frequency_hz", grid) {
+            for &ratio in &ratios {
+                let numbers = [("frequency_hz", hz), ("damping_ratio", ratio), ("gain", 1.0)];
+                let entry = EffectEntry::new("structural-resonance", &numbers);
+                let of = |which: usize| self.states.column(|t| mode(self.states, t, hz, ratio, which));
+                let columns = [of(0), of(1)];
+                let columns = columns.into_iter().map(|c| self.push(c)).collect();
+                variants.push(Variant { entry, columns });
+            }
+        }
+        let name = "structural-resonance";
+        self.library.terms.push(Term { name, meaning: Meaning::Mode, sign: Sign::Any, variants });
+    }
+}
+
+/// ω² η or ω η̇ of a mode on the mass, at each sample. The low-pass that q passes to the mode's mass is exact for a motion
+/// that goes in a straight line from sample to sample.
+pub fn mode(states: &States, track: &Track, hz: f64, ratio: f64, which: usize) -> Vec<f64> {
+    let omega = TAU * hz;
+    let h = states.step_s();
+    // Of a measured acceleration the mode is driven by the integral's second difference, which is itself.
+    let drive = &track.position;
+    let damped = omega * (1.0 - ratio * ratio).sqrt();
+    let decay = (-ratio * omega * h).exp();
+    let (s, c) = (damped * h).sin_cos();
+    let along = ratio * omega / damped;
+    let transition =
+        [[decay * (c + along * s), decay * s / damped], [-decay * omega * omega * s / damped, decay * (c - along * s)]];
+    // y = position of the mode's mass relative to the base, z = its speed: z' = −q̈ − 2ζω z − ω² y. With q piecewise
+    // linear its acceleration is a train of impulses at the samples.
+    let (mut y, mut z) = (0.0, 0.0);
+    let mut out = Vec::with_capacity(drive.len());
+    for k in 0..drive.len() {
+        if k > 0 && k + 1 < drive.len() {
+            z += (drive[k + 1] - 2.0 * drive[k] + drive[k - 1]) / h;
+        }
+        out.push(if which == 0 { omega * omega * y } else { omega * z });
+        (y, z) = (transition[0][0] * y + transition[0][1] * z, transition[1][0] * y + transition[1][1] * z);
+    }
+    out
+}

@@ -1,0 +1,284 @@
+//! Calibration of the 5-DoF rig.
+
+use serde::Serialize;
+
+use super::distance::log_spectral;
+use super::estimate::{Estimate, ParameterPrior, Undetermined, covariance, estimates, undetermined};
+use super::split::Split;
+use super::{CalibrateError, transfer_path};
+use crate::identify::likelihood::coordinate::{Coordinate, NOISE};
+use crate::identify::likelihood::likelihood::judged_bins;
+use crate::identify::likelihood::observed::{CHANNELS, Observed, accelerations};
+use crate::identify::likelihood::problem::{Point, Problem};
+use crate::identify::likelihood::search::{Limits, Optimum, search, search_from_rig};
+use crate::recording::Recording;
+use crate::rig::transfer_path::TransmissionPath;
+use crate::rig::{Rig, Run, Start, simulate_many};
+
+/// Bands that a channel's residual is looked at in.
+const BANDS: usize = 24;
+/// A rig whose residual is further than this from its variance, RMS over bands, lacks a part of the structure, dB.
+const LACKS_STRUCTURE_DB: f64 = 1.0;
+/// Simulations that a spectrum of the rig is averaged over.
+const REPLICATES: usize = 8;
+
+/// Whether to look for a transmission path.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PathChoice {
+    /// Where the rig alone does not come near the recordings.
+    #[default]
+    Auto,
+    /// Never.
+    None,
+    /// Always.
+    AllPole,
+}
+
+/// How to calibrate.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options {
+    /// The structure between rig and sensor.
+    pub path: PathChoice,
+    /// Seed of the simulations that spectra are compared by.
+    pub seed: u64,
+}
+
+/// How near a rig comes to a recording that took no part in the fit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HeldOut {
+    /// The recording.
+    pub recording: String,
+    /// The channel.
+    pub channel: &'static str,
+    /// Log-spectral distance of the rig before, dB.
+    pub before_db: f64,
+    /// And of the calibrated rig.
+    pub after_db: f64,
+    /// And of two runs of the calibrated rig with different noise: what no rig can be below.
+    pub floor_db: f64,
+}
+
+/// How much of a channel the calibrated rig explains.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Explained {
+    /// The channel.
+    pub channel: &'static str,
+    /// Share of the power that the angles fix and the rig's deterministic part takes away.
+    pub deterministic: f64,
+    /// RMS over bands of the residual's power against its variance under the rig, dB; about 0.1 where all is explained.
+    pub residual_db: f64,
+}
+
+/// A calibrated rig and what is known of it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Calibration {
+    /// The rig.
+    #[serde(skip)]
+    pub rig: Rig,
+    /// What is known of its parameters; nothing where a transmission path takes their place.
+    #[serde(skip)]
+    pub prior: ParameterPrior,
+    /// Parameters and noise levels; empty where a transmission path takes their place.
+    pub parameters: Vec<Estimate>,
+    /// What the recordings do not determine.
+    pub undetermined: Vec<Undetermined>,
+    /// Poles of the transmission path of each channel that has one.
+    pub path_poles: Vec<(String, usize)>,
+    /// Angles of cage and shaft at the first sample of each recording, rad.
+    pub angles_rad: Vec<(String, [f64; 2])>,
+    /// What the rig explains, on the fitted recordings.
+    pub explained: Vec<Explained>,
+    /// Whether the search ended because there was no more to gain.
+    pub converged: bool,
+    /// Which recordings took no part.
+    pub held_out_recordings: String,
+    /// How near the rig comes to them.
+    pub held_out: Vec<HeldOut>,
+}
+
+/// Calibrates a bearing rig to recordings of the healthy machine.
+///
+/// The parameters that count for `held_out` come from the other recordings; those that are returned from all of them.
+///
+/// # Errors
+/// Recordings without acceleration, speed or load, a rig that cannot run, an unknown that is a whole number.
+pub fn calibrate(
+    rig: &Rig,
+    recordings: &[Recording],
+    options: &Options,
+    progress: &dyn Fn(&str),
+) -> Result<Calibration, CalibrateError> {
+    if recordings.is_empty() {
+        return Err(CalibrateError::Empty);
+    }
+    let split = Split::new(recordings);
+    let (all, fitted) = (Observed::from_recordings(recordings)?, Observed::from_recordings(&split.fitted)?);
+    progress("searching with the recordings that are fitted");
+    let (part, found) = fit(rig, &fitted)?;
+    let explained = explained(&part, &found)?;
+    let far = explained.iter().any(|e| e.residual_db > LACKS_STRUCTURE_DB);
+    let wants_path = options.path == PathChoice::AllPole || options.path == PathChoice::Auto && far;
+    if wants_path {
+        progress("identifying the transmission path");
+        let (mut judged_rig, mut final_rig) = (rig.clone(), rig.clone());
+        judged_rig.paths = identify(rig, &split.fitted, options.seed)?;
+        final_rig.paths = identify(rig, recordings, options.seed)?;
+        let path_poles = final_rig.paths.iter().map(|p| (p.channel.clone(), p.reflection.len())).collect();
+        let sought = sought(rig)?;
+        let keys =
+            sought.iter().filter(|c| !NOISE.contains(&c.key.as_str())).map(|c| c.key.clone()).collect::<Vec<_>>();
+        let free = Undetermined { free: keys.join(" · "), keys, deviation: f64::MAX };
+        return Ok(Calibration {
+            prior: ParameterPrior::none(),
+            parameters: Vec::new(),
+            undetermined: if free.keys.is_empty() { Vec::new() } else { vec![free] },
+            path_poles,
+            angles_rad: Vec::new(),
+            explained,
+            converged: true,
+            held_out_recordings: split.describe(),
+            held_out: held_out(rig, &judged_rig, &split.held_out, options.seed)?,
+            rig: final_rig,
+        });
+    }
+    progress("searching with all recordings");
+    let judged_rig = part.rig_at(&found.point.coordinates)?;
+    let whole = Problem { observed: &all, rig: judged_rig.clone(), ..part.clone() };
+    let last = search_from_rig(&whole)?;
+    let covariance = covariance(&last.expansion, whole.coordinates.len());
+    let before: Vec<f64> = whole.coordinates.iter().map(|c| rig.get(&c.key).unwrap_or_default()).collect();
+    let mut calibrated = whole.rig_at(&last.point.coordinates)?;
+    let parameters = estimates(&whole.coordinates, &before, &last.point.coordinates, &covariance);
+    // What is known now is no guess any more.
+    let known = |key: &str| parameters.iter().any(|p| p.key == key && p.determined);
+    calibrated.unknown = rig.unknown_keys().into_iter().filter(|key| !known(key)).collect();
+    let undetermined = undetermined(&whole.coordinates, &covariance);
+    Ok(Calibration {
+        prior: ParameterPrior { coordinates: whole.coordinates.clone(), covariance }.restricted_to(|c| known(&c.key)),
+        undetermined,
+        parameters,
+        path_poles: Vec::new(),
+        angles_rad: all.iter().map(|o| o.name.clone()).zip(last.point.angles.iter().copied()).collect(),
+        explained,
+        converged: last.converged,
+        held_out_recordings: split.describe(),
+        held_out: held_out(rig, &judged_rig, &split.held_out, options.seed)?,
+        rig: calibrated,
+    })
+}
+
+/// What is sought: the unknown parameters, and the noise levels whether the rig's file calls them unknown or not.
+fn sought(rig: &Rig) -> Result<Vec<Coordinate>, CalibrateError> {
+    let mut keys = rig.unknown_keys();
+    keys.extend(NOISE.iter().map(|k| (*k).to_owned()).filter(|k| !rig.unknown_keys().contains(k)));
+    keys.into_iter().map(|key| Coordinate::for_key(rig, &key).ok_or(CalibrateError::Whole { key })).collect()
+}
+
+fn fit<'o>(rig: &Rig, observed: &'o [Observed]) -> Result<(Problem<'o>, Optimum), CalibrateError> {
+    let mut rig = rig.clone();
+    for (key, least) in NOISE.into_iter().zip([1e-9, 1e-4]) {
+        // A logarithm needs somewhere to start.
+        if rig.get(key).is_some_and(|v| v < least) {
+            rig.set(key, least)?;
+        }
+    }
+    let all = sought(&rig)?;
+    let noise_only = all.iter().filter(|c| NOISE.contains(&c.key.as_str())).cloned().collect();
+    let mut problem = Problem::new(observed, rig, noise_only);
+    let quick = Limits { change: 2.0, ..Limits::default() };
+    let found = search(&problem, problem.start()?, &quick)?;
+    problem.rig = problem.rig_at(&found.point.coordinates)?;
+    problem.coordinates = all;
+    let found = search_from_rig(&problem)?;
+    // Angles that suited the guess need not suit what it has become.
+    let again = Point { angles: problem.aligned(&problem.rig_at(&found.point.coordinates)?)?, ..found.point.clone() };
+    let better = search(&problem, again, &Limits::default())?;
+    let best =
+        if better.expansion.neg_log_likelihood() < found.expansion.neg_log_likelihood() { better } else { found };
+    Ok((problem, best))
+}
+
+fn explained(problem: &Problem, found: &Optimum) -> Result<Vec<Explained>, CalibrateError> {
+    let expected = problem.predict(&found.point)?;
+    let of = |channel: usize| {
+        let (mut total, mut left) = (0.0, 0.0);
+        let mut bands = [(0.0, 0usize); BANDS];
+        for (o, e) in problem.observed.iter().zip(&expected) {
+            let Some(x) = &o.spectra[channel] else { continue };
+            let bins = judged_bins(x, 1.0);
+            for k in bins.clone() {
+                let residual = (x[k] - e.mean[channel][k]).norm_sqr();
+                total += x[k].norm_sqr();
+                left += residual;
+                let band = &mut bands[(k - bins.start) * BANDS / bins.len()];
+                band.0 += residual / e.noise.variance[channel][k];
+                band.1 += 1;
+            }
+        }
+        let levels = bands.iter().filter(|(_, n)| *n > 0).map(|(sum, n)| (10.0 * (sum / *n as f64).log10()).powi(2));
+        let (sum, count) = levels.fold((0.0, 0), |(s, c), v| (s + v, c + 1));
+        (count > 0).then(|| Explained {
+            channel: CHANNELS[channel],
+            deterministic: 1.0 - left / total,
+            residual_db: (sum / f64::from(count)).sqrt(),
+        })
+    };
+    Ok([0, 1].into_iter().filter_map(of).collect())
+}
+
+/// The transmission path of each channel from a rig to recordings.
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn identify(rig: &Rig, measured: &[Recording], seed: u64) -> Result<Vec<TransmissionPath>, CalibrateError> {
+    let mut bare = rig.clone();
+    bare.paths.clear();
+    Ok(transfer_path::identify(measured, &replicates(&bare, measured, seed)?))
+}
+
+/// Runs of a rig under the conditions of recordings, [`REPLICATES`] times over, each with its own angles and noise.
+fn replicates(rig: &Rig, recordings: &[Recording], seed: u64) -> Result<Vec<Recording>, CalibrateError> {
+    let observed = Observed::from_recordings(recordings)?;
+    let repeated = std::iter::repeat_n(&observed, REPLICATES).flatten().enumerate();
+    let runs: Vec<Run> =
+        repeated.map(|(index, o)| Run { rig, condition: o.condition, start: Start::of_series(seed, index) }).collect();
+    Ok(simulate_many(&runs)?)
+}
+
+fn held_out(before: &Rig, after: &Rig, recordings: &[Recording], seed: u64) -> Result<Vec<HeldOut>, CalibrateError> {
+    let mut out = Vec::new();
+    for recording in recordings {
+        let one = std::slice::from_ref(recording);
+        let (old, new) = (replicates(before, one, seed)?, replicates(after, one, seed)?);
+        for (channel, measured) in accelerations(recording).into_iter().enumerate() {
+            let Some(measured) = measured else { continue };
+            let of = |runs: &[Recording], measured: &[f64]| {
+                let samples = runs.iter().filter_map(|r| r.channel(CHANNELS[channel])).map(|c| c.samples.as_slice());
+                let distances: Vec<f64> =
+                    samples.filter_map(|s| log_spectral(measured, s, recording.sample_rate_hz)).collect();
+                distances.iter().sum::<f64>() / distances.len().max(1) as f64
+            };
+            let replicate = new[0].channel(CHANNELS[channel]).map_or(&[][..], |c| &c.samples);
+            out.push(HeldOut {
+                recording: recording.name(),
+                channel: CHANNELS[channel],
+                before_db: of(&old, &measured.samples),
+                after_db: of(&new, &measured.samples),
+                floor_db: of(&new[1..], replicate),
+            });
+        }
+    }
+    Ok(out)
+}
+
+/// What a rig gives under a recording's condition, from the angles that suit the recording best, with noise by a seed.
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn prediction(rig: &Rig, recording: &Recording, seed: u64) -> Result<Recording, CalibrateError> {
+    let observed = [Observed::from_recording(recording)?];
+    let found = search_from_rig(&Problem::of_angles(&observed, rig.clone()))?;
+    let [cage_angle0_rad, shaft_angle0_rad] = found.point.angles[0];
+    let start = Start { cage_angle0_rad, shaft_angle0_rad, ..Start::seeded(seed) };
+    Ok(simulate_many(&[Run { rig, condition: observed[0].condition, start }])?.swap_remove(0))
+}

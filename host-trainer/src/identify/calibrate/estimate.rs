@@ -1,0 +1,257 @@
+//! What a search has found, as values with intervals, and what the recordings do not tell.
+
+use faer::Mat;
+use faer::Side;
+use faer::linalg::solvers::DenseSolveCore;
+use serde::Serialize;
+
+use crate::identify::likelihood::coordinate::{Coordinate, Scale};
+use crate::identify::likelihood::problem::Expansion;
+
+/// 97.5 % quantile of the normal distribution.
+const Z975: f64 = 1.959_963_985;
+/// A standard deviation beyond this, in a logarithm or in the coordinate's unit, is no knowledge: the interval's ends
+/// are a factor of four apart.
+const UNDETERMINED: f64 = 0.354;
+/// Share of a direction from which a parameter counts as part of it.
+const TAKES_PART: f64 = 0.3;
+
+/// A parameter's value.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Name, such as `outer.mass_kg`.
+    pub key: String,
+    /// Value in the rig before.
+    pub before: f64,
+    /// Most likely value.
+    pub value: f64,
+    /// Interval that holds the truth with 95 % probability, if the rig is right otherwise.
+    pub interval95: [f64; 2],
+    /// Whether the recordings tell it: the interval's ends are less than a factor of four apart.
+    pub determined: bool,
+}
+
+/// Parameters that the recordings tell only together.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Undetermined {
+    /// Their names.
+    pub keys: Vec<String>,
+    /// The product of their powers that can be anything, such as `outer.mass_kg^0.7 · outer.stiffness_n_per_m^0.7`.
+    pub free: String,
+    /// Standard deviation of its logarithm.
+    pub deviation: f64,
+}
+
+/// Covariance of the first `count` unknowns of an expansion at its optimum, the others free as well. What nothing depends
+/// on has an enormous variance.
+///
+/// It is the inverse of the information, widened where what bands pull at a parameter scatters more than the information
+/// says, as where the rig is not quite the machine: White, "Maximum likelihood estimation of misspecified models",
+/// Econometrica 50 (1982) 1–25, eq. 3.4.
+pub fn covariance(expansion: &Expansion, count: usize) -> Mat<f64> {
+    let inverse = inverse(&expansion.information);
+    let widened = |a: usize| {
+        let pull = |score: &Vec<f64>| score.iter().enumerate().map(|(b, s)| inverse[(a, b)] * s).sum::<f64>();
+        let scattered: f64 = expansion.scores.iter().map(|score| pull(score).powi(2)).sum();
+        (scattered / inverse[(a, a)]).max(1.0).sqrt()
+    };
+    let widened: Vec<f64> = (0..count).map(widened).collect();
+    Mat::from_fn(count, count, |a, b| inverse[(a, b)] * widened[a] * widened[b])
+}
+
+fn inverse(information: &Mat<f64>) -> Mat<f64> {
+    let n = information.nrows();
+    // On a common scale, so that what is added to make it invertible is small beside everything that is known.
+    let scale: Vec<f64> = (0..n).map(|a| 1.0 / information[(a, a)].sqrt().max(1e-6)).collect();
+    let scaled =
+        Mat::from_fn(n, n, |a, b| information[(a, b)] * scale[a] * scale[b] + if a == b { 1e-10 } else { 0.0 });
+    let inverse = match scaled.llt(Side::Lower) {
+        Ok(factor) => factor.inverse(),
+        Err(_) => scaled.partial_piv_lu().inverse(),
+    };
+    Mat::from_fn(n, n, |a, b| inverse[(a, b)] * scale[a] * scale[b])
+}
+
+/// What recordings of the healthy machine tell of a rig's parameters.
+#[derive(Clone, Debug)]
+pub struct ParameterPrior {
+    /// The parameters.
+    pub coordinates: Vec<Coordinate>,
+    /// Their covariance.
+    pub covariance: Mat<f64>,
+}
+
+impl ParameterPrior {
+    /// Nothing but what the rig's file says.
+    pub fn none() -> Self {
+        Self { coordinates: Vec::new(), covariance: Mat::zeros(0, 0) }
+    }
+
+    /// Of these parameters only.
+    #[must_use]
+    pub fn restricted_to(&self, is_meant: impl Fn(&Coordinate) -> bool) -> Self {
+        let kept: Vec<usize> = (0..self.coordinates.len()).filter(|a| is_meant(&self.coordinates[*a])).collect();
+        Self {
+            coordinates: kept.iter().map(|a| self.coordinates[*a].clone()).collect(),
+            covariance: part(&self.covariance, &kept, &kept),
+        }
+    }
+}
+
+/// Covariance of the first `count` unknowns of a problem that was solved with a rig of which no more than `knowledge` is
+/// known: as [`covariance`], and what the rig's parameters, did they err, would make them err. `expansion` is at that
+/// solution, with the rig's parameters after the first `count`.
+pub fn covariance_under(knowledge: &ParameterPrior, expansion: &Expansion, count: usize) -> Mat<f64> {
+    let known = count..count + knowledge.coordinates.len();
+    let free: Vec<usize> = (0..expansion.gradient.len()).filter(|a| !known.contains(a)).collect();
+    let pick = |all: &[f64]| free.iter().map(|a| all[*a]).collect();
+    let own = Expansion {
+        neg_log_likelihoods: expansion.neg_log_likelihoods.clone(),
+        excess: expansion.excess,
+        gradient: pick(&expansion.gradient),
+        scores: expansion.scores.iter().map(|s| pick(s)).collect(),
+        information: part(&expansion.information, &free, &free),
+    };
+    let across = part(&expansion.information, &free, &known.collect::<Vec<_>>());
+    let moved = inverse(&own.information).subrows(0, count) * across;
+    covariance(&own, count) + &moved * &knowledge.covariance * moved.transpose()
+}
+
+fn part(of: &Mat<f64>, rows: &[usize], columns: &[usize]) -> Mat<f64> {
+    Mat::from_fn(rows.len(), columns.len(), |a, b| of[(rows[a], columns[b])])
+}
+
+/// Values and intervals.
+pub fn estimates(sought: &[Coordinate], before: &[f64], found: &[f64], covariance: &Mat<f64>) -> Vec<Estimate> {
+    sought
+        .iter()
+        .enumerate()
+        .map(|(a, coordinate)| {
+            let deviation = covariance[(a, a)].max(0.0).sqrt();
+            let end = |side: f64| coordinate.to_value(found[a] + side * Z975 * deviation.min(300.0));
+            let (one, other) = (end(-1.0), end(1.0));
+            Estimate {
+                key: coordinate.key.clone(),
+                before: before[a],
+                value: coordinate.to_value(found[a]),
+                interval95: [one.min(other), one.max(other)],
+                determined: deviation < UNDETERMINED,
+            }
+        })
+        .collect()
+}
+
+/// Directions in which the recordings leave the parameters free.
+pub fn undetermined(sought: &[Coordinate], covariance: &Mat<f64>) -> Vec<Undetermined> {
+    let Ok(directions) = covariance.self_adjoint_eigen(Side::Lower) else { return Vec::new() };
+    let (values, vectors) = (directions.S().column_vector(), directions.U());
+    let free = |k: &usize| values[*k].max(0.0).sqrt() >= UNDETERMINED;
+    (0..sought.len())
+        .rev()
+        .filter(free)
+        .map(|k| {
+            let largest =
+                (0..sought.len()).map(|a| vectors[(a, k)]).fold(0.0f64, |l, v| if v.abs() > l.abs() { v } else { l });
+            let part = |a: usize| vectors[(a, k)] * largest.signum();
+            let members: Vec<usize> = (0..sought.len()).filter(|a| part(*a).abs() >= TAKES_PART).collect();
+            let power = |a: &usize| match sought[*a].scale {
+                Scale::Log { .. } if members.len() == 1 => sought[*a].key.clone(),
+                Scale::Log { .. } => format!("{}^{:.2}", sought[*a].key, part(*a)),
+                Scale::Linear { unit } => format!("exp({:.3e}·{})", part(*a) / unit, sought[*a].key),
+            };
+            Undetermined {
+                keys: members.iter().map(|a| sought[*a].key.clone()).collect(),
+                free: members.iter().map(power).collect::<Vec<_>>().join(" · "),
+                deviation: values[k].max(0.0).sqrt(),
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn coordinates(names: &[&str]) -> Vec<Coordinate> {
+        names
+            .iter()
+            .map(|n| Coordinate {
+                key: (*n).into(),
+                scale: Scale::Log { sign: 1.0 },
+                moves_mean: true,
+                moves_variance: true,
+            })
+            .collect()
+    }
+
+    /// Nothing pulls.
+    fn quiet(information: Mat<f64>) -> Expansion {
+        let gradient = vec![0.0; information.nrows()];
+        Expansion { neg_log_likelihoods: Vec::new(), excess: 0.0, gradient, scores: Vec::new(), information }
+    }
+
+    /// Information on the difference of two logarithms alone: the ratio is known, the product is not.
+    #[test]
+    fn a_known_ratio_leaves_the_product_free() {
+        let information = Mat::from_fn(3, 3, |a, b| match (a, b) {
+            (2, 2) => 400.0,
+            (2, _) | (_, 2) => 0.0,
+            _ => {
+                if a == b {
+                    1e4
+                } else {
+                    -1e4
+                }
+            }
+        });
+        let sought = coordinates(&["m", "k", "c"]);
+        let covariance = covariance(&quiet(information), 3);
+        let free = undetermined(&sought, &covariance);
+        assert_eq!(free.len(), 1);
+        assert_eq!(free[0].keys, ["m", "k"]);
+        assert_eq!(free[0].free, "m^0.71 · k^0.71");
+        let values = estimates(&sought, &[1.0; 3], &[0.0; 3], &covariance);
+        assert_eq!(values.iter().map(|e| e.determined).collect::<Vec<_>>(), [false, false, true]);
+        // 1/√400 = 0.05: the interval is e^±0.098.
+        assert!((values[2].interval95[1] - 0.098f64.exp()).abs() < 1e-3, "{values:?}");
+    }
+
+    /// Bands that pull at it twice as hard as the information says, and half as hard.
+    #[test]
+    fn a_parameter_that_bands_disagree_about_has_a_wider_interval() {
+        let expansion = |pull: f64| Expansion {
+            scores: (0..25).map(|k| vec![pull * if k % 2 == 0 { 1.0 } else { -1.0 }]).collect(),
+            ..quiet(Mat::from_fn(1, 1, |_, _| 100.0))
+        };
+        // 25 · 4² / 100² in the place of 1/100.
+        assert!((covariance(&expansion(4.0), 1)[(0, 0)] - 0.04).abs() < 1e-9);
+        assert!((covariance(&expansion(1.0), 1)[(0, 0)] - 0.01).abs() < 1e-9);
+    }
+
+    /// What is told of a sum, where one of its terms is known from elsewhere: the other has the variances of both.
+    #[test]
+    fn what_is_hardly_known_of_the_rig_widens_what_it_can_stand_for() {
+        let sum = quiet(Mat::from_fn(2, 2, |_, _| 400.0));
+        let [cause, rigs] = <[Coordinate; 2]>::try_from(coordinates(&["cause", "rig's"])).unwrap();
+        let knowledge = ParameterPrior {
+            coordinates: vec![rigs, cause],
+            covariance: Mat::from_fn(2, 2, |a, b| if a == b { 0.01 } else { 0.0 }),
+        };
+        let knowledge = knowledge.restricted_to(|c| c.key == "rig's");
+        assert!((covariance_under(&knowledge, &sum, 1)[(0, 0)] - (1.0 / 400.0 + 0.01)).abs() < 1e-9);
+        assert!(
+            (covariance_under(&ParameterPrior::none(), &quiet(Mat::from_fn(1, 1, |_, _| 400.0)), 1)[(0, 0)]
+                - 1.0 / 400.0)
+                .abs()
+                < 1e-9
+        );
+    }
+
+    /// What the other unknowns could do instead counts against an estimate.
+    #[test]
+    fn invariant_covariance_is_that_of_the_whole() {
+        let information = Mat::from_fn(2, 2, |a, b| if a == b { 2.0 } else { 1.0 });
+        // The inverse of [[2, 1], [1, 2]] has 2/3 on its diagonal, not 1/2.
+        assert!((covariance(&quiet(information), 1)[(0, 0)] - 2.0 / 3.0).abs() < 1e-9);
+    }
+}

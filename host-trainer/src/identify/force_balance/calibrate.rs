@@ -1,0 +1,265 @@
+//! The rig's unknown parameters from healthy recordings.
+
+use serde::Serialize;
+
+use super::{
+    equation::{self, Equation, Parameter},
+    error::BalanceError,
+    regression::{self, Fit},
+    shooting::{self, Refined},
+    states::States,
+    traces::{self, HeldOutTrace},
+};
+use crate::recording::Recording;
+use crate::rig::Rig;
+
+/// How far above the sensor's noise a simulation's error may lie for the simulation to be believed.
+const CONSISTENT: f64 = 1.6;
+/// Share of the signal below which it is believed too: no sensor noise to speak of, and numerical error.
+const NEGLIGIBLE: f64 = 1e-4;
+/// Half-width of an interval, as a share of the value, beyond which the data do not determine a parameter.
+const OPEN: f64 = 1.0;
+/// |correlation| of two estimates above which only a combination of them is determined.
+const TIED: f64 = 0.95;
+
+/// How an estimate was made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// By simulation, whose error is the sensor's noise.
+    Simulation,
+    /// By the force balance: the simulation leaves more than the sensor's noise, so forces disturb the machine.
+    ForceBalance,
+}
+
+/// A fitted parameter.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Its key in `rig.toml`.
+    pub key: String,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What the file had.
+    pub guess: f64,
+    /// The estimate.
+    pub value: f64,
+    /// 95 % interval.
+    pub interval95: [f64; 2],
+}
+
+/// Error on recordings that took no part in the fit, root mean square.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HeldOutError {
+    /// Which recordings, or which part of the only one.
+    pub recordings: String,
+    /// Force that the balance leaves with the file's values, N.
+    pub balance_before_n: f64,
+    /// With the fitted ones.
+    pub balance_after_n: f64,
+    /// What the simulation leaves of the measured signal with the file's values, in its unit; none where it diverges.
+    pub simulation_before: Option<f64>,
+    /// With the fitted ones.
+    pub simulation_after: Option<f64>,
+    /// Length of the windows that were simulated, each from a fitted start, s.
+    pub window_s: f64,
+}
+
+/// The result of a calibration.
+#[derive(Clone, Debug, Serialize)]
+pub struct SdofCalibration {
+    /// The rig with the fitted values; `unknown` stays, for what is fitted is no more certain than its interval.
+    #[serde(skip)]
+    pub rig: Rig,
+    /// One for each unknown parameter that the data determine at all.
+    pub estimates: Vec<Estimate>,
+    /// Sentences on what the data cannot determine.
+    pub undetermined: Vec<String>,
+    /// How the estimates were made.
+    pub method: Method,
+    /// On recordings that took no part; `None` where the data are too short to spare any.
+    pub held_out: Option<HeldOutError>,
+    /// Those recordings, by the rig of the file and by one fitted to the others.
+    #[serde(skip)]
+    pub traces: Vec<HeldOutTrace>,
+    /// Noise of the sensor, standard deviation in its unit, from the spectrum above the signal's band.
+    pub sensor_noise_std: f64,
+    /// Frequency at which the balance's filter leaves half the amplitude, Hz.
+    pub cutoff_hz: f64,
+}
+
+/// Fits the rig's unknown parameters to healthy recordings with channels `u` and `q` (or `qdd`).
+///
+/// The force balance gives a first estimate (IDIM-LS, Gautier, Janot, Vandanjon 2013), simulation over whole recordings
+/// the final one where its error is no more than the sensor's noise. Intervals allow for correlated rows.
+///
+/// # Errors
+///
+/// A rig of another kind, recordings without what is needed, nothing unknown, or nothing that the data determine.
+pub fn calibrate_sdof(rig: &Rig, recordings: &[Recording]) -> Result<SdofCalibration, BalanceError> {
+    let machine = equation::machine(rig)?;
+    let mut states = States::new(recordings)?;
+    states.learn_hold(rig)?;
+    let unknown = equation::unknown(rig);
+    if unknown.is_empty() {
+        return Err(BalanceError::Nothing { expected: "`unknown` to name at least one key of the rig".into() });
+    }
+    let found = fit(rig, &states, &unknown)?;
+    let (held_out, traces) = held_out(rig, &states, &found.determined).unzip();
+    let estimates = found
+        .determined
+        .iter()
+        .zip(&found.fit.values)
+        .zip(found.fit.half_widths())
+        .map(|((parameter, value), half)| Estimate {
+            key: parameter.key().into(),
+            unit: parameter.unit(),
+            guess: parameter.value_in(machine),
+            value: *value,
+            interval95: [value - half, value + half],
+        })
+        .collect();
+    Ok(SdofCalibration {
+        rig: found.rig,
+        estimates,
+        undetermined: found.undetermined,
+        method: found.method,
+        held_out,
+        traces: traces.unwrap_or_default(),
+        sensor_noise_std: states.band.noise_std,
+        cutoff_hz: states.cutoff_hz(),
+    })
+}
+
+/// A fit of the rig's own parameters.
+pub struct OwnFit {
+    /// The rig with them.
+    pub rig: Rig,
+    /// What could be determined.
+    pub determined: Vec<Parameter>,
+    /// Values and covariance in that order.
+    pub fit: Fit,
+    /// How.
+    pub method: Method,
+    /// Sentences.
+    pub undetermined: Vec<String>,
+}
+
+/// Fits `unknown`.
+pub fn fit(rig: &Rig, states: &States, unknown: &[Parameter]) -> Result<OwnFit, BalanceError> {
+    let equation = Equation::new(rig, states)?;
+    let (determined, mut undetermined) = determined(&equation, unknown);
+    let nothing = || BalanceError::Nothing { expected: "recordings in which an unknown parameter shows".into() };
+    if determined.is_empty() {
+        return Err(nothing());
+    }
+    let balance = balance(&equation, &determined, states).ok_or_else(nothing)?;
+    let mut start = rig.clone();
+    for (parameter, value) in determined.iter().zip(&balance.values) {
+        // A damping that came out a little below zero: the least that a rig can have.
+        let value = if rig.domain(parameter.key()).is_some_and(|d| d.holds(*value)) { *value } else { value.max(1e-9) };
+        start.set(parameter.key(), value)?;
+    }
+    let keys: Vec<String> = determined.iter().map(|p| p.key().to_owned()).collect();
+    let refined = shooting::refine(&start, &keys, states, None).filter(|refined| consistent(refined, states));
+    let (rig, fit, method) = match refined {
+        Some(Refined { rig, fit, .. }) => (rig, fit, Method::Simulation),
+        None => (start, balance, Method::ForceBalance),
+    };
+    undetermined.extend(too_wide(&determined, &fit));
+    Ok(OwnFit { rig, determined, fit, method, undetermined })
+}
+
+/// Whether a simulation leaves no more than the sensor's noise.
+pub fn consistent(refined: &Refined, states: &States) -> bool {
+    let count: usize = states.tracks.iter().map(|t| t.len()).sum();
+    let square: f64 = states.tracks.iter().flat_map(|t| &t.sensed).map(|x| x * x).sum();
+    let signal = (square / count.max(1) as f64).sqrt();
+    refined.rms <= (CONSISTENT * states.band.noise_std).max(NEGLIGIBLE * signal)
+}
+
+/// Least squares of the balance.
+pub fn balance(equation: &Equation, unknown: &[Parameter], states: &States) -> Option<Fit> {
+    let columns: Vec<Vec<f64>> = unknown.iter().map(|p| equation.column(*p).to_vec()).collect();
+    let target = equation.target(unknown);
+    let groups: Vec<usize> = states.tracks.iter().map(|t| t.rows.len()).collect();
+    let rough = regression::least_squares(&columns, &target, &groups, 4)?;
+    let lags = regression::correlation_length(&rough.residual, &groups);
+    regression::least_squares(&columns, &target, &groups, lags)
+}
+
+/// The parameters that can be fitted together, and sentences on the others.
+pub fn determined(equation: &Equation, unknown: &[Parameter]) -> (Vec<Parameter>, Vec<String>) {
+    let (mut left, mut sentences) = (unknown.to_vec(), Vec::new());
+    // The last of a dependent set keeps its value: the gain before the mass.
+    loop {
+        let columns: Vec<Vec<f64>> = left.iter().map(|p| equation.column(*p).to_vec()).collect();
+        let Some(open) = regression::undetermined(&columns).into_iter().next() else { break };
+        let names: Vec<&str> = open.parts.iter().map(|(j, _)| left[*j].key()).collect();
+        let Some(keep) = open.parts.iter().map(|(j, _)| *j).max() else { break };
+        sentences.push(if names.len() == 1 {
+            format!("{} does not show in these recordings; it keeps its value", names[0])
+        } else {
+            format!(
+                "only a combination of {} shows in these recordings; {} keeps its value",
+                names.join(", "),
+                left[keep].key()
+            )
+        });
+        left.remove(keep);
+    }
+    let size = regression::norm(&equation.target(&left));
+    let force = regression::norm(equation.column(Parameter::Gain)) * equation.rig.input_gain_n_per_unit.abs();
+    let scale = left.iter().position(|p| *p == Parameter::Gain);
+    if let Some(gain) = scale.filter(|_| size <= 1e-9 * force) {
+        sentences.push(format!(
+            "only the ratios of {} show in these recordings; {} keeps its value",
+            left.iter().map(|p| p.key()).collect::<Vec<_>>().join(", "),
+            Parameter::Gain.key()
+        ));
+        left.remove(gain);
+    }
+    (left, sentences)
+}
+
+/// Sentences on parameters whose interval says nothing.
+fn too_wide(parameters: &[Parameter], fit: &Fit) -> Vec<String> {
+    let half = fit.half_widths();
+    let wide = |i: &usize| half[*i] > OPEN * fit.values[*i].abs();
+    let mut sentences = Vec::new();
+    for i in (0..parameters.len()).filter(wide) {
+        let variance = |j: usize| fit.covariance[j][j].max(f64::MIN_POSITIVE);
+        let tied = |j: &usize| *j != i && (fit.covariance[i][*j] / (variance(i) * variance(*j)).sqrt()).abs() > TIED;
+        let partners: Vec<&str> = (0..parameters.len()).filter(tied).map(|j| parameters[j].key()).collect();
+        let key = parameters[i].key();
+        sentences.push(if partners.is_empty() {
+            format!("{key} is not determined: its interval is wider than its value")
+        } else {
+            format!("{key} is not determined apart from {}", partners.join(", "))
+        });
+    }
+    sentences
+}
+
+/// Fits without some recordings, and measures the error on those.
+fn held_out(rig: &Rig, states: &States, unknown: &[Parameter]) -> Option<(HeldOutError, Vec<HeldOutTrace>)> {
+    let (train, test, recordings) = states.split()?;
+    let after = fit(rig, &train, unknown).ok()?;
+    let balance = |rig: &Rig| {
+        let target = Equation::new(rig, &test).ok()?.target(&[]);
+        Some(regression::norm(&target) / (target.len().max(1) as f64).sqrt())
+    };
+    let window = (after.method == Method::ForceBalance).then(|| test.short_window());
+    let shortest = test.tracks.iter().map(|t| t.len()).min()?;
+    let error = HeldOutError {
+        recordings,
+        balance_before_n: balance(rig)?,
+        balance_after_n: balance(&after.rig)?,
+        simulation_before: shooting::error(rig, &test, window),
+        simulation_after: shooting::error(&after.rig, &test, window),
+        window_s: window.unwrap_or(shortest) as f64 * test.step_s(),
+    };
+    Some((error, traces::simulated(rig, &after.rig, &test)))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,42 @@
+//! Recordings that took no part in the fit, simulated.
+
+use serde::Serialize;
+
+use super::{shooting, states::States};
+use crate::rig::Rig;
+
+/// A recording that took no part in the fit, as measured and as simulated.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HeldOutTrace {
+    /// The recording.
+    pub recording: String,
+    /// The channel, `q` or `qdd`.
+    pub channel: &'static str,
+    /// Time from the recording's first sample, s.
+    pub time_s: Vec<f64>,
+    /// As measured.
+    pub measured: Vec<f64>,
+    /// By the rig with its unknown parameters fitted to the others.
+    pub before: Vec<f64>,
+    /// With the causes, fitted to the others.
+    pub after: Vec<f64>,
+}
+
+/// Recordings as measured and as two rigs give them, each from the start that leaves least; those that diverge are left
+/// out.
+pub fn simulated(before: &Rig, after: &Rig, test: &States) -> Vec<HeldOutTrace> {
+    let one = |index: usize| {
+        let alone = States { tracks: vec![test.tracks[index].clone()], ..test.clone() };
+        let track = &alone.tracks[0];
+        let (before, after) = (shooting::follow(before, &alone)?, shooting::follow(after, &alone)?);
+        Some(HeldOutTrace {
+            recording: track.name.clone(),
+            channel: alone.sensed.channel(),
+            time_s: (0..track.len()).map(|k| k as f64 * alone.step_s()).collect(),
+            measured: track.sensed.clone(),
+            before,
+            after,
+        })
+    };
+    (0..test.tracks.len()).filter_map(one).collect()
+}

@@ -1,0 +1,316 @@
+//! From recordings to a model with four scores side by side: in sample, held out, causal, null.
+//!
+//! [`fit`] is the whole of it. The same [`Solver`] runs on the recordings in the chosen alignment, on
+//! the recordings in the causal alignment, and on phase-randomised surrogates of them in both; every
+//! score is taken by core's evaluator, sample by sample, as the device would. What a diagnosis has found enters the
+//! library before that, by [`terms`].
+
+mod describe;
+mod monitor_levels;
+pub mod report;
+pub mod score;
+mod single_fit;
+pub mod terms;
+pub mod text;
+pub mod verdict;
+
+use ballrace_core::library::Library;
+use ballrace_core::model::ModelError;
+use ballrace_core::states::{Alignment, StateSpec};
+use rayon::prelude::*;
+
+use crate::model::OwnedModel;
+use crate::model::sindy_nn::train::TrainConfig;
+use crate::model::stlsq::{StlsqConfig, noise_terms};
+use crate::recording::input::Series;
+use crate::signal::surrogate;
+use report::{Report, Training};
+use score::{NullScores, Score, Scores};
+use single_fit::{SingleFit, Split, fit_once};
+
+/// How Ξ is found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Solver {
+    /// An autoencoder with sparse dynamics in its latent variables.
+    SindyNn {
+        /// Widths of the encoder's hidden layers; the decoder's are the same, reversed.
+        hidden: Vec<usize>,
+        /// How it is trained.
+        train: TrainConfig,
+    },
+    /// Sequentially thresholded least squares on the scaled states themselves.
+    Stlsq(StlsqConfig),
+}
+
+/// What to fit and how.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FitConfig {
+    /// Virtual states.
+    pub spec: StateSpec,
+    /// Polynomial degree n_D, 0 for none.
+    pub degree: usize,
+    /// Harmonics n_F, 0 for none.
+    pub harmonics: usize,
+    /// Latent variables of SINDy-NN; `None`: as many as states. Least squares has no latent variables.
+    pub latent: Option<usize>,
+    /// Solver.
+    pub solver: Solver,
+    /// Every how manieth recording is held out; at least 2.
+    pub hold_out_every: usize,
+    /// Surrogate fits for the null.
+    pub null_fits: usize,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Samples per block of the monitor; `None`: a tenth of a second, less where there are few.
+    pub block: Option<u32>,
+    /// Full scale of the sensor, m/s²; 0 unknown.
+    pub full_scale: f32,
+}
+
+/// Why a fit cannot be done.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FitError {
+    /// Sizes out of range.
+    #[error(
+        "library of degree {degree} with {harmonics} harmonics in {variables} variables: expected 1 to 16 variables, degree up to 11 and at least one term"
+    )]
+    Library {
+        /// Variables.
+        variables: usize,
+        /// Degree.
+        degree: usize,
+        /// Harmonics.
+        harmonics: usize,
+    },
+    /// Dimension out of range.
+    #[error("n_MD {found}: expected 1 to 16")]
+    Dimension {
+        /// What was found.
+        found: usize,
+    },
+    /// Widths that do not meet.
+    #[error("hidden widths {found:?}: expected 1 to 5 layers of 1 to 1024 units")]
+    Hidden {
+        /// What was found.
+        found: Vec<usize>,
+    },
+    /// Nothing to fit to.
+    #[error("{found} samples give {rows} rows of virtual states, expected at least {expected}")]
+    TooShort {
+        /// Samples.
+        found: usize,
+        /// Rows.
+        rows: usize,
+        /// Rows needed.
+        expected: usize,
+    },
+    /// A sample that is no number.
+    #[error("{name}, sample {index}: found {found}, expected a finite number")]
+    NotFinite {
+        /// The recording.
+        name: String,
+        /// Where in it.
+        index: usize,
+        /// What was found.
+        found: f32,
+    },
+    /// Not a full scale.
+    #[error("full scale: found {found} m/s², expected a positive number, or 0 where it is unknown")]
+    FullScale {
+        /// What was found.
+        found: f32,
+    },
+    /// Not a block length.
+    #[error("block: found {found} samples, expected 1 to the {total} there are")]
+    Block {
+        /// What was found.
+        found: u32,
+        /// Samples there are.
+        total: usize,
+    },
+    /// A channel that does not vary.
+    #[error("every sample is {value} m/s², expected a channel that varies")]
+    Constant {
+        /// The value.
+        value: f32,
+    },
+    /// The training diverged.
+    #[error("the training diverged: {0}; a smaller learning rate may help")]
+    Diverged(ModelError),
+}
+
+/// Stages of a fit, for a progress display.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stage {
+    /// What is being done.
+    pub name: String,
+    /// Share of the whole that is done, 0 to 1.
+    pub done: f64,
+}
+
+/// A fitted model and everything there is to say of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fitted {
+    /// The model.
+    pub model: OwnedModel,
+    /// Scores, equations, diagnosis, verdict.
+    pub report: Report,
+}
+
+/// Fits a model to recordings of the healthy machine.
+///
+/// # Errors
+/// [`FitError`], before anything long is begun.
+pub fn fit(
+    recordings: &[Series],
+    sample_rate_hz: f64,
+    config: &FitConfig,
+    progress: &(dyn Fn(Stage) + Sync),
+) -> Result<Fitted, FitError> {
+    check(recordings, config)?;
+    let causal_apart = config.spec.alignment != Alignment::Causal;
+    let fits = (1 + config.null_fits) * (1 + usize::from(causal_apart));
+    let stage = |name: &str, at: usize| {
+        let name = name.to_owned();
+        move |share: f64| progress(Stage { name: name.clone(), done: (at as f64 + share) / fits as f64 })
+    };
+
+    let split = Split::holding_out(recordings, config.hold_out_every, config.spec.warm_up());
+    check_split(&split, config)?;
+    let causal_spec = StateSpec { alignment: Alignment::Causal, ..config.spec };
+    let mut at = 0;
+    let mut both = |split: &Split, name: &str| -> Result<(SingleFit, Score, Score), FitError> {
+        let main = fit_once(split, sample_rate_hz, config.spec, config, &stage(name, at))?;
+        at += 1;
+        let causal = if causal_apart {
+            let causal = fit_once(split, sample_rate_hz, causal_spec, config, &stage(&format!("{name}, causal"), at))?;
+            at += 1;
+            score::score_model(&causal.model.view(), &split.held_out)
+        } else {
+            score::score_model(&main.model.view(), &split.held_out)
+        };
+        let in_sample = score::score_model(&main.model.view(), &split.train);
+        Ok((main, in_sample, causal))
+    };
+
+    let (main, in_sample, causal) = both(&split, "fit")?;
+    let held_out = score::score_model(&main.model.view(), &split.held_out);
+    let mut null = Vec::new();
+    let mut last_surrogate = None;
+    for k in 0..config.null_fits {
+        let surrogate = Split {
+            train: surrogates(&split.train, config.seed, 2 * k as u64),
+            held_out: surrogates(&split.held_out, config.seed, 2 * k as u64 + 1),
+            within: split.within,
+        };
+        let (fitted, in_sample, causal) = both(&surrogate, &format!("null {} of {}", k + 1, config.null_fits))?;
+        let held_out = score::score_model(&fitted.model.view(), &surrogate.held_out);
+        null.push(NullScores { in_sample: in_sample.mean(), held_out: held_out.mean(), causal: causal.next_sample });
+        last_surrogate = Some((surrogate, fitted));
+    }
+
+    let scores = Scores { in_sample, held_out, causal, null };
+    let (model, monitor) = monitor_levels::monitor(&main, recordings, sample_rate_hz, config)?;
+    let described = describe::describe(&main, &split);
+    let noise = last_surrogate.map(|(surrogate, fitted)| match &config.solver {
+        Solver::Stlsq(stlsq) => noise_terms(
+            main.layout.library,
+            &main.standardised(&split.train),
+            &main.standardised(&surrogate.train),
+            &main.equations,
+            stlsq,
+        ),
+        Solver::SindyNn { .. } => {
+            fitted.parts.xi.iter().filter(|v| **v != 0.0).count() as f64 / fitted.layout.latent as f64
+        }
+    });
+    let report = Report {
+        created_by: format!("ballrace {}", env!("CARGO_PKG_VERSION")),
+        training: Training::new(&split, sample_rate_hz, config, &main),
+        verdict: verdict::verdict(&scores),
+        scores,
+        equations: described.equations,
+        terms_kept: described.terms_kept,
+        terms_noise_would_keep: noise,
+        diagnosis: described.diagnosis,
+        monitor,
+    };
+    Ok(Fitted { model, report })
+}
+
+fn surrogates(recordings: &[Series], seed: u64, which: u64) -> Vec<Series> {
+    let each = |(n, series): (usize, &Series)| Series {
+        name: series.name.clone(),
+        samples: surrogate::phase_randomised(
+            &series.samples,
+            seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (which << 32) ^ n as u64,
+        ),
+    };
+    recordings.par_iter().enumerate().map(each).collect()
+}
+
+fn check(recordings: &[Series], config: &FitConfig) -> Result<(), FitError> {
+    if !config.spec.is_valid() {
+        return Err(FitError::Dimension { found: config.spec.dimension });
+    }
+    let variables = config.variables();
+    if Library::new(variables, config.degree, config.harmonics).is_none() {
+        return Err(FitError::Library { variables, degree: config.degree, harmonics: config.harmonics });
+    }
+    if let Solver::SindyNn { hidden, .. } = &config.solver {
+        let in_range = |w: &usize| (1..=ballrace_core::network::MAX_WIDTH).contains(w);
+        if !(1..ballrace_core::network::MAX_LAYERS).contains(&hidden.len()) || !hidden.iter().all(in_range) {
+            return Err(FitError::Hidden { found: hidden.clone() });
+        }
+    }
+    if !(config.full_scale.is_finite() && config.full_scale >= 0.0) {
+        return Err(FitError::FullScale { found: config.full_scale });
+    }
+    let total: usize = recordings.iter().map(|s| s.samples.len()).sum();
+    if let Some(found) = config.block.filter(|b| *b == 0 || *b as usize > total) {
+        return Err(FitError::Block { found, total });
+    }
+    let mut values = recordings.iter().flat_map(|s| &s.samples);
+    if let Some(value) = values.next().copied()
+        && total > 1
+        && values.all(|v| *v == value)
+    {
+        return Err(FitError::Constant { value });
+    }
+    for series in recordings {
+        if let Some(index) = series.samples.iter().position(|v| !v.is_finite()) {
+            return Err(FitError::NotFinite { name: series.name.clone(), index, found: series.samples[index] });
+        }
+    }
+    let rows = |series: &Series| (series.samples.len() + 1).saturating_sub(config.spec.warm_up());
+    let (found, rows) = (recordings.iter().map(|s| s.samples.len()).sum(), recordings.iter().map(rows).sum());
+    let expected = 10 * config.spec.dimension.max(10);
+    if rows < expected { Err(FitError::TooShort { found, rows, expected }) } else { Ok(()) }
+}
+
+/// Both sides of a split must have rows enough to fit to and to score.
+fn check_split(split: &Split, config: &FitConfig) -> Result<(), FitError> {
+    for part in [&split.train, &split.held_out] {
+        let rows = |s: &Series| (s.samples.len() + 1).saturating_sub(config.spec.warm_up());
+        let (found, rows) = (part.iter().map(|s| s.samples.len()).sum(), part.iter().map(rows).sum::<usize>());
+        let expected = 2 * config.spec.dimension.max(10);
+        if rows < expected {
+            return Err(FitError::TooShort { found, rows, expected });
+        }
+    }
+    Ok(())
+}
+
+impl FitConfig {
+    /// Variables of the library.
+    pub fn variables(&self) -> usize {
+        match self.solver {
+            Solver::SindyNn { .. } => self.latent.unwrap_or(self.spec.dimension),
+            Solver::Stlsq(_) => self.spec.dimension,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

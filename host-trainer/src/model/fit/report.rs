@@ -1,0 +1,144 @@
+//! Everything there is to say of a fit; part of the model file.
+
+use serde::{Deserialize, Serialize};
+
+use super::score::Scores;
+use super::single_fit::{SingleFit, Split};
+use super::terms::Entered;
+use super::verdict::Verdict;
+use super::{FitConfig, Solver};
+use crate::model::stlsq::Diagnosis;
+
+/// A fit's report.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// Program and version.
+    pub created_by: String,
+    /// What was fitted to what.
+    pub training: Training,
+    /// The four scores.
+    pub scores: Scores,
+    /// What they say.
+    pub verdict: Verdict,
+    /// The sparse equations.
+    pub equations: Vec<EquationReport>,
+    /// Nonzero coefficients.
+    pub terms_kept: usize,
+    /// Coefficients an equation would keep where there is nothing to find: for least squares on targets
+    /// unrelated to the states, for SINDy-NN on the surrogates; `None` without surrogates.
+    pub terms_noise_would_keep: Option<f64>,
+    /// Conditioning of the library.
+    pub diagnosis: Diagnosis,
+    /// The healthy level of the residual.
+    pub monitor: MonitorReport,
+}
+
+/// What was fitted to what.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Training {
+    /// Recordings fitted to.
+    pub recordings: Vec<String>,
+    /// Recordings held out.
+    pub held_out: Vec<String>,
+    /// Whether the held-out part is the end of the only recording.
+    pub within_recording: bool,
+    /// Channel, where recordings have several.
+    #[serde(default)]
+    pub channel: Option<String>,
+    /// Sample rate, Hz.
+    pub sample_rate_hz: f64,
+    /// Smallest and largest sample of the recordings fitted to, m/s².
+    pub range_m_per_s2: (f32, f32),
+    /// Name of the solver.
+    pub solver: String,
+    /// Alignment and orders of the states, in words.
+    pub states: String,
+    /// Terms of the library.
+    pub functions: usize,
+    /// Their names, in order.
+    pub terms: Vec<String>,
+    /// What causes of a diagnosis brought into the library.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub entered: Vec<Entered>,
+    /// Gradient steps, for SINDy-NN.
+    pub steps: Option<usize>,
+    /// Whether the held-out loss ended the training early.
+    pub stopped_early: Option<bool>,
+    /// Seed.
+    pub seed: u64,
+}
+
+/// One equation of the sparse dynamics.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EquationReport {
+    /// Left side.
+    pub name: String,
+    /// R² on held-out recordings; `None` for latent equations, which have no measured left side.
+    pub r_squared_held_out: Option<f64>,
+    /// Share of power below which a term went.
+    pub threshold: f64,
+    /// The terms that stayed, the most powerful first.
+    pub terms: Vec<TermReport>,
+}
+
+/// One term of an equation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TermReport {
+    /// Its name in scaled variables.
+    pub name: String,
+    /// Its index in the library.
+    pub index: usize,
+    /// Coefficient in scaled variables.
+    pub coefficient: f64,
+    /// Coefficient in physical units, where the variables have any: derivative in m/s² per sample,
+    /// variables as centred differences in m/s² (the argument of sin and cos stays scaled).
+    pub physical: Option<f64>,
+    /// Its share of the explained power by orthogonal least squares: what it explains that the terms
+    /// before it, each the best of those left, do not. The shares of an equation add up to 1.
+    pub share: f64,
+}
+
+/// The healthy level of the residual.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MonitorReport {
+    /// Samples in a block.
+    pub block: u32,
+    /// Blocks the level was taken from.
+    pub healthy_blocks: usize,
+    /// Mean squared normalised residual of a healthy block.
+    pub healthy_mean: f64,
+    /// Its standard deviation from block to block.
+    pub healthy_spread: f64,
+}
+
+impl Training {
+    pub(super) fn new(split: &Split, sample_rate_hz: f64, config: &FitConfig, once: &SingleFit) -> Self {
+        let names = |series: &[super::Series]| series.iter().map(|s| s.name.clone()).collect();
+        let samples = || split.train.iter().flat_map(|s| s.samples.iter().copied());
+        let library = once.layout.library;
+        Self {
+            recordings: names(&split.train),
+            held_out: names(&split.held_out),
+            within_recording: split.within,
+            channel: None,
+            sample_rate_hz,
+            range_m_per_s2: (samples().fold(f32::MAX, f32::min), samples().fold(f32::MIN, f32::max)),
+            solver: match &config.solver {
+                Solver::SindyNn { hidden, .. } => format!("sindy-nn, hidden {hidden:?}"),
+                Solver::Stlsq(_) => "stlsq".into(),
+            },
+            states: format!(
+                "n_MD {}, {:?} orders, {:?} alignment",
+                config.spec.dimension, config.spec.orders, config.spec.alignment
+            )
+            .to_lowercase()
+            .replace("n_md", "n_MD"),
+            functions: library.len(),
+            terms: (0..library.len()).filter_map(|t| library.term(t)).map(|t| t.to_string()).collect(),
+            entered: Vec::new(),
+            steps: once.trained.as_ref().map(|t| t.steps),
+            stopped_early: once.trained.as_ref().map(|t| t.stopped_early),
+            seed: config.seed,
+        }
+    }
+}

@@ -1,0 +1,14 @@
+//! The model.
+
+pub mod export;
+pub mod file;
+pub mod fit;
+mod owned;
+pub mod replay;
+pub mod samples;
+pub mod sindy_nn;
+pub mod states;
+pub mod stlsq;
+pub mod trace;
+
+pub use owned::{OwnedModel, Parts};

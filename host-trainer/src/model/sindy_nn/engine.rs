@@ -1,0 +1,74 @@
+//! A batch's loss and gradient: blocks side by side on all threads, added up in a fixed order.
+//!
+//! The order, and so every bit of the result, does not depend on the number of threads.
+
+use pulp::Arch;
+use rayon::prelude::*;
+
+use super::gradient::{Block, Lambdas, Losses, Packed, Pass};
+use super::layout::Layout;
+use super::real::Real;
+use crate::model::samples::Samples;
+
+/// Samples in a block. Measured: the hidden panels of two 256-wide layers then stay in a 1 MB L2
+/// cache, and the dot products are long enough that adding up their lanes does not dominate.
+const BLOCK: usize = 128;
+
+/// Memory and weights in kernel form for batches of any size.
+pub struct Engine<T> {
+    layout: Layout,
+    arch: Arch,
+    packed: Packed<T>,
+    blocks: Vec<Block<T>>,
+    /// Gradient of the last batch.
+    pub gradient: Vec<T>,
+}
+
+impl<T: Real> Engine<T> {
+    /// An engine for batches of up to `batch` samples.
+    pub fn new(layout: Layout, batch: usize) -> Self {
+        let blocks = (0..batch.div_ceil(BLOCK)).map(|_| Block::new(&layout, BLOCK)).collect();
+        let gradient = vec![T::ZERO; layout.parameter_count()];
+        Self { layout, arch: Arch::new(), packed: Packed::default(), blocks, gradient }
+    }
+
+    /// Sizes.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// Largest batch there is memory for.
+    pub fn capacity(&self) -> usize {
+        self.blocks.len() * BLOCK
+    }
+
+    /// Losses of the samples `chosen` (at most [`Engine::capacity`]); leaves the gradient of
+    /// L_recon + λ1 L_dx/dt + λ2 L_dz/dt + λ3 L_reg in [`Engine::gradient`]. A coefficient of Ξ
+    /// that is exactly zero is masked: L_reg skips it.
+    pub fn evaluate(&mut self, parameters: &[T], samples: &Samples<T>, chosen: &[u32], lambdas: Lambdas) -> Losses {
+        self.packed.pack(&self.layout, parameters);
+        let batch = chosen.len();
+        let blocks = &mut self.blocks[..batch.div_ceil(BLOCK)];
+        let (layout, packed, arch) = (&self.layout, &self.packed, self.arch);
+        blocks.par_iter_mut().zip(chosen.par_chunks(BLOCK)).with_max_len(1).for_each(|(block, chosen)| {
+            block.fill(chosen.iter().map(|s| samples.row(*s as usize)));
+            arch.dispatch(Pass { layout, packed, lambdas, batch, block });
+        });
+        let mut losses = Losses::default();
+        self.gradient.fill(T::ZERO);
+        for block in blocks {
+            losses.add(&block.losses);
+            arch.dispatch(|| self.gradient.iter_mut().zip(&block.gradient).for_each(|(sum, g)| *sum += *g));
+        }
+        let xi = self.layout.xi();
+        let count = xi.len() as f64;
+        for (value, gradient) in parameters[xi.clone()].iter().zip(&mut self.gradient[xi]) {
+            let value = value.to_f64();
+            if value != 0.0 {
+                losses.sparsity += value.abs() / count;
+                *gradient = T::from_f64(gradient.to_f64() + lambdas.sparsity * value.signum() / count);
+            }
+        }
+        losses
+    }
+}

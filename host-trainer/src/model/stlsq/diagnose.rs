@@ -1,0 +1,72 @@
+//! What a fit is worth: conditioning, terms that cannot be told apart, what noise alone would keep.
+
+use ballrace_core::library::Library;
+use serde::{Deserialize, Serialize};
+
+use super::{Equation, RFactor, StlsqConfig, fit};
+use crate::model::samples::Samples;
+
+/// |correlation| above which two terms cannot be told apart.
+const SAME: f64 = 0.99;
+
+/// State of the library's columns.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Diagnosis {
+    /// Condition number of all columns, scaled to unit RMS.
+    pub condition_number: f64,
+    /// Condition number of the columns that are used.
+    pub condition_number_used: f64,
+    /// Pairs of used terms whose columns are correlated above 0.99, with the correlation.
+    pub inseparable: Vec<(usize, usize, f64)>,
+}
+
+/// Looks at the columns of a fit.
+pub fn diagnose(train: &RFactor, equations: &[Equation]) -> Diagnosis {
+    let used: Vec<usize> = (0..train.terms).filter(|t| equations.iter().any(|e| e.coefficients[*t] != 0.0)).collect();
+    let all: Vec<usize> = (0..train.terms).collect();
+    let mut inseparable = Vec::new();
+    for (n, a) in used.iter().enumerate() {
+        for b in &used[n + 1..] {
+            let correlation = train.term_product(*a, *b) / (train.term_rms(*a) * train.term_rms(*b));
+            if correlation.abs() > SAME {
+                inseparable.push((*a, *b, correlation));
+            }
+        }
+    }
+    Diagnosis {
+        condition_number: train.condition_number(&all),
+        condition_number_used: train.condition_number(&used),
+        inseparable,
+    }
+}
+
+/// Terms an equation would keep on targets that have nothing to do with the states, mean over the
+/// outputs: the states of `states` with the targets of `unrelated` at the equations' thresholds.
+pub fn noise_terms(
+    library: Library,
+    states: &[Samples<f32>],
+    unrelated: &[Samples<f32>],
+    equations: &[Equation],
+    config: &StlsqConfig,
+) -> f64 {
+    let mixed: Vec<Samples<f32>> = states
+        .iter()
+        .zip(unrelated)
+        .map(|(s, u)| {
+            let len = s.x.len().min(u.dx.len());
+            Samples { inputs: s.inputs, x: s.x[..len].to_vec(), dx: u.dx[..len].to_vec() }
+        })
+        .collect();
+    let parts = RFactor::from_each(library, &mixed);
+    let Some(moments) = RFactor::merge(&parts.iter().collect::<Vec<_>>()) else { return 0.0 };
+    let kept: usize = equations
+        .iter()
+        .enumerate()
+        .map(|(output, equation)| {
+            let config = StlsqConfig { threshold: Some(equation.threshold), ..config.clone() };
+            let noise = fit(&moments, &[], &config);
+            noise[output].coefficients.iter().filter(|c| **c != 0.0).count()
+        })
+        .sum();
+    kept as f64 / equations.len().max(1) as f64
+}

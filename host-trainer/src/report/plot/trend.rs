@@ -1,0 +1,91 @@
+//! The monitor's statistics over recordings.
+
+use ballrace_core::monitor::{MonitorConfig, Status};
+use ballrace_firmware_sim::event::Statistics;
+use plotters::style::text_anchor::HPos;
+
+use super::DrawError;
+use super::style::{self, ALARM, Axes, EARLY, INK, LATE, MEASURED};
+use crate::model::replay::Block;
+
+const HEIGHT: u32 = 440;
+
+/// Deviation, EWMA and CUSUM over the recordings, their limits, and where the status is anomalous.
+///
+/// # Errors
+/// What the drawing library says.
+pub fn svg(blocks: &[Block], limits: &MonitorConfig) -> Result<String, DrawError> {
+    svg_with_mark(blocks, limits, None)
+}
+
+/// The same with a mark at the start of a recording, in words.
+///
+/// # Errors
+/// What the drawing library says.
+pub fn svg_with_mark(
+    blocks: &[Block],
+    limits: &MonitorConfig,
+    mark: Option<(usize, &str)>,
+) -> Result<String, DrawError> {
+    let places = places(blocks);
+    let end = blocks.iter().map(|b| b.recording + 1).max().unwrap_or(1) as f64 + 0.5;
+    let lows = blocks.iter().flat_map(|b| [b.statistics.deviation, b.statistics.ewma]);
+    let low = f64::from(lows.fold(-4.0f32, f32::min) - 0.5);
+    let high = f64::from(2.0 * limits.cusum_limit + 2.0);
+    style::picture(HEIGHT, |area| {
+        let axes = Axes { x: 0.5..end, y: low..high, x_name: "recording", y_name: "healthy spreads" };
+        let legend = [
+            ("deviation of a block", MEASURED),
+            ("EWMA, slow", EARLY),
+            ("CUSUM, fast", LATE),
+            ("status anomalous", ALARM),
+        ];
+        let mut chart = style::chart(area, &axes, &legend)?;
+        for (first, last) in anomalous_runs(blocks) {
+            let at = |n: usize| places.get(n).copied().unwrap_or(end);
+            // From the block that raised it to the one that cleared it.
+            style::shade(&mut chart, at(first)..places.get(last + 1).copied().unwrap_or(end), low..high, ALARM)?;
+        }
+        for (limit, color) in [(limits.ewma_limit, EARLY), (-limits.ewma_limit, EARLY), (limits.cusum_limit, LATE)] {
+            style::dashed(&mut chart, (0.5, limit.into()), (end, limit.into()), color)?;
+        }
+        type Pick = fn(&Statistics) -> f32;
+        let series: [(_, u32, Pick); 3] =
+            [(MEASURED, 1, |s| s.deviation), (EARLY, 2, |s| s.ewma), (LATE, 2, |s| s.cusum)];
+        for (color, width, pick) in series {
+            let points = places.iter().zip(blocks).map(|(x, b)| (*x, f64::from(pick(&b.statistics))));
+            style::line(&mut chart, points, style::stroke(color, width))?;
+        }
+        let Some((recording, words)) = mark else { return Ok(()) };
+        let x = recording as f64 + 0.5;
+        style::dashed(&mut chart, (x, low), (x, high), INK)?;
+        // On the side where there is room.
+        let (side, gap) = if x > 0.5 * end { (HPos::Right, -0.006) } else { (HPos::Left, 0.006) };
+        style::word(&mut chart, words, (x + gap * end, high - 0.03 * (high - low)), side, INK)
+    })
+}
+
+/// Where each block ends: blocks of recording n share the unit of the axis around n + 1.
+fn places(blocks: &[Block]) -> Vec<f64> {
+    blocks
+        .chunk_by(|a, b| a.recording == b.recording)
+        .flat_map(|run| {
+            run.iter().enumerate().map(|(k, b)| b.recording as f64 + 0.5 + (k + 1) as f64 / run.len() as f64)
+        })
+        .collect()
+}
+
+/// First and last block of each run of anomalous status.
+fn anomalous_runs(blocks: &[Block]) -> Vec<(usize, usize)> {
+    let mut runs: Vec<(usize, usize)> = Vec::new();
+    for (n, block) in blocks.iter().enumerate() {
+        if block.status != Status::Anomalous {
+            continue;
+        }
+        match runs.last_mut() {
+            Some((_, end)) if *end + 1 == n => *end = n,
+            _ => runs.push((n, n)),
+        }
+    }
+    runs
+}

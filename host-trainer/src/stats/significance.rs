@@ -1,0 +1,124 @@
+//! Whether a gain on blocks that took no part, or any of many tests, is more than chance.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::function::erf::erfc;
+
+/// Permutations.
+const FLIPS: usize = 4999;
+
+/// p-value of a gain in total over blocks, by flipping the sign of each block's gain: were the two models equally good,
+/// either could have been the better one in any block (P. Good, "Permutation, Parametric, and Bootstrap Tests of
+/// Hypotheses", 2005). Blocks are many correlation lengths long, so rows may correlate.
+pub fn sign_flip(before: &[f64], after: &[f64], seed: u64) -> f64 {
+    let gains: Vec<f64> = before.iter().zip(after).map(|(b, a)| b - a).collect();
+    sign_flip_of(&gains, seed)
+}
+
+/// The same for the gain of each block; 1 where they sum to no gain.
+pub fn sign_flip_of(gains: &[f64], seed: u64) -> f64 {
+    let total: f64 = gains.iter().sum();
+    if total.is_nan() || total <= 0.0 {
+        return 1.0;
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let reached = (0..FLIPS).filter(|_| {
+        let flipped: f64 = gains.iter().map(|g| if rng.random_bool(0.5) { *g } else { -*g }).sum();
+        flipped >= total
+    });
+    (reached.count() + 1) as f64 / (FLIPS + 1) as f64
+}
+
+/// The same gain in standard deviations of what flipped signs give.
+pub fn paired_z(before: &[f64], after: &[f64]) -> f64 {
+    let gains = before.iter().zip(after).map(|(b, a)| b - a);
+    let (total, square) = gains.fold((0.0, 0.0), |(t, s), g| (t + g, s + g * g));
+    if square > 0.0 { total / square.sqrt() } else { 0.0 }
+}
+
+/// Probability that a normal deviate is at least as many standard deviations from 0, on either side.
+pub fn two_sided(deviations: f64) -> f64 {
+    erfc(deviations.abs() / std::f64::consts::SQRT_2)
+}
+
+/// The same where the standard deviation is that of `count` samples (Student's t); 1 where those are fewer than two.
+pub fn two_sided_of_few(deviations: f64, count: usize) -> f64 {
+    match StudentsT::new(0.0, 1.0, count.saturating_sub(1) as f64) {
+        Ok(t) => 2.0 * t.sf(deviations.abs()),
+        Err(_) => 1.0,
+    }
+}
+
+/// Of each of some p-values the least rate of false discoveries at which it stands out (Y. Benjamini, Y. Hochberg, J. R.
+/// Stat. Soc. B 57 (1995) 289–300), its q-value.
+pub fn false_discovery_rates(p_values: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..p_values.len()).collect();
+    order.sort_by(|a, b| p_values[*b].total_cmp(&p_values[*a]));
+    let (mut rates, mut least) = (vec![1.0; p_values.len()], 1.0f64);
+    for (rank, index) in (1..=p_values.len()).rev().zip(order) {
+        least = least.min(p_values[index] * p_values.len() as f64 / rank as f64);
+        rates[index] = least;
+    }
+    rates
+}
+
+/// Which of some p-values stand out at this rate of false discoveries.
+pub fn discoveries(p_values: &[f64], rate: f64) -> Vec<bool> {
+    false_discovery_rates(p_values).into_iter().map(|q| q <= rate).collect()
+}
+
+/// How often each model leaves least when blocks are drawn anew with replacement: the share of the evidence it has.
+pub fn shares(models: &[&[f64]], seed: u64) -> Vec<f64> {
+    const DRAWS: usize = 1000;
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let blocks = models.first().map_or(0, |m| m.len());
+    let mut wins = vec![0usize; models.len()];
+    for _ in 0..DRAWS {
+        let drawn: Vec<usize> = (0..blocks).map(|_| rng.random_range(0..blocks)).collect();
+        let total = |m: &[f64]| drawn.iter().map(|b| m[*b]).sum::<f64>();
+        let best = (0..models.len()).min_by(|a, b| total(models[*a]).total_cmp(&total(models[*b])));
+        if let Some(best) = best {
+            wins[best] += 1;
+        }
+    }
+    wins.into_iter().map(|w| w as f64 / DRAWS as f64).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identify::force_balance::testing::white;
+
+    #[test]
+    fn null_equal_models_are_seldom_told_apart() {
+        let told =
+            (0..200).filter(|seed| sign_flip(&white(2 * seed, 1.0, 24), &white(2 * seed + 1, 1.0, 24), 1) < 0.05);
+        let told = told.count();
+        assert!((1..=22).contains(&told), "{told}");
+    }
+
+    #[test]
+    fn literature_tails() {
+        for (z, p) in [(1.96, 0.05), (3.0, 0.0027), (5.5, 3.8e-8)] {
+            assert!((two_sided(z) / p - 1.0).abs() < 0.02, "{z}: {}", two_sided(z));
+        }
+        // Student's table: 7 degrees of freedom, 2.365.
+        assert!((two_sided_of_few(-2.365, 8) - 0.05).abs() < 1e-4);
+        assert_eq!(two_sided_of_few(9.0, 1), 1.0);
+    }
+
+    /// The example of Benjamini and Hochberg, section 3.2: 4 of 15 are found at 0.05.
+    #[test]
+    fn literature_discoveries() {
+        let p = [
+            0.0001, 0.0004, 0.0019, 0.0095, 0.0201, 0.0278, 0.0298, 0.0344, 0.0459, 0.3240, 0.4262, 0.5719, 0.6528,
+            0.7590, 1.0,
+        ];
+        assert_eq!(discoveries(&p, 0.05).iter().filter(|d| **d).count(), 4);
+        // The fourth stands at 15/4 of its p, whatever the order.
+        let turned: Vec<f64> = p.iter().rev().copied().collect();
+        assert!((false_discovery_rates(&turned)[11] - 0.0095 * 15.0 / 4.0).abs() < 1e-12);
+        assert_eq!(false_discovery_rates(&[]), Vec::<f64>::new());
+    }
+}
