@@ -12,6 +12,7 @@
 //! against ours at 64 steps a sample (which the unit tests hold to 1e-8 m/s² of an independent implementation's
 //! trajectories). The adaptive solvers get the loosest tolerance of a list that keeps to the target.
 
+use ballrace::rig::effect::{EffectKind, ParameterKey};
 use std::{
     env,
     io::Write,
@@ -58,7 +59,8 @@ fn main() -> Result<()> {
     }
     let start_as_in_a_search = Start { substeps: Some(1), ..start };
     let nothing = std::iter::once(("nothing".into(), rig.clone()));
-    for (name, rig) in nothing.chain(effects().map(|effect| (effect.name.clone(), rig.clone().with_effect(effect)))) {
+    for (name, rig) in nothing.chain(effects().map(|effect| (effect.kind.to_string(), rig.clone().with_effect(effect))))
+    {
         let fine = ours(&rig, &condition, &Start { substeps: Some(64), ..start })?;
         let error = difference(&ours(&rig, &condition, &start_as_in_a_search)?, &fine);
         let runs = vec![Run { rig: &rig, condition, start: start_as_in_a_search }; 8];
@@ -91,10 +93,17 @@ fn main() -> Result<()> {
 /// What acts within the loop: on forces, or on what each ball has.
 fn effects() -> [EffectEntry; 4] {
     [
-        EffectEntry::new("load-step", &[("time_s", 0.05), ("change_n", 100.0)]),
-        EffectEntry::new("hardening-stiffness", &[("cubic_n_per_m3", 1e16)]).with_text("component", "outer"),
-        EffectEntry::new("outer-race-waviness", &[("lobes", 7.0), ("amplitude_m", 1e-7)]),
-        EffectEntry::new("outer-race-defect", &[("angle_rad", 4.7), ("width_rad", 0.05), ("depth_m", 5e-6)]),
+        EffectEntry::new(EffectKind::LoadStep, &[(ParameterKey::TimeS, 0.05), (ParameterKey::ChangeN, 100.0)]),
+        EffectEntry::new(EffectKind::HardeningStiffness, &[(ParameterKey::CubicNPerM3, 1e16)])
+            .with_text(ParameterKey::Component, "outer"),
+        EffectEntry::new(
+            EffectKind::OuterRaceWaviness,
+            &[(ParameterKey::Lobes, 7.0), (ParameterKey::AmplitudeM, 1e-7)],
+        ),
+        EffectEntry::new(
+            EffectKind::OuterRaceDefect,
+            &[(ParameterKey::AngleRad, 4.7), (ParameterKey::WidthRad, 0.05), (ParameterKey::DepthM, 5e-6)],
+        ),
     ]
 }
 

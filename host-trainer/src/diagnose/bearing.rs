@@ -205,11 +205,15 @@ mod tests {
     use super::*;
     use crate::diagnose::tests::recordings;
     use crate::rig::EffectEntry;
+    use crate::rig::effect::{EffectKind, ParameterKey};
     use crate::rig::test_support::nominal;
 
     #[test]
     fn causes_that_leave_much_prove_little_or_err_more_do_not_stand() {
-        let pit = EffectEntry::new("outer-race-defect", &[("depth_m", 1e-6), ("width_rad", 0.05), ("angle_rad", 1.6)]);
+        let pit = EffectEntry::new(
+            EffectKind::OuterRaceDefect,
+            &[(ParameterKey::DepthM, 1e-6), (ParameterKey::WidthRad, 0.05), (ParameterKey::AngleRad, 1.6)],
+        );
         let (plain, pitted) = (nominal(), nominal().with_effect(pit));
         let made = Observed::from_recordings(&recordings(&pitted, 2)).unwrap();
         let validation = validate(&plain, &pitted, &made, 1).unwrap();

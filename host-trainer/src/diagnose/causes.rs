@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::result::SCHEMA;
-use crate::model::fit::terms;
+use crate::rig::effect::EffectKind;
 
 /// Why a diagnosis cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -41,16 +41,16 @@ pub enum CausesError {
     },
 }
 
-/// Names of the causes of a diagnosis, the most probable first; none where it names none.
+/// Causes of a diagnosis, the most probable first.
 ///
 /// # Errors
 /// A file that is no diagnosis, or that names a cause that the vocabulary has not.
-pub fn read(path: &Path) -> Result<Vec<String>, CausesError> {
+pub fn read(path: &Path) -> Result<Vec<EffectKind>, CausesError> {
     let text = std::fs::read(path).map_err(|source| CausesError::Io { path: path.to_owned(), source })?;
     parse(path, &text)
 }
 
-fn parse(path: &Path, text: &[u8]) -> Result<Vec<String>, CausesError> {
+fn parse(path: &Path, text: &[u8]) -> Result<Vec<EffectKind>, CausesError> {
     let document: Value =
         serde_json::from_slice(text).map_err(|source| CausesError::Json { path: path.to_owned(), source })?;
     let refuse = |key: String, found: Option<&Value>, expected: String| CausesError::Key {
@@ -67,9 +67,8 @@ fn parse(path: &Path, text: &[u8]) -> Result<Vec<String>, CausesError> {
     let list = causes.and_then(Value::as_array).ok_or_else(|| refuse("causes".into(), causes, "a list".into()))?;
     let name = |(index, cause): (usize, &Value)| {
         let name = cause.get("name");
-        let known = name.and_then(Value::as_str).filter(|name| terms::terms_for(name).is_some());
-        known.map(str::to_owned).ok_or_else(|| {
-            let names: Vec<_> = terms::names().collect();
+        name.and_then(Value::as_str).and_then(EffectKind::parse).ok_or_else(|| {
+            let names: Vec<_> = EffectKind::ALL.iter().map(|kind| kind.name()).collect();
             refuse(format!("causes[{index}].name"), name, format!("one of {}", names.join(", ")))
         })
     };
@@ -89,15 +88,15 @@ fn shown(value: &Value) -> String {
 mod tests {
     use super::*;
 
-    fn parse(text: &str) -> Result<Vec<String>, String> {
+    fn parse(text: &str) -> Result<Vec<EffectKind>, String> {
         super::parse(Path::new("d.json"), text.as_bytes()).map_err(|e| e.to_string())
     }
 
     #[test]
     fn causes_are_read_in_order() {
-        let text = r#"{"schema": "ballrace-diagnosis/1", "causes": [{"name": "backlash", "probability": 1},
-                       {"name": "unbalance"}]}"#;
-        assert_eq!(parse(text).unwrap(), ["backlash", "unbalance"]);
+        let text = r#"{"schema": "ballrace-diagnosis/1", "causes": [{"name": EffectKind::Backlash, "probability": 1},
+                       {"name": EffectKind::Unbalance}]}"#;
+        assert_eq!(parse(text).unwrap(), [EffectKind::Backlash, EffectKind::Unbalance]);
         assert!(parse(r#"{"schema": "ballrace-diagnosis/1", "causes": []}"#).unwrap().is_empty());
     }
 

@@ -6,6 +6,8 @@
 //! diagnostics – a tutorial", MSSP 25 (2011) 485–520). A kind is named where all lines of its comb stand out, far above
 //! those of the other kinds and of the baseline. Everything else that differs from the baseline is unexplained.
 
+use crate::rig::config::RigKind;
+use crate::rig::effect::{EffectKind, ParameterKey};
 use std::collections::BTreeMap;
 
 use rand::RngExt;
@@ -42,7 +44,7 @@ const DIFFERS_DB: f64 = 1.5;
 const MOST_S: f64 = 6.0;
 
 /// Kinds of pit.
-const KINDS: [&str; 3] = ["outer-race-defect", "inner-race-defect", "ball-defect"];
+const KINDS: [EffectKind; 3] = [EffectKind::OuterRaceDefect, EffectKind::InnerRaceDefect, EffectKind::BallDefect];
 
 /// A comb in one channel of one recording.
 struct Comb {
@@ -53,10 +55,10 @@ struct Comb {
 }
 
 /// Orders of a kind's lines.
-fn lines(kind: &str, orders: &Orders) -> Vec<f64> {
+fn lines(kind: EffectKind, orders: &Orders) -> Vec<f64> {
     match kind {
-        "outer-race-defect" => vec![orders.bpfo, 2.0 * orders.bpfo, 3.0 * orders.bpfo],
-        "inner-race-defect" => vec![orders.bpfi, 2.0 * orders.bpfi, orders.bpfi - 1.0, orders.bpfi + 1.0],
+        EffectKind::OuterRaceDefect => vec![orders.bpfo, 2.0 * orders.bpfo, 3.0 * orders.bpfo],
+        EffectKind::InnerRaceDefect => vec![orders.bpfi, 2.0 * orders.bpfi, orders.bpfi - 1.0, orders.bpfi + 1.0],
         _ => {
             let strikes = orders.ball_strikes();
             vec![strikes, 2.0 * strikes, strikes - orders.ftf, strikes + orders.ftf]
@@ -65,7 +67,7 @@ fn lines(kind: &str, orders: &Orders) -> Vec<f64> {
 }
 
 /// The comb of a kind in the channel that shows it best.
-fn comb(recording: &Recording, kind: &str, orders: &Orders) -> Option<Comb> {
+fn comb(recording: &Recording, kind: EffectKind, orders: &Orders) -> Option<Comb> {
     let shaft_hz = recording.shaft_hz?;
     let lines_hz: Vec<f64> = lines(kind, orders).iter().map(|order| order * shaft_hz).collect();
     let found = accelerations(recording).into_iter().enumerate().filter_map(|(channel, found)| {
@@ -80,7 +82,7 @@ fn comb(recording: &Recording, kind: &str, orders: &Orders) -> Option<Comb> {
 }
 
 /// Mean level of a kind's comb over recordings.
-fn level(recordings: &[Recording], kind: &str, orders: &Orders) -> f64 {
+fn level(recordings: &[Recording], kind: EffectKind, orders: &Orders) -> f64 {
     let levels: Vec<f64> = recordings.iter().filter_map(|r| comb(r, kind, orders)).map(|c| c.level).collect();
     if levels.is_empty() { f64::NEG_INFINITY } else { levels.iter().sum::<f64>() / levels.len() as f64 }
 }
@@ -137,14 +139,14 @@ const MOST_WEIGHED: usize = 8;
 /// Recordings without acceleration, speed or load; a rig that cannot run.
 pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult, DiagnoseError> {
     let Task { rig, baseline, recordings, seed } = *task;
-    let machine = rig.bearing().ok_or(DiagnoseError::NotBearing { found: rig.model.kind() })?;
+    let machine = rig.bearing().ok_or(DiagnoseError::NotBearing { found: rig.model.kind().name() })?;
     let orders = machine.bearing.geometry().orders();
     progress("weighing the rig's turning against its noise");
     let split = Split::new(recordings);
     let rig = &weighed(rig, baseline, &split.fitted, &orders, seed)?;
     progress("looking for the rhythm of pits");
-    let levels: Vec<f64> = KINDS.iter().map(|kind| level(recordings, kind, &orders)).collect();
-    let usual: Option<Vec<f64>> = baseline.map(|b| KINDS.iter().map(|kind| level(b, kind, &orders)).collect());
+    let levels: Vec<f64> = KINDS.iter().map(|kind| level(recordings, *kind, &orders)).collect();
+    let usual: Option<Vec<f64>> = baseline.map(|b| KINDS.iter().map(|kind| level(b, *kind, &orders)).collect());
     let mut ranked: Vec<usize> = (0..KINDS.len()).collect();
     ranked.sort_by(|a, b| levels[*b].total_cmp(&levels[*a]));
     let (best, next) = (ranked[0], ranked[1]);
@@ -167,7 +169,7 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
         (false, _) => Verdict::Unexplained,
     };
     let rejected = ranked.iter().filter(|k| !(stands && **k == best)).map(|k| Rejected {
-        name: KINDS[*k].into(),
+        name: KINDS[*k].to_string(),
         why: format!(
             "the lines of its comb are {:.1} times the noise around for each second{}; {LINES_PER_S} and {TIMES} times any other are asked for",
             levels[*k].exp(),
@@ -246,8 +248,8 @@ const FEW: usize = 6;
 
 /// How surely a recording's envelope shows the comb of each kind of pit, against noise: a healthy bearing has some of it.
 fn combs(recording: &Recording, orders: &Orders) -> Vec<Test> {
-    let of = |kind: &&str| {
-        let Comb { lines: found, channel, .. } = comb(recording, kind, orders)?;
+    let of = |kind: &EffectKind| {
+        let Comb { lines: found, channel, .. } = comb(recording, *kind, orders)?;
         let (hz, channel) = (&found.band_hz, CHANNELS[channel]);
         Some(Test {
             aspect: Aspect::Comb,
@@ -255,7 +257,7 @@ fn combs(recording: &Recording, orders: &Orders) -> Vec<Test> {
             at: Some([hz.start, hz.end]),
             what: format!(
                 "{channel}, {} and what belongs to it in the envelope of {:.0} to {:.0} Hz",
-                family(kind).name(),
+                family(*kind).name(),
                 hz.start,
                 hz.end
             ),
@@ -268,10 +270,10 @@ fn combs(recording: &Recording, orders: &Orders) -> Vec<Test> {
 }
 
 /// What the comb of a kind is made of.
-fn family(kind: &str) -> Family {
+fn family(kind: EffectKind) -> Family {
     match kind {
-        "outer-race-defect" => Family::Outer,
-        "inner-race-defect" => Family::Inner,
+        EffectKind::OuterRaceDefect => Family::Outer,
+        EffectKind::InnerRaceDefect => Family::Inner,
         _ => Family::Ball,
     }
 }
@@ -279,9 +281,9 @@ fn family(kind: &str) -> Family {
 fn cause(validation: &SizedPit, levels: &[f64], best: usize, next: usize) -> Cause {
     let odds = (levels[best] - levels[next]).exp();
     Cause {
-        name: KINDS[best].into(),
+        name: KINDS[best].to_string(),
         probability: odds / (1.0 + odds),
-        parameters: validation.effect.parameters.iter().map(|(key, value)| (key.clone(), value.into())).collect(),
+        parameters: validation.effect.parameters.iter().map(|(key, value)| (key.to_string(), value.into())).collect(),
         interval95: BTreeMap::new(),
         evidence: format!(
             "In the envelope of {:.0} to {:.0} Hz all lines of its comb stand out, {:.0} times the noise around for each second, {odds:.0} times the next kind's ({}).",
@@ -290,7 +292,7 @@ fn cause(validation: &SizedPit, levels: &[f64], best: usize, next: usize) -> Cau
             levels[best].exp(),
             KINDS[next]
         ),
-        equation: validation.effect.equation("bearing-5dof"),
+        equation: validation.effect.equation(RigKind::Bearing5Dof),
     }
 }
 
@@ -330,7 +332,7 @@ impl SizedPit {
 /// The pit with which the rig's comb is as strong as the fitted recordings', judged on those held out.
 fn sized(
     rig: &Rig,
-    kind: &str,
+    kind: EffectKind,
     orders: &Orders,
     split: &Split,
     seed: u64,
@@ -341,9 +343,9 @@ fn sized(
     let target = level(&split.fitted, kind, orders);
     let mut best: Option<(f64, EffectEntry)> = None;
     for depth in (0..18).map(|k| 1e-8 * 10f64.powf(0.25 * f64::from(k))) {
-        let mut effect = EffectEntry::new(kind, &[("depth_m", depth), ("width_rad", 0.05)]);
-        if kind == "outer-race-defect" {
-            effect.set_number("angle_rad", std::f64::consts::FRAC_PI_2);
+        let mut effect = EffectEntry::new(kind, &[(ParameterKey::DepthM, depth), (ParameterKey::WidthRad, 0.05)]);
+        if kind == EffectKind::OuterRaceDefect {
+            effect.set_number(ParameterKey::AngleRad, std::f64::consts::FRAC_PI_2);
         }
         let Some(made) = simulated(&rig.clone().with_effect(effect.clone()), &split.fitted, seed)? else { continue };
         let apart = (level(&made, kind, orders) - target).abs();

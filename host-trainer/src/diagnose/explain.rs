@@ -10,8 +10,10 @@ use super::validation::replicate;
 use crate::identify::likelihood::coordinate::Coordinate;
 use crate::identify::likelihood::problem::{Point, Problem};
 use crate::identify::likelihood::search::{Limits, Optimum, search};
+use crate::rig::config::RigKey;
+use crate::rig::effect::EffectKind;
 use crate::rig::random_part::depends_on_velocity_noise;
-use crate::rig::{Rig, RigError, effect};
+use crate::rig::{Rig, RigError};
 
 /// ln L that a cause must gain beyond what its parameters are worth: some ninety explanations, each from many starts, were
 /// tried on the same recordings.
@@ -74,7 +76,7 @@ impl<'o> NullFit<'o> {
     /// # Errors
     /// What the simulation refuses.
     pub fn new(rig: &Rig, split: &'o DataSplit, seed: u64) -> Result<Self, DiagnoseError> {
-        let unknown = rig.unknown_keys().iter().filter_map(|key| Coordinate::for_key(rig, key)).collect();
+        let unknown = rig.unknown_keys().into_iter().filter_map(|key| Coordinate::for_key(rig, key)).collect();
         let mut selection = ModelSelection {
             all: &split.fitted,
             beginnings: &split.beginnings,
@@ -162,7 +164,7 @@ impl<'o> NullFit<'o> {
         if !self.is_worth_more(&choice.left) {
             return choice;
         }
-        progress(&format!("fitting {} {} once more, slowly", choice.cause.name, choice.cause.place));
+        progress(&format!("fitting {} {} once more, slowly", choice.cause.kind, choice.cause.place));
         let nearer = choice.cause.refined(LEAST_BIC_GAIN).and_then(|cause| self.best(vec![cause]));
         match nearer {
             Some(nearer) => Selected { rivals: choice.rivals, ..nearer },
@@ -256,7 +258,7 @@ impl<'o> NullFit<'o> {
         let rig = problem.rig_at(&point.coordinates)?;
         let angles = Some(point.angles.clone());
         let selection = ModelSelection { rig, unknown: problem.coordinates.clone(), angles, ..self.selection.clone() };
-        let is_the_same = |h: &Hypothesis| h.name == cause.name && h.place == cause.place;
+        let is_the_same = |h: &Hypothesis| h.kind == cause.kind && h.place == cause.place;
         let others: Vec<_> = hypotheses.iter().filter(|h| !is_the_same(h)).cloned().collect();
         // With a cause that is not the right one the rig may not stand in every recording: then there is no other.
         Ok(selection.run(&others, least, progress).unwrap_or_default().candidates)
@@ -300,11 +302,11 @@ impl<'o> NullFit<'o> {
         rig.effects.remove(number);
         // Those of the rig, of the first and of the last; these are free still, under the number that it now has.
         let before = self.selection.unknown.len();
-        let of_last = |c: &Coordinate| c.key.starts_with(&format!("effect[{}]", number + 2));
+        let of_last = |c: &Coordinate| c.key.of_effect(number + 1).is_some();
         let own = both.problem.coordinates.iter().position(of_last).unwrap_or(both.problem.coordinates.len());
         let renumbered = both.problem.coordinates[own..].iter().filter_map(|c| {
-            let key = c.key.replace(&format!("effect[{}]", number + 2), &format!("effect[{}]", number + 1));
-            Coordinate::for_key(&rig, &key)
+            let key = c.key.of_effect(number + 1)?;
+            Coordinate::for_key(&rig, RigKey::Effect { index: number, key })
         });
         let coordinates = self.selection.unknown.iter().cloned().chain(renumbered).collect();
         let problem = Problem::new(both.problem.observed, rig, coordinates);
@@ -329,7 +331,7 @@ pub struct Selected<'o> {
 impl Selected<'_> {
     /// Share of the cause among its rivals of other names in their posterior.
     pub fn probability(&self) -> f64 {
-        let others = self.rivals.iter().filter(|c| c.name != self.cause.name);
+        let others = self.rivals.iter().filter(|c| c.kind != self.cause.kind);
         (1.0 / (1.0 + others.map(|c| (c.bic_gain - self.cause.bic_gain).exp()).sum::<f64>())).min(0.999)
     }
 }
@@ -367,8 +369,8 @@ impl<'o> Explanation<'o> {
     }
 
     /// Whether a cause of this name was kept.
-    pub fn keeps(&self, name: &str) -> bool {
-        self.kept.iter().any(|choice| choice.cause.name == name)
+    pub fn keeps(&self, kind: EffectKind) -> bool {
+        self.kept.iter().any(|choice| choice.cause.kind == kind)
     }
 }
 
@@ -376,7 +378,7 @@ impl<'o> Explanation<'o> {
 /// itself, a second may yet show beside it, as far as what the first leaves is exact: of an effect on small motions the
 /// rig's linearisation is not.
 fn least_of_a_second(first: &Candidate, left: &LackOfFit) -> f64 {
-    let exact = effect::definition(first.name).is_some_and(|d| d.is_deterministic);
+    let exact = first.kind.definition().is_deterministic;
     match (left.is_more_than_chance(), exact) {
         (true, _) => SECOND_GAINS * first.log_likelihood_gain,
         (false, true) => (HIDDEN_GAINS * first.log_likelihood_gain).max(LEAST_SECOND_GAIN),

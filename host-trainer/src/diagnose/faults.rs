@@ -3,6 +3,7 @@
 //! The force balance takes such faults out of the samples before it looks at forces. What anyone can measure again is the
 //! other way round: the recording as it was, and a simulation that has the fault.
 
+use crate::rig::effect::{EffectKind, ParameterKey};
 use std::f64::consts::TAU;
 
 use super::result::{Fit, HeldOut, Location};
@@ -15,21 +16,21 @@ const BLOCKS: usize = 48;
 
 /// Whether an effect is a fault that every recording of the sensor has.
 pub fn lasts(entry: &EffectEntry) -> bool {
-    matches!(entry.name.as_str(), "sensor-clipping" | "mains-interference")
+    matches!(entry.kind, EffectKind::SensorClipping | EffectKind::MainsInterference)
 }
 
 /// Puts the line of the mains back into what was measured, and the faults into what the corrected rig gives.
 pub fn put_back(held_out: &mut [HeldOut], channel: &str, recordings: &[Recording], faults: &[&EffectEntry]) {
-    let named = |name: &str| faults.iter().find(|entry| entry.name == name);
+    let named = |kind: EffectKind| faults.iter().find(|entry| entry.kind == kind);
     for held in held_out {
-        if let Some(entry) = named("mains-interference")
+        if let Some(entry) = named(EffectKind::MainsInterference)
             && let Some(raw) = as_recorded(held, channel, recordings)
         {
             mains(held, raw, entry);
         }
         // The converter comes after the cable.
-        if let Some(entry) = named("sensor-clipping") {
-            let level = number(entry, "value").abs();
+        if let Some(entry) = named(EffectKind::SensorClipping) {
+            let level = number(entry, ParameterKey::Value).abs();
             held.after.iter_mut().for_each(|value| *value = value.clamp(-level, level));
         }
     }
@@ -64,17 +65,18 @@ pub fn fit(held_out: &[HeldOut], noise_floor: f64, seed: u64) -> Option<Fit> {
 pub fn location(channel: &str, faults: &[&EffectEntry]) -> Location {
     let mut location = Location { channel: channel.into(), ..Location::default() };
     for entry in faults {
-        if entry.name == "mains-interference" {
-            let line = number(entry, "frequency_hz");
+        if entry.kind == EffectKind::MainsInterference {
+            let line = number(entry, ParameterKey::FrequencyHz);
             location.frequency_hz.push([line, line]);
         } else {
-            location.state = format!("|{channel}| at {:.6}, the end of its range", number(entry, "value").abs());
+            location.state =
+                format!("|{channel}| at {:.6}, the end of its range", number(entry, ParameterKey::Value).abs());
         }
     }
     location
 }
 
-fn number(entry: &EffectEntry, key: &str) -> f64 {
+fn number(entry: &EffectEntry, key: ParameterKey) -> f64 {
     entry.number(key).unwrap_or_default()
 }
 
@@ -92,7 +94,7 @@ fn as_recorded<'a>(held: &HeldOut, channel: &str, recordings: &'a [Recording]) -
 
 /// Frequency and amplitude are the cause's; when the line crosses zero is another thing in each recording.
 fn mains(held: &mut HeldOut, raw: &[f64], entry: &EffectEntry) {
-    let (frequency, amplitude) = (number(entry, "frequency_hz"), number(entry, "amplitude"));
+    let (frequency, amplitude) = (number(entry, ParameterKey::FrequencyHz), number(entry, ParameterKey::Amplitude));
     let angle = |k: usize| TAU * frequency * k as f64 / held.sample_rate_hz;
     let taken = raw.iter().zip(&held.measured).map(|(raw, rest)| raw - rest).enumerate();
     let (sine, cosine) = taken.fold((0.0, 0.0), |(s, c), (k, line)| {
@@ -133,7 +135,10 @@ mod tests {
             before: flat.clone(),
             after: flat,
         }];
-        let entry = EffectEntry::new("mains-interference", &[("frequency_hz", 50.0), ("amplitude", 0.3)]);
+        let entry = EffectEntry::new(
+            EffectKind::MainsInterference,
+            &[(ParameterKey::FrequencyHz, 50.0), (ParameterKey::Amplitude, 0.3)],
+        );
         put_back(&mut held, "q", &recordings, &[&entry]);
         assert_eq!(held[0].measured, raw);
         let fit = fit(&held, 0.0, 1).unwrap();

@@ -1,5 +1,7 @@
 //! What the search for causes has found, as a diagnosis says it.
 
+use crate::rig::config::RigKind;
+use crate::rig::effect::{EffectKind, ParameterKey};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -15,14 +17,14 @@ use crate::rig::{EffectEntry, Rig, RigError};
 use crate::stats::format::by_chance;
 
 /// Kind of the rig whose equations are stated.
-const KIND: &str = "bearing-5dof";
+const KIND: RigKind = RigKind::Bearing5Dof;
 
 /// A fault of the acquisition as a cause.
 pub fn fault_cause(fault: &Fault) -> Cause {
     Cause {
-        name: fault.effect.name.clone(),
+        name: fault.effect.kind.to_string(),
         probability: 0.99,
-        parameters: fault.effect.parameters.iter().map(|(key, value)| (key.clone(), value.into())).collect(),
+        parameters: fault.effect.parameters.iter().map(|(key, value)| (key.to_string(), value.into())).collect(),
         interval95: BTreeMap::new(),
         evidence: fault.evidence.clone(),
         equation: fault.effect.equation(KIND),
@@ -43,15 +45,15 @@ pub fn parameters(
 ) -> Result<(Vec<Estimate>, Vec<Fitted>), RigError> {
     let covariance =
         covariance_under(prior, &problem.expand_with(&prior.coordinates, &found.point)?, problem.coordinates.len());
-    let start: Vec<f64> = problem.coordinates.iter().map(|c| before.get(&c.key).unwrap_or_default()).collect();
+    let start: Vec<f64> = problem.coordinates.iter().map(|c| before.get(c.key).unwrap_or_default()).collect();
     let mut all = estimates(&problem.coordinates, &start, &found.point.coordinates, &covariance);
     let mut effects = all.split_off(unknown.min(all.len()));
     let half_a_sample_s = problem.observed.first().map_or(0.0, |o| 0.5 / o.condition.sample_rate_hz);
-    for estimate in effects.iter_mut().filter(|e| e.key.ends_with(".time_s")) {
+    for estimate in effects.iter_mut().filter(|e| e.key.quantity() == ParameterKey::TimeS.name()) {
         let [from, to] = estimate.interval95;
         estimate.interval95 = [from.min(estimate.value - half_a_sample_s), to.max(estimate.value + half_a_sample_s)];
     }
-    let along = all.into_iter().map(|e| (e.key, e.value, e.interval95)).collect();
+    let along = all.into_iter().map(|e| (e.key.to_string(), e.value, e.interval95)).collect();
     Ok((effects, along))
 }
 
@@ -67,9 +69,10 @@ pub fn causes(
     let added = corrected.effects.iter().enumerate().skip(before.effects.len());
     let cause = |((index, effect), choice): ((usize, &EffectEntry), &Selected)| {
         let parameters = stated(effect);
-        let estimate = |key: &str| values.iter().find(|e| e.key == format!("effect[{}].{key}", index + 1));
+        let estimate =
+            |name: &str| values.iter().find(|e| e.key.of_effect(index).is_some_and(|key| key.name() == name));
         Cause {
-            name: effect.name.clone(),
+            name: effect.kind.to_string(),
             probability: choice.probability(),
             interval95: parameters.keys().filter_map(|key| Some((key.clone(), estimate(key)?.interval95))).collect(),
             parameters,
@@ -84,17 +87,18 @@ pub fn causes(
 
 /// The parameters of the vocabulary, and where the effect acts.
 fn stated(effect: &EffectEntry) -> BTreeMap<String, Parameter> {
-    let vocabulary = effect.definition().map_or(&[][..], |d| d.parameters).iter().filter(|p| p.in_vocabulary());
-    let keys: Vec<&str> = vocabulary.map(|p| p.name).chain(["component", "channel"]).collect();
-    let all = effect.parameters.iter().filter(|(key, _)| keys.contains(&key.as_str()));
-    all.map(|(key, value)| (key.clone(), value.into())).collect()
+    let vocabulary = effect.definition().parameters.iter().filter(|p| p.in_vocabulary());
+    let keys: Vec<ParameterKey> =
+        vocabulary.map(|p| p.key).chain([ParameterKey::Component, ParameterKey::Channel]).collect();
+    let all = effect.parameters.iter().filter(|(key, _)| keys.contains(key));
+    all.map(|(key, value)| (key.to_string(), value.into())).collect()
 }
 
 /// What the cause gains, and the next best of those that it was chosen among.
 fn evidence(choice: &Selected, explanation: &Explanation, validation: Option<&Validation>) -> String {
-    let next = choice.rivals.iter().find(|c| !explanation.keeps(c.name));
+    let next = choice.rivals.iter().find(|c| !explanation.keeps(c.kind));
     let beside =
-        next.map_or(String::new(), |n| format!("; the next best, {}, gains {:.0}", n.name, n.log_likelihood_gain));
+        next.map_or(String::new(), |n| format!("; the next best, {}, gains {:.0}", n.kind, n.log_likelihood_gain));
     let on = validation.map_or(String::new(), |p| {
         format!(", and {:.0} on what took no part ({})", p.before - p.after, by_chance(p.p_value))
     });
@@ -145,11 +149,11 @@ impl Failure {
 pub fn rejected(explanation: &Explanation, failure: Option<Failure>) -> Vec<Rejected> {
     let causes = if explanation.kept.len() > 1 { "the causes together gain" } else { "the cause gains" };
     let mut out: Vec<Rejected> = Vec::new();
-    let mut say = |name: &str, place: &str, why: String| {
-        let told = failure.is_none() && explanation.keeps(name) || out.iter().any(|r| r.name == name);
+    let mut say = |kind: EffectKind, place: &str, why: String| {
+        let told = failure.is_none() && explanation.keeps(kind) || out.iter().any(|r| r.name == kind.name());
         if !told {
             let place = if place.is_empty() { String::new() } else { format!("({place}) ") };
-            out.push(Rejected { name: name.into(), why: format!("{place}{why}") });
+            out.push(Rejected { name: kind.to_string(), why: format!("{place}{why}") });
         }
     };
     for candidate in &explanation.candidates {
@@ -163,9 +167,9 @@ pub fn rejected(explanation: &Explanation, failure: Option<Failure>) -> Vec<Reje
             }
             Some(failure) => format!("gains {log_likelihood_gain:.0} in ln L, yet {failure}"),
         };
-        say(candidate.name, &candidate.place, why);
+        say(candidate.kind, &candidate.place, why);
     }
-    for Dropped { name, place, log_likelihood_gain, at } in &explanation.dropped {
+    for Dropped { kind, place, log_likelihood_gain, at } in &explanation.dropped {
         let scores = format!("scores {:.0} in ln L on all", log_likelihood_gain.max(0.0));
         let why = match at {
             Stage::Screened => format!("at the first look {scores}, less than those that were fitted to them"),
@@ -176,7 +180,7 @@ pub fn rejected(explanation: &Explanation, failure: Option<Failure>) -> Vec<Reje
                 format!("{scores}, but only with numbers that no such cause has or where it cannot be run")
             }
         };
-        say(name, place, why);
+        say(*kind, place, why);
     }
     out
 }
@@ -203,6 +207,7 @@ mod tests {
     use crate::diagnose::explain::NullFit;
     use crate::diagnose::model_selection::Candidate;
     use crate::diagnose::tests::recordings;
+    use crate::rig::effect::EffectKind;
     use crate::rig::test_support::nominal;
 
     /// A wrong explanation may gain more alone than either of the right two does.
@@ -210,23 +215,23 @@ mod tests {
     fn what_lost_to_two_causes_is_set_against_both() {
         let split = DataSplit::new(&recordings(&nominal(), 3)).unwrap();
         let null_fit = NullFit::new(&nominal(), &split, 3).unwrap();
-        let candidate = |name: &'static str, log_likelihood_gain: f64| Candidate {
-            name,
+        let candidate = |kind: EffectKind, log_likelihood_gain: f64| Candidate {
+            kind,
             place: String::new(),
             problem: null_fit.problem.clone(),
             found: null_fit.found.clone(),
             bic_gain: log_likelihood_gain,
             log_likelihood_gain,
         };
-        let choice = |all: &[(&'static str, f64)]| {
-            let rivals: Vec<_> = all.iter().map(|(name, gain)| candidate(name, *gain)).collect();
+        let choice = |all: &[(EffectKind, f64)]| {
+            let rivals: Vec<_> = all.iter().map(|(kind, gain)| candidate(*kind, *gain)).collect();
             Selected { cause: rivals[0].clone(), rivals, left: null_fit.lack_of_fit }
         };
         let explanation = Explanation {
-            candidates: choice(&[("sensor-gain", 930.0), ("ball-defect", 720.0)]).rivals,
+            candidates: choice(&[(EffectKind::SensorGain, 930.0), (EffectKind::BallDefect, 720.0)]).rivals,
             kept: vec![
-                choice(&[("ball-defect", 720.0), ("unbalance", 400.0)]),
-                choice(&[("load-step", 280.0), ("shock", 90.0)]),
+                choice(&[(EffectKind::BallDefect, 720.0), (EffectKind::Unbalance, 400.0)]),
+                choice(&[(EffectKind::LoadStep, 280.0), (EffectKind::Shock, 90.0)]),
             ],
             log_likelihood_gain: 1000.0,
             ..Explanation::nothing(null_fit.lack_of_fit)

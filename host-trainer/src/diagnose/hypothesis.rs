@@ -3,6 +3,7 @@
 //! Sizes follow from the rig: a pit is judged against the contact's deflection, a spring's curvature against its static
 //! deflection. What happens at a time or a frequency of its own starts where the residual points ([`InitialGuesses`]).
 
+use crate::rig::effect::{EffectKind, ParameterKey};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, PI};
 
 use crate::rig::config::{BearingRig, Machine};
@@ -15,7 +16,7 @@ pub struct Start {
     /// The effect, with the values it starts at.
     pub effect: EffectEntry,
     /// Its numbers that are fitted. The first that is no time is its strength.
-    pub free: &'static [&'static str],
+    pub free: &'static [ParameterKey],
     /// The strength at which it does nothing.
     pub nothing: f64,
     /// Samples by which each of a few recordings began ahead of the rig without it, where they are known.
@@ -24,13 +25,13 @@ pub struct Start {
 
 impl Start {
     /// A number of the effect; 0 where it has none of this name.
-    pub fn number(&self, key: &str) -> f64 {
+    pub fn number(&self, key: ParameterKey) -> f64 {
         self.effect.number(key).unwrap_or_default()
     }
 
     /// Whether it happens at a time of its own.
     pub fn is_timed(&self) -> bool {
-        self.effect.parameters.contains_key("time_s")
+        self.effect.parameters.contains_key(&ParameterKey::TimeS)
     }
 
     /// The same further round on the shaft, where it is fixed to that.
@@ -42,17 +43,20 @@ impl Start {
 
     /// Whether it is a pit.
     pub fn is_pit(&self) -> bool {
-        self.effect.name.ends_with("-defect")
+        matches!(self.effect.kind, EffectKind::OuterRaceDefect | EffectKind::InnerRaceDefect | EffectKind::BallDefect)
     }
 
     /// Whether it is a mode of the structure.
     pub fn is_mode(&self) -> bool {
-        self.effect.name == "structural-resonance"
+        self.effect.kind == EffectKind::StructuralResonance
     }
 
     /// What says how strong it is; a time does not, nor what says how fast something turns.
-    pub fn strength(&self) -> Option<&'static str> {
-        self.free.iter().copied().find(|key| !["time_s", "fraction", "rate_per_s"].contains(key))
+    pub fn strength(&self) -> Option<ParameterKey> {
+        self.free
+            .iter()
+            .copied()
+            .find(|key| ![ParameterKey::TimeS, ParameterKey::Fraction, ParameterKey::RatePerS].contains(key))
     }
 
     /// The same so many times as strong, between a fiftieth and fifty times; what has a phase may be the other way round.
@@ -62,12 +66,12 @@ impl Start {
         if by > 0.0 {
             return Some(scaled);
         }
-        Some(scaled.with("phase_rad", self.effect.number("phase_rad")? + PI))
+        Some(scaled.with(ParameterKey::PhaseRad, self.effect.number(ParameterKey::PhaseRad)? + PI))
     }
 
     /// The same with another number.
     #[must_use]
-    pub fn with(&self, key: &str, value: f64) -> Self {
+    pub fn with(&self, key: ParameterKey, value: f64) -> Self {
         Self { effect: self.effect.clone().with_number(key, value), ..self.clone() }
     }
 }
@@ -75,8 +79,8 @@ impl Start {
 /// One explanation: an effect, at one component or channel where it has one.
 #[derive(Clone, Debug)]
 pub struct Hypothesis {
-    /// Name in the vocabulary.
-    pub name: &'static str,
+    /// Effect.
+    pub kind: EffectKind,
     /// Where: `outer`, `ay`, `5 lobes`; empty where there is no choice.
     pub place: String,
     /// Where to start from, at least one.
@@ -88,12 +92,19 @@ impl Hypothesis {
     /// pit, whose pulses outweigh what the balls' passing gives, and what changes how shaft and cage turn.
     pub fn has_angles_of_its_own(&self) -> bool {
         self.starts.iter().any(Start::is_pit)
-            || ["inner-race-waviness", "cage-slip", "speed-drift"].contains(&self.name)
+            || [EffectKind::InnerRaceWaviness, EffectKind::CageSlip, EffectKind::SpeedDrift].contains(&self.kind)
     }
 
     /// Whether it is to be sought in whole recordings: the beginning may miss it, or is too short for it to show.
     pub fn needs_whole_recordings(&self) -> bool {
-        ["load-step", "shock", "dropped-samples", "speed-drift", "cage-slip"].contains(&self.name)
+        [
+            EffectKind::LoadStep,
+            EffectKind::Shock,
+            EffectKind::DroppedSamples,
+            EffectKind::SpeedDrift,
+            EffectKind::CageSlip,
+        ]
+        .contains(&self.kind)
     }
 }
 
@@ -149,30 +160,30 @@ struct Builder {
 impl Builder {
     fn add(
         &mut self,
-        name: &'static str,
+        kind: EffectKind,
         place: impl Into<String>,
-        free: &'static [&'static str],
+        free: &'static [ParameterKey],
         effects: Vec<EffectEntry>,
     ) {
-        self.add_from(0.0, name, place, free, effects);
+        self.add_from(0.0, kind, place, free, effects);
     }
 
     /// Of an effect that does nothing at a strength other than 0.
     fn add_from(
         &mut self,
         nothing: f64,
-        name: &'static str,
+        kind: EffectKind,
         place: impl Into<String>,
-        free: &'static [&'static str],
+        free: &'static [ParameterKey],
         effects: Vec<EffectEntry>,
     ) {
         let starts = effects.into_iter().map(|effect| Start { effect, free, nothing, leads: None }).collect();
-        self.add_starts(name, place.into(), starts);
+        self.add_starts(kind, place.into(), starts);
     }
 
-    fn add_starts(&mut self, name: &'static str, place: String, starts: Vec<Start>) {
+    fn add_starts(&mut self, kind: EffectKind, place: String, starts: Vec<Start>) {
         if !starts.is_empty() {
-            self.out.push(Hypothesis { name, place, starts });
+            self.out.push(Hypothesis { kind, place, starts });
         }
     }
 }
@@ -190,8 +201,8 @@ fn both_ways(from: f64, to: f64, count: u32) -> Vec<f64> {
     ladder(from, to, count).into_iter().flat_map(|v| [v, -v]).collect()
 }
 
-fn entry(name: &str, numbers: &[(&str, f64)]) -> EffectEntry {
-    EffectEntry::new(name, numbers)
+fn entry(kind: EffectKind, numbers: &[(ParameterKey, f64)]) -> EffectEntry {
+    EffectEntry::new(kind, numbers)
 }
 
 /// All explanations of a mismatch of this rig under this load.
@@ -212,52 +223,76 @@ pub fn all(rig: &Rig, load_n: f64, guesses: &InitialGuesses) -> Vec<Hypothesis> 
 fn pits(b: &mut Builder, sizes: &Sizes) {
     let depths = [0.06, 0.3].map(|share| share * sizes.contact);
     let widths = [0.025, 0.06, 0.14];
-    let grid = |name: &str, key: &str, angles: &[f64]| -> Vec<EffectEntry> {
-        let of = |depth, width, angle| entry(name, &[("depth_m", depth), ("width_rad", width), (key, angle)]);
+    let grid = |kind: EffectKind, key: ParameterKey, angles: &[f64]| -> Vec<EffectEntry> {
+        let of = |depth, width, angle| {
+            entry(kind, &[(ParameterKey::DepthM, depth), (ParameterKey::WidthRad, width), (key, angle)])
+        };
         let depths = depths.iter();
         depths.flat_map(|d| widths.iter().flat_map(move |w| angles.iter().map(move |a| of(*d, *w, *a)))).collect()
     };
     let down = FRAC_PI_2;
     let angles: Vec<f64> = (-4..=4).map(|k| down + 0.2 * f64::from(k)).collect();
-    let outer = grid("outer-race-defect", "angle_rad", &angles);
-    b.add("outer-race-defect", "", &["depth_m", "width_rad", "angle_rad"], outer);
+    let outer = grid(EffectKind::OuterRaceDefect, ParameterKey::AngleRad, &angles);
     b.add(
-        "inner-race-defect",
+        EffectKind::OuterRaceDefect,
         "",
-        &["depth_m", "width_rad", "angle_rad"],
-        grid("inner-race-defect", "angle_rad", &[0.0]),
+        &[ParameterKey::DepthM, ParameterKey::WidthRad, ParameterKey::AngleRad],
+        outer,
+    );
+    b.add(
+        EffectKind::InnerRaceDefect,
+        "",
+        &[ParameterKey::DepthM, ParameterKey::WidthRad, ParameterKey::AngleRad],
+        grid(EffectKind::InnerRaceDefect, ParameterKey::AngleRad, &[0.0]),
     );
     // The angles that are sought bring its spin with them.
-    b.add("ball-defect", "", &["depth_m", "width_rad", "spin_rad"], grid("ball-defect", "spin_rad", &[0.0]));
+    b.add(
+        EffectKind::BallDefect,
+        "",
+        &[ParameterKey::DepthM, ParameterKey::WidthRad, ParameterKey::SpinRad],
+        grid(EffectKind::BallDefect, ParameterKey::SpinRad, &[0.0]),
+    );
 }
 
 fn races(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
     // The inner race's phase is the shaft's angle, which is sought.
-    for (name, phases) in [("outer-race-waviness", PHASES.as_slice()), ("inner-race-waviness", &[0.0])] {
+    for (kind, phases) in [(EffectKind::OuterRaceWaviness, PHASES.as_slice()), (EffectKind::InnerRaceWaviness, &[0.0])]
+    {
         for lobes in 2..=(2 * rig.bearing.balls + 3) {
             let of = |share: f64, phase: f64| {
                 let amplitude = share * sizes.contact;
-                entry(name, &[("amplitude_m", amplitude), ("lobes", lobes as f64), ("phase_rad", phase)])
+                entry(
+                    kind,
+                    &[
+                        (ParameterKey::AmplitudeM, amplitude),
+                        (ParameterKey::Lobes, lobes as f64),
+                        (ParameterKey::PhaseRad, phase),
+                    ],
+                )
             };
             let starts = phases.iter().map(|phase| of(0.03, *phase)).collect();
-            b.add(name, format!("{lobes} lobes"), &["amplitude_m", "phase_rad"], starts);
+            b.add(kind, format!("{lobes} lobes"), &[ParameterKey::AmplitudeM, ParameterKey::PhaseRad], starts);
         }
     }
     let unbalance = rig.excitation.unbalance_kg_m.max(1e-5);
-    let of = |factor: f64| entry("unbalance", &[("unbalance_kg_m", factor * unbalance)]);
+    let of = |factor: f64| entry(EffectKind::Unbalance, &[(ParameterKey::UnbalanceKgM, factor * unbalance)]);
     let nominal = rig.excitation.unbalance_kg_m;
-    b.add_from(nominal, "unbalance", "", &["unbalance_kg_m"], [0.3, 2.5, 10.0].map(of).to_vec());
-    let of = |phase: f64| entry("misalignment", &[("force_n", 0.03 * sizes.load), ("phase_rad", phase)]);
-    b.add("misalignment", "", &["force_n", "phase_rad"], PHASES.map(of).to_vec());
+    b.add_from(nominal, EffectKind::Unbalance, "", &[ParameterKey::UnbalanceKgM], [0.3, 2.5, 10.0].map(of).to_vec());
+    let of = |phase: f64| {
+        entry(EffectKind::Misalignment, &[(ParameterKey::ForceN, 0.03 * sizes.load), (ParameterKey::PhaseRad, phase)])
+    };
+    b.add(EffectKind::Misalignment, "", &[ParameterKey::ForceN, ParameterKey::PhaseRad], PHASES.map(of).to_vec());
     let clearance = rig.bearing.radial_clearance_m;
-    let of = |more: f64| entry("excess-clearance", &[("radial_clearance_m", clearance + more * sizes.contact)]);
+    let of = |more: f64| {
+        entry(EffectKind::ExcessClearance, &[(ParameterKey::RadialClearanceM, clearance + more * sizes.contact)])
+    };
     // Waveforms differ from one twentieth of it to the next.
     let starts = ladder(0.03, 4.0, 100).into_iter().map(of).collect();
-    b.add_from(clearance, "excess-clearance", "", &["radial_clearance_m"], starts);
+    b.add_from(clearance, EffectKind::ExcessClearance, "", &[ParameterKey::RadialClearanceM], starts);
     let exponent = rig.bearing.contact_exponent;
-    let of = |by: f64| entry("contact-exponent", &[("exponent", exponent + by)]);
+    let of = |by: f64| entry(EffectKind::ContactExponent, &[(ParameterKey::Exponent, exponent + by)]);
     let starts = both_ways(0.004, 0.15, 5).into_iter().map(of).collect();
-    b.add_from(exponent, "contact-exponent", "", &["exponent"], starts);
+    b.add_from(exponent, EffectKind::ContactExponent, "", &[ParameterKey::Exponent], starts);
 }
 
 fn springs(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
@@ -269,33 +304,58 @@ fn springs(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
         }
         // A share of the spring's slope at its static deflection.
         let cubic = |share: f64| share * k / (3.0 * static_m * static_m);
-        let of = |name: &str, key: &str, value: f64| entry(name, &[(key, value)]).with_text("component", component);
-        let hard = |s| of("hardening-stiffness", "cubic_n_per_m3", cubic(s));
+        let of = |kind: EffectKind, key: ParameterKey, value: f64| {
+            entry(kind, &[(key, value)]).with_text(ParameterKey::Component, component)
+        };
+        let hard = |s| of(EffectKind::HardeningStiffness, ParameterKey::CubicNPerM3, cubic(s));
         let hard = ladder(0.02, 3.0, 7).into_iter().map(hard).collect();
-        b.add("hardening-stiffness", component, &["cubic_n_per_m3"], hard);
-        let soft = |s| of("softening-stiffness", "cubic_n_per_m3", -cubic(s));
+        b.add(EffectKind::HardeningStiffness, component, &[ParameterKey::CubicNPerM3], hard);
+        let soft = |s| of(EffectKind::SofteningStiffness, ParameterKey::CubicNPerM3, -cubic(s));
         let soft = ladder(0.02, 0.5, 6).into_iter().map(soft).collect();
-        b.add("softening-stiffness", component, &["cubic_n_per_m3"], soft);
+        b.add(EffectKind::SofteningStiffness, component, &[ParameterKey::CubicNPerM3], soft);
         let square = |share: f64| share * k / (2.0 * static_m);
-        let skew = |s| of("asymmetric-stiffness", "quadratic_n_per_m2", square(s));
+        let skew = |s| of(EffectKind::AsymmetricStiffness, ParameterKey::QuadraticNPerM2, square(s));
         let skew = both_ways(0.02, 0.6, 5).into_iter().map(skew).collect();
-        b.add("asymmetric-stiffness", component, &["quadratic_n_per_m2"], skew);
-        let of =
-            |share: f64| entry("backlash", &[("width_m", share * 2.0 * static_m)]).with_text("component", component);
-        b.add("backlash", component, &["width_m"], ladder(0.03, 1.2, 7).into_iter().map(of).collect());
+        b.add(EffectKind::AsymmetricStiffness, component, &[ParameterKey::QuadraticNPerM2], skew);
+        let of = |share: f64| {
+            entry(EffectKind::Backlash, &[(ParameterKey::WidthM, share * 2.0 * static_m)])
+                .with_text(ParameterKey::Component, component)
+        };
+        b.add(
+            EffectKind::Backlash,
+            component,
+            &[ParameterKey::WidthM],
+            ladder(0.03, 1.2, 7).into_iter().map(of).collect(),
+        );
         let vertical = if component == "inner" { "inner-y" } else { "outer-y" };
         let of = |gap: f64, stiffer: f64| {
-            entry("end-stop-contact", &[("gap_m", gap * static_m), ("stiffness_n_per_m", stiffer * k)])
-                .with_text("component", vertical)
+            entry(
+                EffectKind::EndStopContact,
+                &[(ParameterKey::GapM, gap * static_m), (ParameterKey::StiffnessNPerM, stiffer * k)],
+            )
+            .with_text(ParameterKey::Component, vertical)
         };
         // Whether it is met depends on the load: finely between the least and the greatest.
         let gaps = (8..=26).map(|k| 0.05 * f64::from(k));
         let stops = gaps.flat_map(|gap| [0.05, 0.4, 3.0].map(|s| of(gap, s)));
-        b.add("end-stop-contact", vertical, &["stiffness_n_per_m", "gap_m"], stops.collect());
+        b.add(
+            EffectKind::EndStopContact,
+            vertical,
+            &[ParameterKey::StiffnessNPerM, ParameterKey::GapM],
+            stops.collect(),
+        );
     }
     // On the housing it does the same, k_outer/k_inner times as great and the other way: the springs are straight.
-    let of = |share: f64| entry("constant-force", &[("force_n", share * sizes.load)]).with_text("component", "inner-y");
-    b.add("constant-force", "inner-y", &["force_n"], both_ways(0.01, 0.4, 5).into_iter().map(of).collect());
+    let of = |share: f64| {
+        entry(EffectKind::ConstantForce, &[(ParameterKey::ForceN, share * sizes.load)])
+            .with_text(ParameterKey::Component, "inner-y")
+    };
+    b.add(
+        EffectKind::ConstantForce,
+        "inner-y",
+        &[ParameterKey::ForceN],
+        both_ways(0.01, 0.4, 5).into_iter().map(of).collect(),
+    );
 }
 
 fn linear(b: &mut Builder, rig: &BearingRig) {
@@ -309,16 +369,18 @@ fn linear(b: &mut Builder, rig: &BearingRig) {
         ("bearing", None),
     ];
     for (component, support) in sections {
-        let mut change = |name: &'static str, nominal: f64, factors: &[f64]| {
-            let of = |f: &f64| entry(name, &[("value", f * nominal)]).with_text("component", component);
+        let mut change = |kind: EffectKind, nominal: f64, factors: &[f64]| {
+            let of = |f: &f64| {
+                entry(kind, &[(ParameterKey::Value, f * nominal)]).with_text(ParameterKey::Component, component)
+            };
             if nominal > 0.0 {
-                b.add_from(nominal, name, component, &["value"], factors.iter().map(of).collect());
+                b.add_from(nominal, kind, component, &[ParameterKey::Value], factors.iter().map(of).collect());
             }
         };
-        change("stiffness-change", support.map_or(contact, |s| s.stiffness_n_per_m), &small);
+        change(EffectKind::StiffnessChange, support.map_or(contact, |s| s.stiffness_n_per_m), &small);
         if let Some(support) = support {
-            change("damping-change", support.damping_n_s_per_m, &large);
-            change("mass-change", support.mass_kg, &small);
+            change(EffectKind::DampingChange, support.damping_n_s_per_m, &large);
+            change(EffectKind::MassChange, support.mass_kg, &small);
         }
     }
 }
@@ -352,26 +414,31 @@ pub fn softened(rig: &Rig) -> Rig {
 }
 
 /// The parameter of dry friction that rounds its step.
-const ROUNDED: &str = "regularisation_m_per_s";
+const ROUNDED: ParameterKey = ParameterKey::RegularisationMPerS;
 
 /// The speed at which dry friction changes at that rate at rest; nothing of another effect.
 fn rounded_at(rig: &BearingRig, effect: &EffectEntry, rate_per_s: f64) -> Option<f64> {
-    if effect.name != "coulomb-friction" {
+    if effect.kind != EffectKind::CoulombFriction {
         return None;
     }
-    let component = effect.text("component").and_then(Component::parse).unwrap_or(Component::Outer);
+    let component = effect.text(ParameterKey::Component).and_then(Component::parse).unwrap_or(Component::Outer);
     let mass_kg = component.part_of(&Machine::Bearing(rig.clone())).mass;
-    let speed = effect.number("force_n").unwrap_or_default() / (mass_kg * rate_per_s);
+    let speed = effect.number(ParameterKey::ForceN).unwrap_or_default() / (mass_kg * rate_per_s);
     Some(speed.max(SHARPEST_M_PER_S))
 }
 
 fn dissipation(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
     for component in ["outer", "inner", "resonator"] {
         let of = |share: f64| {
-            let entry = entry("coulomb-friction", &[("force_n", share * sizes.load)]);
-            sharpened(rig, entry.with_text("component", component))
+            let entry = entry(EffectKind::CoulombFriction, &[(ParameterKey::ForceN, share * sizes.load)]);
+            sharpened(rig, entry.with_text(ParameterKey::Component, component))
         };
-        b.add("coulomb-friction", component, &["force_n"], ladder(1e-4, 2e-2, 5).into_iter().map(of).collect());
+        b.add(
+            EffectKind::CoulombFriction,
+            component,
+            &[ParameterKey::ForceN],
+            ladder(1e-4, 2e-2, 5).into_iter().map(of).collect(),
+        );
         let damping = match component {
             "outer" => rig.outer.damping_n_s_per_m,
             "inner" => rig.inner.damping_n_s_per_m,
@@ -380,54 +447,86 @@ fn dissipation(b: &mut Builder, rig: &BearingRig, sizes: &Sizes) {
         if component != "resonator" {
             // As strong as the damper at 0.1 to 10 mm/s.
             let of = |speed: f64| {
-                entry("quadratic-drag", &[("drag_n_s2_per_m2", damping.max(1.0) / speed)])
-                    .with_text("component", component)
+                entry(EffectKind::QuadraticDrag, &[(ParameterKey::DragNS2PerM2, damping.max(1.0) / speed)])
+                    .with_text(ParameterKey::Component, component)
             };
             b.add(
-                "quadratic-drag",
+                EffectKind::QuadraticDrag,
                 component,
-                &["drag_n_s2_per_m2"],
+                &[ParameterKey::DragNS2PerM2],
                 ladder(1e-2, 1e-4, 5).into_iter().map(of).collect(),
             );
         }
         if damping == 0.0 {
-            let of = |c: f64| entry("viscous-friction", &[("damping_n_s_per_m", c)]).with_text("component", component);
-            b.add("viscous-friction", component, &["damping_n_s_per_m"], [10.0, 300.0].map(of).to_vec());
+            let of = |c: f64| {
+                entry(EffectKind::ViscousFriction, &[(ParameterKey::DampingNSPerM, c)])
+                    .with_text(ParameterKey::Component, component)
+            };
+            b.add(
+                EffectKind::ViscousFriction,
+                component,
+                &[ParameterKey::DampingNSPerM],
+                [10.0, 300.0].map(of).to_vec(),
+            );
         }
     }
-    let of = |c: f64| entry("viscous-friction", &[("damping_n_s_per_m", c)]).with_text("component", "bearing");
-    b.add("viscous-friction", "bearing", &["damping_n_s_per_m"], ladder(20.0, 3000.0, 7).into_iter().map(of).collect());
+    let of = |c: f64| {
+        entry(EffectKind::ViscousFriction, &[(ParameterKey::DampingNSPerM, c)])
+            .with_text(ParameterKey::Component, "bearing")
+    };
+    b.add(
+        EffectKind::ViscousFriction,
+        "bearing",
+        &[ParameterKey::DampingNSPerM],
+        ladder(20.0, 3000.0, 7).into_iter().map(of).collect(),
+    );
 }
 
 fn in_time(b: &mut Builder, sizes: &Sizes, guesses: &InitialGuesses) {
     let of = |(time, share): (f64, f64)| {
-        entry("load-step", &[("time_s", time), ("change_n", share * sizes.load), ("rise_s", 4e-5)])
+        entry(
+            EffectKind::LoadStep,
+            &[(ParameterKey::TimeS, time), (ParameterKey::ChangeN, share * sizes.load), (ParameterKey::RiseS, 4e-5)],
+        )
     };
     let times = guesses.times_s.iter().flat_map(|t| [-0.3, -0.1, 0.1, 0.3].map(|share| (*t, share)));
-    b.add("load-step", "", &["time_s", "change_n", "rise_s"], times.map(of).collect());
+    b.add(
+        EffectKind::LoadStep,
+        "",
+        &[ParameterKey::TimeS, ParameterKey::ChangeN, ParameterKey::RiseS],
+        times.map(of).collect(),
+    );
     let gap = |Gap { time_s, count, leads }: &Gap| Start {
-        effect: entry("dropped-samples", &[("time_s", *time_s), ("count", *count)]),
+        effect: entry(EffectKind::DroppedSamples, &[(ParameterKey::TimeS, *time_s), (ParameterKey::Count, *count)]),
         free: &[],
         nothing: 0.0,
         leads: Some(leads.clone()),
     };
-    b.add_starts("dropped-samples", String::new(), guesses.gap.iter().map(gap).collect());
+    b.add_starts(EffectKind::DroppedSamples, String::new(), guesses.gap.iter().map(gap).collect());
     let of = |(time, impulse): (f64, f64)| {
-        entry("shock", &[("time_s", time), ("impulse_n_s", impulse), ("duration_s", 2e-4)])
+        entry(
+            EffectKind::Shock,
+            &[(ParameterKey::TimeS, time), (ParameterKey::ImpulseNS, impulse), (ParameterKey::DurationS, 2e-4)],
+        )
     };
     let times = guesses.times_s.iter().flat_map(|t| [1e-3, 1e-2, 0.1].map(|impulse| (t - 1e-4, impulse)));
-    b.add("shock", "", &["time_s", "impulse_n_s", "duration_s"], times.map(of).collect());
     b.add(
-        "cage-slip",
+        EffectKind::Shock,
         "",
-        &["fraction"],
-        guesses.slips.iter().map(|f| entry("cage-slip", &[("fraction", *f)])).collect(),
+        &[ParameterKey::TimeS, ParameterKey::ImpulseNS, ParameterKey::DurationS],
+        times.map(of).collect(),
     );
     b.add(
-        "speed-drift",
+        EffectKind::CageSlip,
         "",
-        &["rate_per_s"],
-        guesses.drifts_per_s.iter().map(|r| entry("speed-drift", &[("rate_per_s", *r)])).collect(),
+        &[ParameterKey::Fraction],
+        guesses.slips.iter().map(|f| entry(EffectKind::CageSlip, &[(ParameterKey::Fraction, *f)])).collect(),
+    );
+    b.add(
+        EffectKind::SpeedDrift,
+        "",
+        &[ParameterKey::RatePerS],
+        guesses.drifts_per_s.iter().map(|r| entry(EffectKind::SpeedDrift, &[(ParameterKey::RatePerS, *r)])).collect(),
     );
 }
 
@@ -437,19 +536,29 @@ fn sensors(b: &mut Builder, guesses: &InitialGuesses) {
     let pointed = guesses.resonances_hz.iter().flat_map(|hz| [(*hz, 0.01), (*hz, 0.03), (*hz, 0.1)]);
     let modes = pointed.chain(grid).flat_map(|(hz, ratio)| [3.0, -3.0].map(|gain| (hz, ratio, gain)));
     let mode = |(hz, ratio, gain)| {
-        entry("structural-resonance", &[("gain", gain), ("frequency_hz", hz), ("damping_ratio", ratio)])
+        entry(
+            EffectKind::StructuralResonance,
+            &[(ParameterKey::Gain, gain), (ParameterKey::FrequencyHz, hz), (ParameterKey::DampingRatio, ratio)],
+        )
     };
-    b.add("structural-resonance", "ay", &["gain", "frequency_hz", "damping_ratio"], modes.map(mode).collect());
-    let all = |v: f64| entry("sensor-gain", &[("value", v)]);
-    b.add_from(1.0, "sensor-gain", "all", &["value"], [0.5, 0.8, 1.25, 2.0].map(all).to_vec());
+    b.add(
+        EffectKind::StructuralResonance,
+        "ay",
+        &[ParameterKey::Gain, ParameterKey::FrequencyHz, ParameterKey::DampingRatio],
+        modes.map(mode).collect(),
+    );
+    let all = |v: f64| entry(EffectKind::SensorGain, &[(ParameterKey::Value, v)]);
+    b.add_from(1.0, EffectKind::SensorGain, "all", &[ParameterKey::Value], [0.5, 0.8, 1.25, 2.0].map(all).to_vec());
     for channel in ["ax", "ay"] {
-        let of = |name: &str, value: f64| entry(name, &[("value", value)]).with_text("channel", channel);
+        let of = |kind: EffectKind, value: f64| {
+            entry(kind, &[(ParameterKey::Value, value)]).with_text(ParameterKey::Channel, channel)
+        };
         b.add_from(
             1.0,
-            "sensor-gain",
+            EffectKind::SensorGain,
             channel,
-            &["value"],
-            [0.5, 0.8, 1.25, 2.0].map(|v| of("sensor-gain", v)).to_vec(),
+            &[ParameterKey::Value],
+            [0.5, 0.8, 1.25, 2.0].map(|v| of(EffectKind::SensorGain, v)).to_vec(),
         );
     }
 }
@@ -459,20 +568,86 @@ mod tests {
     use super::*;
     use crate::rig::test_support::nominal;
 
+    /// Part of the diagnosis of a bearing rig that seeks an effect.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    enum SoughtBy {
+        /// The likelihood: `all` has hypotheses of the effect.
+        Likelihood,
+        /// The tests of the samples themselves, `diagnose::acquisition`.
+        Acquisition,
+    }
+
+    /// Part of the diagnosis that seeks an effect. The match is exhaustive, so that no effect is silently never sought.
+    fn sought_by(kind: EffectKind) -> SoughtBy {
+        match kind {
+            EffectKind::OuterRaceDefect
+            | EffectKind::InnerRaceDefect
+            | EffectKind::BallDefect
+            | EffectKind::OuterRaceWaviness
+            | EffectKind::InnerRaceWaviness
+            | EffectKind::Unbalance
+            | EffectKind::Misalignment
+            | EffectKind::ExcessClearance
+            | EffectKind::HardeningStiffness
+            | EffectKind::SofteningStiffness
+            | EffectKind::AsymmetricStiffness
+            | EffectKind::StiffnessChange
+            | EffectKind::DampingChange
+            | EffectKind::MassChange
+            | EffectKind::CoulombFriction
+            | EffectKind::ViscousFriction
+            | EffectKind::QuadraticDrag
+            | EffectKind::EndStopContact
+            | EffectKind::Backlash
+            | EffectKind::ConstantForce
+            | EffectKind::StructuralResonance
+            | EffectKind::LoadStep
+            | EffectKind::SpeedDrift
+            | EffectKind::Shock
+            | EffectKind::CageSlip
+            | EffectKind::ContactExponent
+            | EffectKind::SensorGain
+            | EffectKind::DroppedSamples => SoughtBy::Likelihood,
+            EffectKind::MainsInterference | EffectKind::SensorBias | EffectKind::SensorClipping => {
+                SoughtBy::Acquisition
+            }
+        }
+    }
+
+    #[test]
+    fn invariant_every_effect_has_hypotheses_where_the_likelihood_seeks_it() {
+        let gap = Gap { time_s: 0.1, count: 10.0, leads: Vec::new() };
+        let guesses = InitialGuesses {
+            times_s: vec![0.1],
+            resonances_hz: vec![2000.0],
+            slips: vec![0.01],
+            drifts_per_s: vec![0.01],
+            gap: Some(gap),
+        };
+        let sought: Vec<_> = all(&nominal(), 500.0, &guesses).iter().map(|h| h.kind).collect();
+        for kind in EffectKind::ALL {
+            assert_eq!(sought.contains(kind), sought_by(*kind) == SoughtBy::Likelihood, "{kind}");
+        }
+    }
+
     fn friction(force_n: f64, speed: f64) -> EffectEntry {
-        EffectEntry::new("coulomb-friction", &[("force_n", force_n), (ROUNDED, speed)]).with_text("component", "outer")
+        EffectEntry::new(EffectKind::CoulombFriction, &[(ParameterKey::ForceN, force_n), (ROUNDED, speed)])
+            .with_text(ParameterKey::Component, "outer")
     }
 
     #[test]
     fn what_has_a_phase_is_scaled_below_nothing_by_turning_it() {
-        let wave = entry("outer-race-waviness", &[("amplitude_m", 2e-7), ("lobes", 9.0), ("phase_rad", 0.25)]);
+        let wave = entry(
+            EffectKind::OuterRaceWaviness,
+            &[(ParameterKey::AmplitudeM, 2e-7), (ParameterKey::Lobes, 9.0), (ParameterKey::PhaseRad, 0.25)],
+        );
         let start = |effect, free| Start { effect, free, nothing: 0.0, leads: None };
-        let scaled = start(wave, &["amplitude_m", "phase_rad"]).scaled(-3.0).unwrap();
-        assert!((scaled.number("amplitude_m") - 6e-7).abs() < 1e-20, "{scaled:?}");
-        assert!((scaled.number("phase_rad") - 0.25 - PI).abs() < 1e-12, "{scaled:?}");
-        let force = start(entry("constant-force", &[("force_n", 4.0)]), &["force_n"]);
+        let scaled = start(wave, &[ParameterKey::AmplitudeM, ParameterKey::PhaseRad]).scaled(-3.0).unwrap();
+        assert!((scaled.number(ParameterKey::AmplitudeM) - 6e-7).abs() < 1e-20, "{scaled:?}");
+        assert!((scaled.number(ParameterKey::PhaseRad) - 0.25 - PI).abs() < 1e-12, "{scaled:?}");
+        let force = start(entry(EffectKind::ConstantForce, &[(ParameterKey::ForceN, 4.0)]), &[ParameterKey::ForceN]);
         assert!(force.scaled(-3.0).is_none() && force.scaled(1e3).is_none());
-        assert!((force.scaled(0.5).unwrap().number("force_n") - 2.0).abs() < 1e-12);
+        assert!((force.scaled(0.5).unwrap().number(ParameterKey::ForceN) - 2.0).abs() < 1e-12);
     }
 
     #[test]

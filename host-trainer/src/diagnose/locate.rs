@@ -2,6 +2,7 @@
 
 use super::result::{Aspect, Location, Test};
 use crate::rig::Rig;
+use crate::rig::effect::ParameterKey;
 
 /// Share of the most telling test's standard deviations from which another of its aspect counts.
 const TELLING: f64 = 0.1;
@@ -17,7 +18,7 @@ pub fn locate(before: &Rig, corrected: &Rig, tests: &[Test]) -> Location {
     let new = || corrected.effects.iter().skip(before.effects.len());
     let told = standing.iter().find(|t| !t.channel.is_empty()).map(|t| t.channel);
     // What a sensor does has been taken out before.
-    let channel = told.or_else(|| new().find_map(|effect| effect.text("channel"))).unwrap_or_default();
+    let channel = told.or_else(|| new().find_map(|effect| effect.text(ParameterKey::Channel))).unwrap_or_default();
     let of = |aspect: Aspect| -> Vec<[f64; 2]> {
         // Of angles those with more power: there is less at all others.
         let counts = |t: &&&Test| aspect != Aspect::ShaftAngle || t.z > 0.0;
@@ -37,10 +38,12 @@ pub fn locate(before: &Rig, corrected: &Rig, tests: &[Test]) -> Location {
     let mut angle_rad = Vec::new();
     let mut states = Vec::new();
     for effect in new() {
-        if let (Some(angle), Some(width)) = (effect.number("angle_rad"), effect.number("width_rad")) {
+        if let (Some(angle), Some(width)) =
+            (effect.number(ParameterKey::AngleRad), effect.number(ParameterKey::WidthRad))
+        {
             angle_rad.push([angle - 0.5 * width, angle + 0.5 * width]);
         }
-        if let Some(component) = effect.text("component") {
+        if let Some(component) = effect.text(ParameterKey::Component) {
             states.push(format!("motion of {component}"));
         }
     }
@@ -78,6 +81,7 @@ fn joined(intervals: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
 mod tests {
     use super::*;
     use crate::rig::EffectEntry;
+    use crate::rig::effect::EffectKind;
     use crate::rig::test_support::nominal;
 
     fn test(aspect: Aspect, channel: &'static str, at: [f64; 2], z: f64, q_value: f64) -> Test {
@@ -108,8 +112,10 @@ mod tests {
 
     #[test]
     fn what_a_cause_says_of_its_place_counts_though_no_test_stands_out() {
-        let friction = EffectEntry::new("coulomb-friction", &[("force_n", 1.0)]).with_text("component", "outer");
-        let bias = EffectEntry::new("sensor-bias", &[("value", 0.1)]).with_text("channel", "ax");
+        let friction = EffectEntry::new(EffectKind::CoulombFriction, &[(ParameterKey::ForceN, 1.0)])
+            .with_text(ParameterKey::Component, "outer");
+        let bias = EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, 0.1)])
+            .with_text(ParameterKey::Channel, "ax");
         let found = locate(&nominal(), &nominal().with_effect(friction).with_effect(bias), &[]);
         assert_eq!((found.state.as_str(), found.channel.as_str()), ("motion of outer", "ax"));
         assert!(found.frequency_hz.is_empty() && found.order.is_empty());

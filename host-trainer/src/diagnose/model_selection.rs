@@ -1,5 +1,8 @@
 //! Hypotheses compete: each is brought as near to the recordings as it can come, and judged by what it gains.
 
+use crate::rig::config::RigKey;
+use crate::rig::effect::EffectKind;
+use crate::rig::effect::ParameterKey;
 use rayon::prelude::*;
 
 use super::hypothesis::{self, Hypothesis, Start};
@@ -43,7 +46,7 @@ const BANDS: [f64; 3] = [0.06, 0.2, 1.0];
 #[derive(Clone, Debug)]
 pub struct Candidate<'o> {
     /// Name in the vocabulary.
-    pub name: &'static str,
+    pub kind: EffectKind,
     /// Where.
     pub place: String,
     /// What was sought, in which rig.
@@ -108,7 +111,7 @@ pub struct Ranking<'o> {
 #[derive(Clone, Debug)]
 pub struct Dropped {
     /// Name in the vocabulary.
-    pub name: &'static str,
+    pub kind: EffectKind,
     /// Where.
     pub place: String,
     /// What it gained in ln L, as it would be on all recordings.
@@ -130,7 +133,7 @@ pub enum Stage {
 
 impl Dropped {
     fn new(hypothesis: &Hypothesis, log_likelihood_gain: f64, at: Stage) -> Self {
-        Self { name: hypothesis.name, place: hypothesis.place.clone(), log_likelihood_gain, at }
+        Self { kind: hypothesis.kind, place: hypothesis.place.clone(), log_likelihood_gain, at }
     }
 }
 
@@ -271,14 +274,14 @@ impl<'o> ModelSelection<'o> {
             let entries = some_of(&mut screened, |look, together: &[Entry]| {
                 let ScreeningResult { hypothesis, score, .. } = &look;
                 let before = subset_fits.iter().map(|h| h.hypothesis).chain(together.iter().map(|e| e.look.hypothesis));
-                let crowd = before.filter(|h| h.name == hypothesis.name).count();
+                let crowd = before.filter(|h| h.kind == hypothesis.kind).count();
                 let full = n >= LEAST_SEARCHED && done >= SEARCHED || crowd >= SEARCHED_OF_A_NAME;
                 if full || score.log_likelihood_gain < least || bar.is_above(score.log_likelihood_gain) {
                     dropped.push(Dropped::new(hypothesis, score.log_likelihood_gain, Stage::Screened));
                     return None;
                 }
                 n += 1;
-                progress(&format!("fitting {} {} ({n} of {SEARCHED})", hypothesis.name, hypothesis.place));
+                progress(&format!("fitting {} {} ({n} of {SEARCHED})", hypothesis.kind, hypothesis.place));
                 let problem = self.problem(&look.rig, look.observed, &score.start)?;
                 let slowly = done < SLOWLY;
                 done += work(&problem);
@@ -321,9 +324,9 @@ impl<'o> ModelSelection<'o> {
         let mut subset_fits = subset_fits.into_iter();
         while subset_fits.len() > 0 {
             let finalists = some_of(&mut subset_fits, |subset_fit, together: &[SubsetFit]| {
-                let Hypothesis { name, place, .. } = subset_fit.hypothesis;
-                let before = candidates.iter().map(|c| c.name).chain(together.iter().map(|h| h.hypothesis.name));
-                let crowd = before.filter(|other| other == name).count();
+                let Hypothesis { kind, place, .. } = subset_fit.hypothesis;
+                let before = candidates.iter().map(|c| c.kind).chain(together.iter().map(|h| h.hypothesis.kind));
+                let crowd = before.filter(|other| other == kind).count();
                 let full = n >= LEAST_FULL_FITS && done >= FULL_FITS || crowd >= FULL_FITS_OF_A_NAME;
                 // Two at least: the best is told from another by what either gains on all.
                 if full || n > 1 && bar.is_above(subset_fit.log_likelihood_gain) {
@@ -331,7 +334,7 @@ impl<'o> ModelSelection<'o> {
                     return None;
                 }
                 n += 1;
-                progress(&format!("fitting {name} {place} to all ({n} of {FULL_FITS})"));
+                progress(&format!("fitting {kind} {place} to all ({n} of {FULL_FITS})"));
                 Some(subset_fit)
             });
             let fitted: Vec<_> = finalists.par_iter().map(|subset_fit| self.fitted_to_all(subset_fit, null)).collect();
@@ -344,9 +347,9 @@ impl<'o> ModelSelection<'o> {
                 done += work(&problem);
                 bar.raise(log_likelihood_gain, &problem, &found)?;
                 let bic_gain = half_bic(bare, null) - half_bic(&problem, &found);
-                let Hypothesis { name, place, .. } = subset_fit.hypothesis;
+                let Hypothesis { kind, place, .. } = subset_fit.hypothesis;
                 candidates.push(Candidate {
-                    name,
+                    kind: *kind,
                     place: place.clone(),
                     problem,
                     found,
@@ -376,7 +379,7 @@ impl<'o> ModelSelection<'o> {
         // Before a recording, or at its ends, an impact stands for the jump that the ends are.
         let effect = problem.rig_at(&found.point.coordinates).ok()?.effects.pop()?;
         let inside = |time_s: f64| self.all.iter().all(|o| o.condition.is_within(time_s, EDGE));
-        (effect.number("time_s").is_none_or(inside) && effect.is_plausible()).then_some((problem, found))
+        (effect.number(ParameterKey::TimeS).is_none_or(inside) && effect.is_plausible()).then_some((problem, found))
     }
 
     /// A hypothesis beside a rig, the selection's with its unknown parameters at other values.
@@ -384,8 +387,8 @@ impl<'o> ModelSelection<'o> {
         let effect = hypothesis::sharpened(rig.bearing()?, start.effect.clone());
         let rig = rig.clone().with_effect(effect);
         rig.check().ok()?;
-        let number = rig.effects.len();
-        let own = start.free.iter().map(|key| Coordinate::for_key(&rig, &format!("effect[{number}].{key}")));
+        let index = rig.effects.len() - 1;
+        let own = start.free.iter().map(|key| Coordinate::for_key(&rig, RigKey::Effect { index, key: *key }));
         let coordinates = self.unknown.iter().cloned().map(Some).chain(own).collect::<Option<Vec<_>>>()?;
         Some(Problem::new(observed, rig, coordinates))
     }

@@ -1,5 +1,6 @@
 //! A closer look at what a first look at a hypothesis has found: its numbers and times scanned one by one.
 
+use crate::rig::effect::{EffectKind, ParameterKey};
 use std::f64::consts::TAU;
 
 use realfft::num_complex::Complex;
@@ -23,9 +24,9 @@ pub fn scanned(null: &NullPrediction, rig: &Rig, score: &StartScore) -> Result<S
     let orders = machine.bearing.geometry().orders();
     let shaft_hz = null.observed.iter().map(|o| o.condition.shaft_hz).sum::<f64>() / null.observed.len() as f64;
     // Turns of the ball against the pit for each turn of the shaft.
-    let passing = match score.start.effect.name.as_str() {
-        "outer-race-defect" => orders.ftf,
-        "inner-race-defect" => 1.0 - orders.ftf,
+    let passing = match score.start.effect.kind {
+        EffectKind::OuterRaceDefect => orders.ftf,
+        EffectKind::InnerRaceDefect => 1.0 - orders.ftf,
         _ => orders.bsf,
     };
     let resonator = &machine.resonator;
@@ -34,16 +35,18 @@ pub fn scanned(null: &NullPrediction, rig: &Rig, score: &StartScore) -> Result<S
     let step = TAU * passing * shaft_hz / (2.0 * fastest_hz.max(500.0));
     let mut best = score.clone();
     for scan in [Scan::Width, Scan::Place, Scan::Depth, Scan::Width, Scan::Place] {
-        let other = |key: &str, value: f64| Trial {
+        let other = |key: ParameterKey, value: f64| Trial {
             hypothesis: best.hypothesis,
             start: best.start.with(key, value),
             angles: Angles::Near(best.angles.clone()),
         };
-        let now = |key: &str| best.start.number(key);
+        let now = |key: ParameterKey| best.start.number(key);
         let trials: Vec<Trial> = match scan {
             Scan::Place => turned(&best),
-            Scan::Width => (1..=48).map(|k| other("width_rad", 0.6 * step * f64::from(k))).collect(),
-            Scan::Depth => (-8..=8).map(|k| other("depth_m", now("depth_m") * 1.12f64.powi(k))).collect(),
+            Scan::Width => (1..=48).map(|k| other(ParameterKey::WidthRad, 0.6 * step * f64::from(k))).collect(),
+            Scan::Depth => {
+                (-8..=8).map(|k| other(ParameterKey::DepthM, now(ParameterKey::DepthM) * 1.12f64.powi(k))).collect()
+            }
         };
         best = better(null, rig, &trials, best)?;
     }
@@ -74,7 +77,7 @@ pub fn tuned(null: &NullPrediction, rig: &Rig, score: &StartScore) -> Result<Sta
     for (key, factor, reach, gains) in [WIDELY, DAMPING, FINELY, DAMPING] {
         let of = |(k, gain): (i32, &f64)| {
             let start = best.start.with(key, best.start.number(key) * factor.powi(k));
-            let start = start.with("gain", gain * best.start.number("gain"));
+            let start = start.with(ParameterKey::Gain, gain * best.start.number(ParameterKey::Gain));
             Trial { hypothesis: best.hypothesis, start, angles: Angles::Given(best.angles.clone()) }
         };
         let trials: Vec<Trial> =
@@ -86,10 +89,10 @@ pub fn tuned(null: &NullPrediction, rig: &Rig, score: &StartScore) -> Result<Sta
 
 /// What of a mode is scanned, by which factor from try to try, how many of them up and down, and with which shares of the gain:
 /// that of the random part is in no proportion to it.
-type Tuning = (&'static str, f64, i32, &'static [f64]);
-const WIDELY: Tuning = ("frequency_hz", 1.1, 6, &[0.3, 1.0, 2.0, 4.0, 8.0, -0.3, -1.0, -2.0, -4.0, -8.0]);
-const FINELY: Tuning = ("frequency_hz", 1.03, 3, &[0.7, 0.85, 1.0, 1.2, 1.4]);
-const DAMPING: Tuning = ("damping_ratio", 1.35, 5, &[1.0]);
+type Tuning = (ParameterKey, f64, i32, &'static [f64]);
+const WIDELY: Tuning = (ParameterKey::FrequencyHz, 1.1, 6, &[0.3, 1.0, 2.0, 4.0, 8.0, -0.3, -1.0, -2.0, -4.0, -8.0]);
+const FINELY: Tuning = (ParameterKey::FrequencyHz, 1.03, 3, &[0.7, 0.85, 1.0, 1.2, 1.4]);
+const DAMPING: Tuning = (ParameterKey::DampingRatio, 1.35, 5, &[1.0]);
 
 /// A time, first where the residual is most like what the effect gives, then, where that scores `least`, scanned ever
 /// finer: a step or an impact has to be met to a part of the fastest mode's period.
@@ -102,10 +105,10 @@ pub fn timed(null: &NullPrediction, rig: &Rig, score: &StartScore, least: f64) -
     for step in [0.0, 1.0, 0.2] {
         let of = |time_s: f64| Trial {
             hypothesis: best.hypothesis,
-            start: best.start.with("time_s", time_s),
+            start: best.start.with(ParameterKey::TimeS, time_s),
             angles: Angles::Given(best.angles.clone()),
         };
-        let now = best.start.number("time_s");
+        let now = best.start.number(ParameterKey::TimeS);
         let times: Vec<f64> = if step == 0.0 {
             matched(null, rig, &best)?
         } else if best.log_likelihood_gain > least {
@@ -135,7 +138,7 @@ pub fn timed(null: &NullPrediction, rig: &Rig, score: &StartScore, least: f64) -
     best.angles = apart;
     if best.log_likelihood_gain > least {
         // What is strong is in no proportion to its strength.
-        for (key, step, factor) in [(strength, 0.0, 1.1f64), ("time_s", 0.2 * sample_s, 1.0)] {
+        for (key, step, factor) in [(strength, 0.0, 1.1f64), (ParameterKey::TimeS, 0.2 * sample_s, 1.0)] {
             let of = |k: i32| best.start.with(key, best.start.number(key) * factor.powi(k) + f64::from(k) * step);
             let trials = given(best.hypothesis, (-10..=10).map(of), &angles);
             best = evaluate(null, rig, &trials, Strength::Given)?.into_iter().next().unwrap_or(best);
@@ -158,7 +161,7 @@ fn matched(null: &NullPrediction, rig: &Rig, score: &StartScore) -> Result<Vec<f
     let Some(shortest) = null.observed.iter().map(|o| o.condition.samples).min() else { return Ok(Vec::new()) };
     let rate = null.observed[0].condition.sample_rate_hz;
     let time_s = 0.5 * shortest as f64 / rate;
-    let with = rig.clone().with_effect(score.start.with("time_s", time_s).effect);
+    let with = rig.clone().with_effect(score.start.with(ParameterKey::TimeS, time_s).effect);
     if with.check().is_err() {
         return Ok(Vec::new());
     }
@@ -221,14 +224,14 @@ fn at_tachometers(null: &NullPrediction, rig: &Rig, number: usize, score: &Start
 fn turned(score: &StartScore) -> Vec<Trial> {
     let of = |by: f64, turn: &dyn Fn([f64; 2]) -> [f64; 2]| Trial {
         hypothesis: score.hypothesis,
-        start: score.start.with("angle_rad", score.start.number("angle_rad") + by),
+        start: score.start.with(ParameterKey::AngleRad, score.start.number(ParameterKey::AngleRad) + by),
         angles: Angles::Given(score.angles.iter().copied().map(turn).collect()),
     };
     let with_cage = |by: f64| of(by, &|[cage, shaft]| [cage + by, shaft]);
     let against_shaft = |by: f64| of(by, &|[cage, shaft]| [cage, shaft - by]);
-    match score.start.effect.name.as_str() {
-        "outer-race-defect" => (-30..=30).map(|k| with_cage(0.02 * f64::from(k))).collect(),
-        "inner-race-defect" => (0..24).map(|k| against_shaft(TAU / 24.0 * f64::from(k))).collect(),
+    match score.start.effect.kind {
+        EffectKind::OuterRaceDefect => (-30..=30).map(|k| with_cage(0.02 * f64::from(k))).collect(),
+        EffectKind::InnerRaceDefect => (0..24).map(|k| against_shaft(TAU / 24.0 * f64::from(k))).collect(),
         // A ball's spin goes with the angles.
         _ => Vec::new(),
     }

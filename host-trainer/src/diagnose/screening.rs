@@ -1,5 +1,6 @@
 //! A first look at every hypothesis: many short runs side by side, and what each scores.
 
+use crate::rig::effect::ParameterKey;
 use std::f64::consts::TAU;
 
 use super::hypothesis::{Hypothesis, Start};
@@ -47,7 +48,7 @@ pub fn screen(
     let mut best: Vec<StartScore> = Vec::new();
     for score in &scores {
         // Of a pit, one of each width: from the wrong one no search comes to the right one.
-        let width = |p: &StartScore| p.start.effect.number("width_rad");
+        let width = |p: &StartScore| p.start.effect.number(ParameterKey::WidthRad);
         if !best.iter().any(|b| b.hypothesis == score.hypothesis && width(b) == width(score)) {
             best.push(score.clone());
         }
@@ -78,7 +79,7 @@ fn tries_from(null: &NullPrediction, hypothesis: usize, of: &Hypothesis, start: 
         None => Angles::Bare,
     };
     let mut trials = vec![Trial { hypothesis, start: start.clone(), angles }];
-    let lobes = start.number("lobes");
+    let lobes = start.number(ParameterKey::Lobes);
     if start.effect.is_on_shaft() && lobes > 0.0 && null.observed.iter().all(|o| o.tachometer.is_some()) {
         let turned = |k: u32| start.turned_on_shaft(f64::from(k) * TAU / f64::from(AROUND) / lobes);
         trials.extend((0..AROUND).map(|k| Trial { hypothesis, start: turned(k), angles: Angles::Bare }));

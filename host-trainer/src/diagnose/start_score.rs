@@ -227,7 +227,7 @@ struct Runs<'a> {
 }
 
 fn moves_variance(of: &Trial) -> bool {
-    !of.start.effect.definition().is_some_and(|d| d.is_deterministic)
+    !of.start.effect.definition().is_deterministic
 }
 
 /// The gain of one run. Where it is scaled, what it changes is taken to grow with its strength.

@@ -8,6 +8,8 @@ use crate::identify::likelihood::observed::Observed;
 use crate::identify::likelihood::problem::Problem;
 use crate::identify::likelihood::search::{Limits, search};
 use crate::recording::{LoadOptions, Recording, Unit, load, reference_data};
+use crate::rig::config::{ModelKey, RigKey};
+use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::test_support::{condition, nominal};
 use crate::rig::{EffectEntry, Rig, Run, Start, simulate_many};
 
@@ -36,8 +38,8 @@ fn diagnosed_alone(truth: &Rig, seed: u64) -> DiagnosisResult {
     diagnosed(&nominal(), None, &recordings(truth, seed), seed)
 }
 
-fn number(outcome: &DiagnosisResult, key: &str) -> f64 {
-    match outcome.diagnosis.causes[0].parameters[key] {
+fn number(outcome: &DiagnosisResult, key: ParameterKey) -> f64 {
+    match outcome.diagnosis.causes[0].parameters[key.name()] {
         Parameter::Number(value) => value,
         Parameter::Name(_) => f64::NAN,
     }
@@ -58,13 +60,13 @@ fn null_a_healthy_rig_is_quiet() {
 
 #[test]
 fn a_pit_is_named_sized_and_proved() {
-    let pit = [("depth_m", 9e-7), ("width_rad", 0.07), ("angle_rad", 1.7)];
-    let outcome = diagnosed_alone(&nominal().with_effect(EffectEntry::new("outer-race-defect", &pit)), 2);
+    let pit = [(ParameterKey::DepthM, 9e-7), (ParameterKey::WidthRad, 0.07), (ParameterKey::AngleRad, 1.7)];
+    let outcome = diagnosed_alone(&nominal().with_effect(EffectEntry::new(EffectKind::OuterRaceDefect, &pit)), 2);
     assert_eq!(outcome.diagnosis.verdict, Verdict::Mismatch, "{:?}", outcome.diagnosis);
     let cause = &outcome.diagnosis.causes[0];
     assert_eq!((cause.name.as_str(), outcome.diagnosis.causes.len()), ("outer-race-defect", 1));
     for (key, truth) in pit {
-        let [from, to] = cause.interval95[key];
+        let [from, to] = cause.interval95[key.name()];
         assert!((number(&outcome, key) / truth - 1.0).abs() < 0.02, "{key}: {}", number(&outcome, key));
         // Twice the interval: one in twenty would miss the interval itself.
         let width = to - from;
@@ -83,23 +85,29 @@ fn a_pit_is_named_sized_and_proved() {
 
 #[test]
 fn a_stiffness_is_not_taken_for_another_effect() {
-    let change = EffectEntry::new("stiffness-change", &[("value", 1.2e7)]).with_text("component", "outer");
+    let change = EffectEntry::new(EffectKind::StiffnessChange, &[(ParameterKey::Value, 1.2e7)])
+        .with_text(ParameterKey::Component, "outer");
     let outcome = diagnosed_alone(&nominal().with_effect(change), 3);
     assert_eq!(outcome.diagnosis.causes[0].name, "stiffness-change", "{:?}", outcome.diagnosis);
-    assert!((number(&outcome, "value") / 1.2e7 - 1.0).abs() < 0.02);
+    assert!((number(&outcome, ParameterKey::Value) / 1.2e7 - 1.0).abs() < 0.02);
     assert_eq!(outcome.diagnosis.causes[0].parameters["component"], Parameter::Name("outer".into()));
 }
 
 #[test]
 fn what_is_seen_in_the_samples_needs_no_search() {
-    let clip = EffectEntry::new("sensor-clipping", &[("value", 0.2)]).with_text("channel", "ay");
+    let clip = EffectEntry::new(EffectKind::SensorClipping, &[(ParameterKey::Value, 0.2)])
+        .with_text(ParameterKey::Channel, "ay");
     let outcome = diagnosed_alone(&nominal().with_effect(clip), 4);
     assert_eq!(outcome.diagnosis.causes[0].name, "sensor-clipping", "{:?}", outcome.diagnosis);
-    assert!((number(&outcome, "value") - 0.2).abs() < 1e-9);
+    assert!((number(&outcome, ParameterKey::Value) - 0.2).abs() < 1e-9);
     // Nothing else was sought, and so none is said not to explain it.
     assert!(outcome.caveats.len() == 1 && outcome.caveats[0].contains("cut off"), "{:?}", outcome.caveats);
-    let bias = EffectEntry::new("sensor-bias", &[("value", 0.03)]).with_text("channel", "ax");
-    let mains = EffectEntry::new("mains-interference", &[("frequency_hz", 50.0), ("amplitude", 0.02)]);
+    let bias =
+        EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, 0.03)]).with_text(ParameterKey::Channel, "ax");
+    let mains = EffectEntry::new(
+        EffectKind::MainsInterference,
+        &[(ParameterKey::FrequencyHz, 50.0), (ParameterKey::Amplitude, 0.02)],
+    );
     let outcome = diagnosed_alone(&nominal().with_effect(bias).with_effect(mains), 5);
     let names: Vec<_> = outcome.diagnosis.causes.iter().map(|c| c.name.as_str()).collect();
     assert_eq!(names, ["sensor-bias", "mains-interference"], "{:?}", outcome.diagnosis);
@@ -110,61 +118,71 @@ fn what_is_seen_in_the_samples_needs_no_search() {
 #[test]
 fn a_tachometer_tells_where_on_the_shaft_a_wave_is() {
     let mut rig = nominal();
-    rig.set("excitation.unbalance_kg_m", 0.0).unwrap();
-    let wavy = [("amplitude_m", 1.2e-7), ("lobes", 5.0), ("phase_rad", -0.35)];
-    let made = recordings_with_tachometer(&rig.clone().with_effect(EffectEntry::new("inner-race-waviness", &wavy)), 9);
+    rig.set(ModelKey::Unbalance, 0.0).unwrap();
+    let wavy = [(ParameterKey::AmplitudeM, 1.2e-7), (ParameterKey::Lobes, 5.0), (ParameterKey::PhaseRad, -0.35)];
+    let made =
+        recordings_with_tachometer(&rig.clone().with_effect(EffectEntry::new(EffectKind::InnerRaceWaviness, &wavy)), 9);
     let outcome = diagnosed(&rig, None, &made, 9);
     assert_eq!(outcome.diagnosis.causes[0].name, "inner-race-waviness", "{:?}", outcome.diagnosis);
-    assert_eq!(number(&outcome, "lobes"), 5.0);
-    let found = outcome.rig.effects[0].number("phase_rad").unwrap();
+    assert_eq!(number(&outcome, ParameterKey::Lobes), 5.0);
+    let found = outcome.rig.effects[0].number(ParameterKey::PhaseRad).unwrap();
     assert!((found + 0.35).sin().abs() < 0.1 && (found + 0.35).cos() > 0.0, "{found}");
 }
 
 /// The angles that suit the rig without the gap are those after it, or before it, whichever is longer.
 #[test]
 fn samples_that_are_missing_are_counted() {
-    let missing = [("time_s", 0.17), ("count", 83.0)];
-    let outcome = diagnosed_alone(&nominal().with_effect(EffectEntry::new("dropped-samples", &missing)), 7);
+    let missing = [(ParameterKey::TimeS, 0.17), (ParameterKey::Count, 83.0)];
+    let outcome = diagnosed_alone(&nominal().with_effect(EffectEntry::new(EffectKind::DroppedSamples, &missing)), 7);
     assert_eq!(outcome.diagnosis.causes[0].name, "dropped-samples", "{:?}", outcome.diagnosis);
-    assert_eq!(number(&outcome, "count"), 83.0);
-    assert!((number(&outcome, "time_s") - 0.17).abs() < 3.0 / 25_600.0, "{}", number(&outcome, "time_s"));
+    assert_eq!(number(&outcome, ParameterKey::Count), 83.0);
+    assert!(
+        (number(&outcome, ParameterKey::TimeS) - 0.17).abs() < 3.0 / 25_600.0,
+        "{}",
+        number(&outcome, ParameterKey::TimeS)
+    );
 }
 
 /// From half its frequency, or with the other sign, no search comes to it.
 #[test]
 fn a_strong_mode_that_counters_what_it_is_driven_by_is_met() {
-    let mode = [("frequency_hz", 2895.0), ("damping_ratio", 0.05), ("gain", -14.7)];
-    let outcome = diagnosed_alone(&nominal().with_effect(EffectEntry::new("structural-resonance", &mode)), 10);
+    let mode = [(ParameterKey::FrequencyHz, 2895.0), (ParameterKey::DampingRatio, 0.05), (ParameterKey::Gain, -14.7)];
+    let outcome = diagnosed_alone(&nominal().with_effect(EffectEntry::new(EffectKind::StructuralResonance, &mode)), 10);
     assert_eq!(outcome.diagnosis.causes[0].name, "structural-resonance", "{:?}", outcome.diagnosis);
-    assert!((number(&outcome, "frequency_hz") / 2895.0 - 1.0).abs() < 0.01);
-    assert!((number(&outcome, "damping_ratio") / 0.05 - 1.0).abs() < 0.2);
+    assert!((number(&outcome, ParameterKey::FrequencyHz) / 2895.0 - 1.0).abs() < 0.01);
+    assert!((number(&outcome, ParameterKey::DampingRatio) / 0.05 - 1.0).abs() < 0.2);
 }
 
 #[test]
 fn a_strong_shock_is_no_load_step() {
-    let shock = [("time_s", 0.2715), ("impulse_n_s", 0.08)];
-    let outcome = diagnosed_alone(&nominal().with_effect(EffectEntry::new("shock", &shock)), 11);
+    let shock = [(ParameterKey::TimeS, 0.2715), (ParameterKey::ImpulseNS, 0.08)];
+    let outcome = diagnosed_alone(&nominal().with_effect(EffectEntry::new(EffectKind::Shock, &shock)), 11);
     let names: Vec<_> = outcome.diagnosis.causes.iter().map(|c| c.name.as_str()).collect();
     assert_eq!(names, ["shock"], "{:?}", outcome.diagnosis);
-    assert!((number(&outcome, "time_s") - 0.2715).abs() < 1.0 / 25_600.0);
+    assert!((number(&outcome, ParameterKey::TimeS) - 0.2715).abs() < 1.0 / 25_600.0);
 }
 
 /// A gap that is too small by a tenth, and a pit that makes up for it: what goes through whole recordings at once stays there.
 #[test]
 fn a_slow_search_goes_on_where_another_stops() {
     let with = |depth: f64, width: f64, gap: f64| {
-        let pit = [("depth_m", depth), ("width_rad", width), ("spin_rad", 0.0)];
-        let clearance = EffectEntry::new("excess-clearance", &[("radial_clearance_m", gap)]);
-        nominal().with_effect(EffectEntry::new("ball-defect", &pit)).with_effect(clearance)
+        let pit = [(ParameterKey::DepthM, depth), (ParameterKey::WidthRad, width), (ParameterKey::SpinRad, 0.0)];
+        let clearance = EffectEntry::new(EffectKind::ExcessClearance, &[(ParameterKey::RadialClearanceM, gap)]);
+        nominal().with_effect(EffectEntry::new(EffectKind::BallDefect, &pit)).with_effect(clearance)
     };
     let observed = Observed::from_recordings(&recordings(&with(1e-6, 0.05, 8e-6), 13)).unwrap();
     let wrong = with(0.96e-6, 0.0496, 7.2e-6);
-    let keys = [(1, "depth_m"), (1, "width_rad"), (1, "spin_rad"), (2, "radial_clearance_m")];
-    let coordinates = keys.map(|(n, key)| Coordinate::for_key(&wrong, &format!("effect[{n}].{key}")).unwrap());
+    let keys = [
+        (0, ParameterKey::DepthM),
+        (0, ParameterKey::WidthRad),
+        (0, ParameterKey::SpinRad),
+        (1, ParameterKey::RadialClearanceM),
+    ];
+    let coordinates = keys.map(|(n, key)| Coordinate::for_key(&wrong, RigKey::Effect { index: n, key }).unwrap());
     let problem = Problem::new(&observed, wrong, coordinates.to_vec());
     let found = search(&problem, problem.start().unwrap(), &Limits::default()).unwrap();
     let stopped = Candidate {
-        name: "excess-clearance",
+        kind: EffectKind::ExcessClearance,
         place: String::new(),
         problem,
         found,
@@ -172,15 +190,15 @@ fn a_slow_search_goes_on_where_another_stops() {
         log_likelihood_gain: 0.0,
     };
     let nearer = stopped.refined(12.0).unwrap();
-    let gap = |c: &Candidate| c.rig().unwrap().effects[1].number("radial_clearance_m").unwrap();
+    let gap = |c: &Candidate| c.rig().unwrap().effects[1].number(ParameterKey::RadialClearanceM).unwrap();
     assert!((gap(&stopped) / 8e-6 - 1.0).abs() > 0.02, "{}", gap(&stopped));
     assert!((gap(&nearer) / 8e-6 - 1.0).abs() < 0.002, "{}", gap(&nearer));
 }
 
 /// Where another effect is sought beside that of a rig, which has been fitted alone.
-fn selection_given<'o, const N: usize>(split: &'o DataSplit, rig: Rig, keys: [&str; N]) -> ModelSelection<'o> {
-    let keys = keys.map(|key| format!("effect[1].{key}"));
-    let unknown = keys.iter().map(|key| Coordinate::for_key(&rig, key).unwrap()).collect();
+fn selection_given<'o, const N: usize>(split: &'o DataSplit, rig: Rig, keys: [ParameterKey; N]) -> ModelSelection<'o> {
+    let keys = keys.map(|key| RigKey::Effect { index: 0, key });
+    let unknown = keys.into_iter().map(|key| Coordinate::for_key(&rig, key).unwrap()).collect();
     let DataSplit { fitted: all, beginnings, subset, which, .. } = split;
     let alone = ModelSelection { all, beginnings, subset, which, rig, unknown, angles: None };
     let (problem, found) = alone.null(Part::All).unwrap();
@@ -190,17 +208,18 @@ fn selection_given<'o, const N: usize>(split: &'o DataSplit, rig: Rig, keys: [&s
 /// Apart from a load step, the pulses of a pit do not lie where they did.
 #[test]
 fn a_load_step_beside_a_pit_is_met() {
-    let pit = [("depth_m", 1.2e-6), ("width_rad", 0.07), ("angle_rad", 1.0)];
-    let pitted = nominal().with_effect(EffectEntry::new("inner-race-defect", &pit));
-    let step = EffectEntry::new("load-step", &[("time_s", 0.2113), ("change_n", 120.0)]);
+    let pit = [(ParameterKey::DepthM, 1.2e-6), (ParameterKey::WidthRad, 0.07), (ParameterKey::AngleRad, 1.0)];
+    let pitted = nominal().with_effect(EffectEntry::new(EffectKind::InnerRaceDefect, &pit));
+    let step = EffectEntry::new(EffectKind::LoadStep, &[(ParameterKey::TimeS, 0.2113), (ParameterKey::ChangeN, 120.0)]);
     let split = DataSplit::new(&recordings(&pitted.clone().with_effect(step), 14)).unwrap();
-    let selection = selection_given(&split, pitted, ["depth_m", "width_rad", "angle_rad"]);
+    let selection =
+        selection_given(&split, pitted, [ParameterKey::DepthM, ParameterKey::WidthRad, ParameterKey::AngleRad]);
     let guesses = InitialGuesses { times_s: vec![0.21], ..InitialGuesses::default() };
     let mut hypotheses = hypothesis::all(&selection.rig, split.load_n, &guesses);
-    hypotheses.retain(|h| h.name == "load-step");
+    hypotheses.retain(|h| h.kind == EffectKind::LoadStep);
     let ranking = selection.run(&hypotheses, f64::NEG_INFINITY, &|_| ()).unwrap();
     let rig = ranking.candidates[0].rig().unwrap();
-    let change = rig.effects[1].number("change_n").unwrap();
+    let change = rig.effects[1].number(ParameterKey::ChangeN).unwrap();
     assert!((change / 120.0 - 1.0).abs() < 0.05, "{:?}", rig.effects);
 }
 
@@ -208,24 +227,35 @@ fn a_load_step_beside_a_pit_is_met() {
 /// nothing fits.
 #[test]
 fn what_is_beside_a_pitted_ball_is_met() {
-    let pit = EffectEntry::new("ball-defect", &[("depth_m", 1e-6), ("width_rad", 0.05), ("spin_rad", 0.0)]);
+    let pit = EffectEntry::new(
+        EffectKind::BallDefect,
+        &[(ParameterKey::DepthM, 1e-6), (ParameterKey::WidthRad, 0.05), (ParameterKey::SpinRad, 0.0)],
+    );
     let pitted = nominal().with_effect(pit);
-    let clearance = EffectEntry::new("excess-clearance", &[("radial_clearance_m", 6e-6)]);
+    let clearance = EffectEntry::new(EffectKind::ExcessClearance, &[(ParameterKey::RadialClearanceM, 6e-6)]);
     let split = DataSplit::new(&recordings(&pitted.clone().with_effect(clearance), 12)).unwrap();
-    let selection = selection_given(&split, pitted, ["depth_m", "width_rad", "spin_rad"]);
+    let selection =
+        selection_given(&split, pitted, [ParameterKey::DepthM, ParameterKey::WidthRad, ParameterKey::SpinRad]);
     let hypotheses = hypothesis::all(&selection.rig, split.load_n, &InitialGuesses::default());
-    let of_clearance: Vec<_> = hypotheses.into_iter().filter(|h| h.name == "excess-clearance").collect();
+    let of_clearance: Vec<_> = hypotheses.into_iter().filter(|h| h.kind == EffectKind::ExcessClearance).collect();
     let ranking = selection.run(&of_clearance, f64::NEG_INFINITY, &|_| ()).unwrap();
-    let found = ranking.candidates[0].rig().unwrap().effects[1].number("radial_clearance_m").unwrap();
+    let found = ranking.candidates[0].rig().unwrap().effects[1].number(ParameterKey::RadialClearanceM).unwrap();
     assert!((found / 6e-6 - 1.0).abs() < 0.01, "{found}");
 }
 
 /// Where the search starts says what slips: a hundredth less and the waveforms are no longer alike.
 #[test]
 fn a_cage_that_slips_is_told_by_how_much() {
-    let outcome = diagnosed_alone(&nominal().with_effect(EffectEntry::new("cage-slip", &[("fraction", 0.021)])), 8);
+    let outcome = diagnosed_alone(
+        &nominal().with_effect(EffectEntry::new(EffectKind::CageSlip, &[(ParameterKey::Fraction, 0.021)])),
+        8,
+    );
     assert_eq!(outcome.diagnosis.causes[0].name, "cage-slip", "{:?}", outcome.diagnosis);
-    assert!((number(&outcome, "fraction") / 0.021 - 1.0).abs() < 0.02, "{}", number(&outcome, "fraction"));
+    assert!(
+        (number(&outcome, ParameterKey::Fraction) / 0.021 - 1.0).abs() < 0.02,
+        "{}",
+        number(&outcome, ParameterKey::Fraction)
+    );
 }
 
 /// Signals that swell and fade at a rate of their own: nothing in the vocabulary does that.
@@ -270,8 +300,8 @@ fn literature_a_real_pit_is_named_by_its_rhythm_and_no_other_name_is_given() {
         vec![recording]
     };
     let mut rig = nominal();
-    rig.set("bearing.ball_diameter_m", 0.3126 * 0.0254).unwrap();
-    rig.set("bearing.pitch_diameter_m", 1.537 * 0.0254).unwrap();
+    rig.set(ModelKey::BallDiameter, 0.3126 * 0.0254).unwrap();
+    rig.set(ModelKey::PitchDiameter, 1.537 * 0.0254).unwrap();
     rig.unknown = ["inner", "outer", "resonator"].map(String::from).to_vec();
     let healthy = read("97_Normal_0.mat", 97, 48_000.0);
     let of = |recordings: &[Recording]| diagnosed(&rig, Some(&healthy), recordings, 1);

@@ -65,7 +65,7 @@ impl Config {
         among(&self.kinds, spec.kind().name())
             && match &spec.hidden {
                 Hidden::Nothing => self.effects.is_empty(),
-                Hidden::Effects(names) => names.iter().any(|(n, s)| among(&self.effects, n) && severity(*s)),
+                Hidden::Effects(names) => names.iter().any(|(n, s)| among(&self.effects, n.name()) && severity(*s)),
                 Hidden::Outside(kind) => among(&self.effects, kind.name()),
             }
     }

@@ -1,3 +1,4 @@
+use crate::rig::effect::EffectKind;
 use std::collections::BTreeMap;
 
 use super::table::{Summary, confusion, markdown};
@@ -81,7 +82,7 @@ fn scored(hidden: Hidden, causes: &[&str], said: &Diagnosis) -> Score {
 #[test]
 fn a_score_tells_right_from_first_right_from_wrong() {
     let single = |name| Hidden::Effects(vec![(name, Severity::Plain)]);
-    let misalignment = single("misalignment");
+    let misalignment = single(EffectKind::Misalignment);
     let one = scored(misalignment.clone(), &["misalignment"], &said("mismatch", &["misalignment"], [9.0, 11.0]));
     assert!(one.right && one.first_right && one.parameters[0].held == Some(true));
     let two = said("mismatch", &["misalignment", "shock"], [10.2, 11.0]);
@@ -96,7 +97,7 @@ fn a_score_tells_right_from_first_right_from_wrong() {
     let honest = scored(outside.clone(), &["unexplained"], &said("unexplained", &[], [9.0, 11.0]));
     let bluff = scored(outside, &["unexplained"], &said("mismatch", &["shock"], [9.0, 11.0]));
     assert!(honest.right && !bluff.right);
-    let both = Hidden::Effects(vec![("misalignment", Severity::Plain), ("shock", Severity::Plain)]);
+    let both = Hidden::Effects(vec![(EffectKind::Misalignment, Severity::Plain), (EffectKind::Shock, Severity::Plain)]);
     let half = scored(both.clone(), &["misalignment", "shock"], &said("mismatch", &["shock"], [9.0, 11.0]));
     let whole = said("mismatch", &["shock", "misalignment"], [9.0, 11.0]);
     let whole = scored(both, &["misalignment", "shock"], &whole);

@@ -155,7 +155,7 @@ fn parameters(done: &Calibration) -> Section {
         let row = |p: &crate::identify::calibrate::estimate::Estimate| {
             let interval = format!("{:.4e} to {:.4e}", p.interval95[0], p.interval95[1]);
             vec![
-                Cell::text(&p.key),
+                Cell::text(p.key.to_string()),
                 Cell::number(format!("{:.4e}", p.before)),
                 Cell::number(format!("{:.4e}", p.value)),
                 Cell::number(interval),

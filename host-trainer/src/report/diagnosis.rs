@@ -11,6 +11,7 @@ use crate::recording::Recording;
 use crate::report::plot::DrawError;
 use crate::report::plot::comparison::{self, Curve, Names};
 use crate::report::plot::style::LATE;
+use crate::rig::config::RigKey;
 use crate::rig::{Machine, Rig};
 use crate::stats::format::{by_chance, chance, significant, with_interval};
 
@@ -326,7 +327,7 @@ fn tests(outcome: &DiagnosisResult) -> Option<Section> {
 fn fitted(before: &Rig, outcome: &DiagnosisResult) -> Option<Section> {
     let row = |(name, value, interval): &(String, f64, [f64; 2])| {
         let (value, interval) = with_interval(*value, Some(*interval));
-        let given = before.get(name).map_or("–".into(), |v| significant(v, 4));
+        let given = RigKey::parse(name).and_then(|key| before.get(key)).map_or("–".into(), |v| significant(v, 4));
         vec![Cell::text(name), Cell::number(given), Cell::number(value), Cell::number(interval)]
     };
     let rows: Vec<Vec<Cell>> = outcome.fitted.iter().map(row).collect();
@@ -345,6 +346,7 @@ mod tests {
     use super::*;
     use crate::diagnose::result::{Diagnosis, Fit, Location, Rejected, SCHEMA};
     use crate::report::html::tests::assert_well_formed;
+    use crate::rig::config::ModelKey;
     use crate::rig::test_support::nominal;
 
     fn outcome(verdict: Verdict, causes: Vec<Cause>, after: f64) -> DiagnosisResult {
@@ -388,7 +390,7 @@ mod tests {
             rig: nominal(),
             held_out: vec![held("r04-ax"), held("r04-ay")],
             tests: (0..20).map(test).collect(),
-            fitted: vec![("outer.stiffness_n_per_m".into(), 1e7, [f64::NEG_INFINITY, f64::INFINITY])],
+            fitted: vec![(ModelKey::OuterStiffness.to_string(), 1e7, [f64::NEG_INFINITY, f64::INFINITY])],
             caveats: vec!["Mind the <gap>.".into()],
         }
     }

@@ -1,3 +1,5 @@
+use crate::rig::config::ModelKey;
+use crate::rig::effect::{EffectKind, ParameterKey};
 use std::fs;
 
 use super::{
@@ -46,10 +48,12 @@ fn golden_reference_trajectories() {
 /// Pits that a ball turns past in 70 µs, less than two samples, and in four: one step a sample follows them.
 #[test]
 fn invariant_a_narrow_pit_is_as_fine_steps_have_it() {
-    for (name, width) in [("ball-defect", 0.03), ("outer-race-defect", 0.012), ("inner-race-defect", 0.05)] {
-        let mut pit = EffectEntry::new(name, &[("depth_m", 1e-6), ("width_rad", width)]);
-        if name != "ball-defect" {
-            pit = pit.with_number("angle_rad", 1.6);
+    for (name, width) in
+        [(EffectKind::BallDefect, 0.03), (EffectKind::OuterRaceDefect, 0.012), (EffectKind::InnerRaceDefect, 0.05)]
+    {
+        let mut pit = EffectEntry::new(name, &[(ParameterKey::DepthM, 1e-6), (ParameterKey::WidthRad, width)]);
+        if name != EffectKind::BallDefect {
+            pit = pit.with_number(ParameterKey::AngleRad, 1.6);
         }
         let rig = nominal().with_effect(pit);
         let run = |substeps| {
@@ -66,12 +70,12 @@ fn invariant_a_narrow_pit_is_as_fine_steps_have_it() {
 fn invariant_side_by_side_is_one_after_the_other() {
     let mut rigs = vec![nominal(); 11];
     for (k, rig) in rigs.iter_mut().enumerate() {
-        rig.set("outer.mass_kg", 10.0 + k as f64).unwrap();
+        rig.set(ModelKey::OuterMass, 10.0 + k as f64).unwrap();
     }
-    rigs[4] = rigs[4].clone().with_effect(EffectEntry::new("misalignment", &[("force_n", 20.0)]));
-    rigs[5] = rigs[5].clone().with_effect(EffectEntry::new("speed-drift", &[("rate_per_s", 0.1)]));
-    rigs[6].set("bearing.contact_exponent", 1.4).unwrap();
-    rigs[7].set("bearing.balls", 8.0).unwrap();
+    rigs[4] = rigs[4].clone().with_effect(EffectEntry::new(EffectKind::Misalignment, &[(ParameterKey::ForceN, 20.0)]));
+    rigs[5] = rigs[5].clone().with_effect(EffectEntry::new(EffectKind::SpeedDrift, &[(ParameterKey::RatePerS, 0.1)]));
+    rigs[6].set(ModelKey::ContactExponent, 1.4).unwrap();
+    rigs[7].set(ModelKey::Balls, 8.0).unwrap();
     let runs: Vec<_> = rigs
         .iter()
         .enumerate()
@@ -94,7 +98,7 @@ fn invariant_the_seed_is_the_run() {
     assert_ne!(samples(&run(3), "ax"), samples(&run(4), "ax"));
     // The sensor's noise does not hang on whether there is process force.
     let mut quiet = nominal();
-    quiet.set("excitation.process_force_psd_n2_per_hz", 0.0).unwrap();
+    quiet.set(ModelKey::ProcessForce, 0.0).unwrap();
     let noisy = simulate(&quiet, &condition(30.0, 500.0, 4000), &Start::seeded(3)).unwrap();
     let clean = simulate(&quiet, &condition(30.0, 500.0, 4000), &Start { noise: false, ..Start::seeded(3) }).unwrap();
     let noise: Vec<_> = samples(&noisy, "ax").iter().zip(samples(&clean, "ax")).map(|(a, b)| a - b).collect();
@@ -105,12 +109,12 @@ fn invariant_the_seed_is_the_run() {
 #[test]
 fn literature_process_force_has_its_density() {
     let mut rig = parse(&super::test_support::RIG.replace("\"resonator-y\"", "\"outer-y\""));
-    for (key, value) in [("sensor.noise_std_m_per_s2", 0.0), ("excitation.process_force_psd_n2_per_hz", 4e-3)] {
+    for (key, value) in [(ModelKey::SensorNoise, 0.0), (ModelKey::ProcessForce, 4e-3)] {
         rig.set(key, value).unwrap();
     }
     // A soft resonator leaves the housing alone.
-    rig.set("resonator.stiffness_n_per_m", 1e3).unwrap();
-    rig.set("resonator.damping_n_s_per_m", 0.0).unwrap();
+    rig.set(ModelKey::ResonatorStiffness, 1e3).unwrap();
+    rig.set(ModelKey::ResonatorDamping, 0.0).unwrap();
     let count = 16_384;
     let recording = simulate(&rig, &condition(0.0, 500.0, count), &Start::seeded(1)).unwrap();
     let ay = samples(&recording, "ay");
@@ -138,7 +142,10 @@ fn invariant_tachometer_marks_each_turn() {
 #[test]
 fn invariant_energy_decays_without_excitation() {
     // Shaft at rest, a blow to the housing: nothing feeds the rig after it.
-    let rig = nominal().with_effect(EffectEntry::new("shock", &[("time_s", 0.0), ("impulse_n_s", 0.05)]));
+    let rig = nominal().with_effect(EffectEntry::new(
+        EffectKind::Shock,
+        &[(ParameterKey::TimeS, 0.0), (ParameterKey::ImpulseNS, 0.05)],
+    ));
     let recording = simulate(&rig, &condition(0.0, 500.0, 12_800), &Start::noise_free(0.3, 0.7)).unwrap();
     let windows: Vec<f64> = samples(&recording, "ay").chunks(1280).map(rms).collect();
     assert!(windows.windows(2).take(4).all(|w| w[1] < 0.1 * w[0]), "{windows:?}");
@@ -159,7 +166,8 @@ fn golden_impossible_conditions_are_refused() {
 
 #[test]
 fn invariant_divergence_is_an_error() {
-    let runaway = EffectEntry::new("softening-stiffness", &[("cubic_n_per_m3", -1e18)]).with_text("component", "outer");
+    let runaway = EffectEntry::new(EffectKind::SofteningStiffness, &[(ParameterKey::CubicNPerM3, -1e18)])
+        .with_text(ParameterKey::Component, "outer");
     let error = simulate(&nominal().with_effect(runaway), &condition(30.0, 500.0, 6000), &Start::seeded(0));
     assert!(error.unwrap_err().to_string().contains("diverged"));
 }

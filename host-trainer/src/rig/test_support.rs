@@ -4,6 +4,7 @@ use std::{f64::consts::TAU, path::Path};
 
 use realfft::num_complex::Complex;
 
+use super::effect::{EffectKind, ParameterKey};
 use super::{EffectEntry, OperatingCondition, Rig, Start, simulate};
 use crate::recording::Recording;
 use crate::signal::transform::{forward_plan, inverse_plan};
@@ -61,8 +62,8 @@ pub fn noise_free(rig: &Rig) -> Recording {
     simulate(rig, &condition(30.0, 500.0, 12_800), &Start::noise_free(0.3, 0.7)).unwrap()
 }
 
-pub fn with(name: &str, numbers: &[(&str, f64)]) -> Rig {
-    nominal().with_effect(EffectEntry::new(name, numbers))
+pub fn with(kind: EffectKind, numbers: &[(ParameterKey, f64)]) -> Rig {
+    nominal().with_effect(EffectEntry::new(kind, numbers))
 }
 
 pub fn samples<'a>(recording: &'a Recording, channel: &str) -> &'a [f64] {

@@ -1,6 +1,7 @@
 //! A machine's life that is not one: the 5-DoF rig, recording after recording, and from one of them on a mode of
 //! vibration that the rig has not, as of a bracket that has come loose.
 
+use crate::rig::effect::{EffectKind, ParameterKey};
 use std::path::Path;
 
 use rand::{RngExt, SeedableRng};
@@ -51,7 +52,7 @@ pub struct Made {
     pub truth: Truth,
 }
 
-const EFFECT: &str = "structural-resonance";
+const EFFECT: EffectKind = EffectKind::StructuralResonance;
 /// The rig as it was drawn: what anyone may know of the machine.
 pub const RIG: &str = include_str!("rig.toml");
 /// Speeds and loads that the machine runs at, Hz and N.
@@ -84,7 +85,11 @@ pub fn make(plan: &Scenario) -> Result<Made, RigError> {
     let (frequency_hz, damping_ratio) = (rng.random_range(FREQUENCY_HZ), rng.random_range(DAMPING_RATIO));
     let mode = EffectEntry::new(
         EFFECT,
-        &[("frequency_hz", frequency_hz), ("damping_ratio", damping_ratio), ("gain", plan.gain)],
+        &[
+            (ParameterKey::FrequencyHz, frequency_hz),
+            (ParameterKey::DampingRatio, damping_ratio),
+            (ParameterKey::Gain, plan.gain),
+        ],
     );
     let changed = nominal.clone().with_effect(mode);
     let first_affected = (plan.gain != 0.0 && start < plan.recordings).then_some(start);
@@ -109,7 +114,7 @@ pub fn make(plan: &Scenario) -> Result<Made, RigError> {
         // The vertical one first: it is the one that a monitor takes where nobody says.
         recording.channels.sort_by(|a, b| b.name.cmp(&a.name));
     }
-    let truth = Truth { effect: EFFECT, frequency_hz, damping_ratio, first_affected };
+    let truth = Truth { effect: EFFECT.name(), frequency_hz, damping_ratio, first_affected };
     Ok(Made { recordings, truth })
 }
 

@@ -1,5 +1,6 @@
 //! The electrical line in recordings: found in what the rig leaves, and taken out of the samples.
 
+use crate::rig::effect::{EffectKind, ParameterKey};
 use std::f64::consts::TAU;
 
 use realfft::num_complex::Complex;
@@ -42,7 +43,10 @@ pub fn taken_out(rig: &Rig, recordings: &[Recording]) -> Result<Option<(Fault, V
     }
     let amplitude = left.iter().map(|l| l.line(hz).norm()).sum::<f64>() / left.len().max(1) as f64;
     let fault = Fault {
-        effect: EffectEntry::new("mains-interference", &[("frequency_hz", hz), ("amplitude", amplitude)]),
+        effect: EffectEntry::new(
+            EffectKind::MainsInterference,
+            &[(ParameterKey::FrequencyHz, hz), (ParameterKey::Amplitude, amplitude)],
+        ),
         evidence: format!(
             "A line at {hz:.2} Hz stands in every recording, whatever the speed of the shaft, at least {stands_out:.0} times above its surroundings."
         ),
@@ -171,12 +175,15 @@ mod tests {
             let of = |seed: u64| simulate(rig, &condition(31.0 + seed as f64, 500.0, 12_800), &Start::seeded(seed));
             (0..3).map(|seed| of(seed).unwrap()).collect()
         };
-        let line = EffectEntry::new("mains-interference", &[("frequency_hz", 50.0371), ("amplitude", 0.5)]);
+        let line = EffectEntry::new(
+            EffectKind::MainsInterference,
+            &[(ParameterKey::FrequencyHz, 50.0371), (ParameterKey::Amplitude, 0.5)],
+        );
         let (plain, with) = (made(&rig), made(&rig.clone().with_effect(line)));
         assert!(taken_out(&rig, &plain).unwrap().is_none());
         let (fault, without) = taken_out(&rig, &with).unwrap().unwrap();
-        assert!((fault.effect.number("frequency_hz").unwrap() - 50.0371).abs() < 2e-3, "{:?}", fault.effect);
-        assert!((fault.effect.number("amplitude").unwrap() / 0.5 - 1.0).abs() < 0.01, "{:?}", fault.effect);
+        assert!((fault.effect.number(ParameterKey::FrequencyHz).unwrap() - 50.0371).abs() < 2e-3, "{:?}", fault.effect);
+        assert!((fault.effect.number(ParameterKey::Amplitude).unwrap() / 0.5 - 1.0).abs() < 0.01, "{:?}", fault.effect);
         for (plain, without) in plain.iter().zip(&without) {
             for name in CHANNELS {
                 let [a, b] = [plain, without].map(|r| &r.channel(name).unwrap().samples);

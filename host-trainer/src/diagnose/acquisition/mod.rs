@@ -6,6 +6,7 @@ mod mains;
 use super::DiagnoseError;
 use crate::identify::likelihood::observed::{CHANNELS, Observed, accelerations};
 use crate::recording::Recording;
+use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{EffectEntry, Rig};
 use crate::stats::significance::two_sided;
 
@@ -81,7 +82,8 @@ fn clipped(recordings: &[Recording]) -> Vec<Fault> {
         }
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (value, ties) = found[found.len() / 2];
-        let effect = EffectEntry::new("sensor-clipping", &[("value", value)]).with_text("channel", CHANNELS[channel]);
+        let effect = EffectEntry::new(EffectKind::SensorClipping, &[(ParameterKey::Value, value)])
+            .with_text(ParameterKey::Channel, CHANNELS[channel]);
         let evidence = format!(
             "{ties} samples of {} stand at exactly ±{value:.4} m/s², its greatest value, in {} of {} recordings likewise at theirs.",
             CHANNELS[channel],
@@ -116,7 +118,8 @@ fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
         if means.is_empty() || !alike || mean.abs() * weight.sqrt() < OFFSET {
             continue;
         }
-        let effect = EffectEntry::new("sensor-bias", &[("value", mean)]).with_text("channel", name);
+        let effect = EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, mean)])
+            .with_text(ParameterKey::Channel, name);
         let evidence = format!(
             "{} has a mean of {mean:.4} m/s² in every recording, {:.0} standard deviations of its noise from 0.",
             name,
@@ -130,7 +133,8 @@ fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
         && (a - b).abs() < ALIKE * (va + vb).sqrt()
     {
         let value = (a / va + b / vb) / (1.0 / va + 1.0 / vb);
-        let effect = EffectEntry::new("sensor-bias", &[("value", value)]).with_text("channel", "all");
+        let effect = EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, value)])
+            .with_text(ParameterKey::Channel, "all");
         let evidence = format!("{} {}", first.evidence, second.evidence);
         return vec![Fault { effect, evidence, p_value: first.p_value.max(second.p_value) }];
     }
@@ -141,8 +145,8 @@ fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
 fn without(recordings: &[Recording], offsets: &[Fault]) -> Vec<Recording> {
     let mut out = recordings.to_vec();
     for fault in offsets {
-        let value = fault.effect.number("value").unwrap_or_default();
-        let concerns = |name: &str| match fault.effect.text("channel") {
+        let value = fault.effect.number(ParameterKey::Value).unwrap_or_default();
+        let concerns = |name: &str| match fault.effect.text(ParameterKey::Channel) {
             None | Some("all") => name != "tacho",
             Some(channel) => channel == name,
         };

@@ -2,6 +2,7 @@
 //!
 //! They compete with causes in the machine by being taken out first: a clipped sample says nothing of forces.
 
+use crate::rig::effect::{EffectKind, ParameterKey};
 use std::f64::consts::TAU;
 
 use super::{events, finding::Fault};
@@ -64,7 +65,7 @@ fn clipping(tracks: &mut [Track]) -> Option<Fault> {
     levels.sort_by(f64::total_cmp);
     let level = *levels.get(levels.len() / 2)?;
     Some(Fault {
-        entry: EffectEntry::new("sensor-clipping", &[("value", level)]),
+        entry: EffectEntry::new(EffectKind::SensorClipping, &[(ParameterKey::Value, level)]),
         evidence: format!(
             "{clipped} samples in {plateaus} plateaus stand at exactly ±{level:.6e}, no sample lies beyond"
         ),
@@ -102,8 +103,12 @@ fn mains(states: &mut States, count: usize) -> Option<Fault> {
     }
     Some(Fault {
         entry: EffectEntry::new(
-            "mains-interference",
-            &[("frequency_hz", hz), ("amplitude", amplitude), ("phase_rad", phase + 0.25 * TAU)],
+            EffectKind::MainsInterference,
+            &[
+                (ParameterKey::FrequencyHz, hz),
+                (ParameterKey::Amplitude, amplitude),
+                (ParameterKey::PhaseRad, phase + 0.25 * TAU),
+            ],
         ),
         evidence: format!(
             "a line at {hz:.2} Hz stands {stands:.0} times above its surroundings and is not in the input"

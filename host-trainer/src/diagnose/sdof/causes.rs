@@ -5,6 +5,7 @@ use super::{
     terms::Meaning,
 };
 use crate::identify::force_balance::{equation::Parameter, states::States};
+use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{EffectEntry, Value, config::SdofRig, effect::ValueKind};
 
 /// Multiple of the nominal damping from which a damping is called friction that the nominal model has not.
@@ -18,7 +19,7 @@ pub struct Cause {
     /// The effect.
     pub entry: EffectEntry,
     /// The parameters that a fit moves.
-    pub free: Vec<&'static str>,
+    pub free: Vec<ParameterKey>,
     /// The term that it is from.
     pub term: usize,
 }
@@ -37,53 +38,51 @@ fn cause(table: &Table, model: &TermModel, part: usize, machine: &SdofRig, state
     let mut free = Vec::new();
     match term.meaning {
         Meaning::Strength(key) => {
-            if key == "cubic_n_per_m3" && value < 0.0 {
-                entry.name = "softening-stiffness".into();
+            if key == ParameterKey::CubicNPerM3 && value < 0.0 {
+                entry.kind = EffectKind::SofteningStiffness;
             }
             entry.set_number(key, value);
             free.push(key);
-            if entry.name == "end-stop-contact" {
-                free.push("gap_m");
+            if entry.kind == EffectKind::EndStopContact {
+                free.push(ParameterKey::GapM);
             }
         }
-        Meaning::Spring => free.push("width_m"),
+        Meaning::Spring => free.push(ParameterKey::WidthM),
         Meaning::Change(parameter) => {
             let nominal = parameter.value_in(machine);
             let changed = (nominal + value).max(1e-6 * nominal.abs().max(1e-6));
             if parameter == Parameter::Damping && changed > FRICTION * nominal {
-                entry = EffectEntry::new("viscous-friction", &[("damping_n_s_per_m", value)]);
-                free.push("damping_n_s_per_m");
+                entry = EffectEntry::new(EffectKind::ViscousFriction, &[(ParameterKey::DampingNSPerM, value)]);
+                free.push(ParameterKey::DampingNSPerM);
             } else {
-                entry.set_number("value", changed);
-                free.push("value");
+                entry.set_number(ParameterKey::Value, changed);
+                free.push(ParameterKey::Value);
             }
         }
         Meaning::Gain => {
-            entry.set_number("value", 1.0 / (1.0 + value));
-            free.push("value");
+            entry.set_number(ParameterKey::Value, 1.0 / (1.0 + value));
+            free.push(ParameterKey::Value);
         }
         Meaning::Bias => {
-            entry.set_number("value", -value);
-            free.push("value");
+            entry.set_number(ParameterKey::Value, -value);
+            free.push(ParameterKey::Value);
         }
         Meaning::Mode => {
             let gain = -(coefficients[0].signum()) * 0.1;
-            entry.set_number("gain", gain);
-            free.extend(["frequency_hz", "damping_ratio", "gain"]);
+            entry.set_number(ParameterKey::Gain, gain);
+            free.extend([ParameterKey::FrequencyHz, ParameterKey::DampingRatio, ParameterKey::Gain]);
         }
     }
     entry = bias_or_force(entry, machine, states);
-    if let Some(definition) = entry.definition() {
-        for parameter in definition.parameters.iter().filter(|p| p.in_vocabulary()) {
-            if matches!(parameter.value_kind, ValueKind::Name(_)) {
-                entry.parameters.insert(parameter.name.into(), Value::Text("mass".into()));
-            }
+    for parameter in entry.definition().parameters.iter().filter(|p| p.in_vocabulary()) {
+        if matches!(parameter.value_kind, ValueKind::Name(_)) {
+            entry.parameters.insert(parameter.key, Value::Text("mass".into()));
         }
     }
-    if entry.name == "constant-force" {
-        free = vec!["force_n"];
-    } else if entry.name == "sensor-bias" {
-        free = vec!["value"];
+    if entry.kind == EffectKind::ConstantForce {
+        free = vec![ParameterKey::ForceN];
+    } else if entry.kind == EffectKind::SensorBias {
+        free = vec![ParameterKey::Value];
     }
     Cause { entry, free, term: index }
 }
@@ -91,11 +90,11 @@ fn cause(table: &Table, model: &TermModel, part: usize, machine: &SdofRig, state
 /// A constant force and a bias of the position sensor leave the same in the balance of a linear spring. Where the mass
 /// starts tells them apart: from rest at the nominal zero a bias shows in the first sample, a force only later.
 fn bias_or_force(entry: EffectEntry, machine: &SdofRig, states: &States) -> EffectEntry {
-    let number = |key: &str| entry.number(key).unwrap_or_default();
+    let number = |key: ParameterKey| entry.number(key).unwrap_or_default();
     let k = machine.stiffness_n_per_m;
-    let bias = match entry.name.as_str() {
-        "constant-force" if k > 0.0 => number("force_n") / k,
-        "sensor-bias" => number("value"),
+    let bias = match entry.kind {
+        EffectKind::ConstantForce if k > 0.0 => number(ParameterKey::ForceN) / k,
+        EffectKind::SensorBias => number(ParameterKey::Value),
         _ => return entry,
     };
     let rest = if k > 0.0 { machine.gravity_n / k } else { 0.0 };
@@ -107,8 +106,8 @@ fn bias_or_force(entry: EffectEntry, machine: &SdofRig, states: &States) -> Effe
         at_bias < at_nominal && at_bias < AT_REST * bias.abs()
     });
     if 2 * begins.count() > states.tracks.len() {
-        EffectEntry::new("sensor-bias", &[("value", bias)])
+        EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, bias)])
     } else {
-        EffectEntry::new("constant-force", &[("force_n", bias * k)])
+        EffectEntry::new(EffectKind::ConstantForce, &[(ParameterKey::ForceN, bias * k)])
     }
 }

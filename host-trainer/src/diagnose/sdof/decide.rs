@@ -1,5 +1,6 @@
 //! Which causes the data ask for: none, one, two, seldom three.
 
+use crate::rig::effect::ParameterKey;
 use rayon::prelude::*;
 
 use super::{
@@ -68,7 +69,7 @@ impl Decision {
                     Meaning::Bias => -coefficient,
                     _ => continue,
                 };
-                entries.push(EffectEntry::new(table.library.terms[*term].name, &[("value", value)]));
+                entries.push(EffectEntry::new(table.library.terms[*term].kind, &[(ParameterKey::Value, value)]));
             }
         }
         entries

@@ -8,6 +8,7 @@ use super::{
     finding::{CauseParameter, Fault, Finding, FoundCause, HeldOutFit},
     locate,
     table::Table,
+    terms::{SoughtBy, sought_by},
     text,
 };
 use crate::diagnose::result::Verdict;
@@ -21,6 +22,8 @@ use crate::identify::force_balance::{
     traces::{self, HeldOutTrace},
 };
 use crate::recording::Recording;
+use crate::rig::config::RigKey;
+use crate::rig::effect::{EffectKind, Site};
 use crate::rig::{Rig, config::Machine};
 use crate::stats::significance::shares;
 
@@ -72,7 +75,7 @@ pub fn diagnose_sdof(
         Ok::<_, BalanceError>((table, decision))
     };
     let (mut table, mut decision) = judge(&states)?;
-    if faults.iter().any(|f| f.entry.name == "sensor-clipping") {
+    if faults.iter().any(|f| f.entry.kind == EffectKind::SensorClipping) {
         // Hardly a row is free of clipped samples; a simulation needs no rows.
         if explained_by_clipping(rig, &states, &unknown, count) {
             decision = decision.acquitted();
@@ -81,7 +84,7 @@ pub fn diagnose_sdof(
         faults.push(fault);
         (table, decision) = judge(&states)?;
     }
-    let keys: Vec<String> = unknown.iter().map(|p| p.key().to_owned()).collect();
+    let keys: Vec<RigKey> = unknown.iter().map(|p| p.key().into()).collect();
     let under_test = States { tracks: states.tracks[..count].to_vec(), ..states.clone() };
     // Where the balance is at its limits (an acceleration's integrals lack what lies below the band) the simulation is
     // heard: a rig that leaves the sensor's noise and nothing else is acquitted.
@@ -102,7 +105,7 @@ pub fn diagnose_sdof(
 /// rows are left to say more.
 fn explained_by_clipping(rig: &Rig, states: &States, unknown: &[Parameter], count: usize) -> bool {
     let under_test = States { tracks: states.tracks[..count].to_vec(), ..states.clone() };
-    let keys: Vec<String> = unknown.iter().map(|p| p.key().to_owned()).collect();
+    let keys: Vec<RigKey> = unknown.iter().map(|p| p.key().into()).collect();
     let simulated = shooting::refine(rig, &keys, &under_test, None);
     let valid = under_test.tracks.iter().flat_map(|t| &t.valid).filter(|v| **v).count();
     simulated.is_some_and(|r| calibrate::consistent(&r, &under_test)) || 5 * valid < 2 * under_test.rows()
@@ -143,7 +146,7 @@ impl Case<'_> {
         let mut rig = self.rig.clone();
         // The rig's own parameters as this model has them.
         for ((parameter, _), value) in self.table.library.own.iter().zip(&named.values) {
-            let value = if rig.domain(parameter.key()).is_some_and(|d| d.holds(*value)) { *value } else { 1e-9 };
+            let value = if rig.domain(parameter.key().into()).is_some_and(|d| d.holds(*value)) { *value } else { 1e-9 };
             let _ = rig.set(parameter.key(), value);
         }
         let Machine::Sdof(machine) = rig.model.clone() else { unreachable!("checked at the start") };
@@ -155,9 +158,9 @@ impl Case<'_> {
             .zip(parameters)
             .enumerate()
             .map(|(index, (cause, parameters))| FoundCause {
-                name: cause.entry.name.clone(),
+                name: cause.entry.kind.to_string(),
                 probability: self.probability(cause.term, seed),
-                evidence: text::evidence(self.table, decision, index, &cause.entry.name, self.states),
+                evidence: text::evidence(self.table, decision, index, cause.entry.kind, self.states),
                 equation: text::equation(&rig, self.rig.effects.len() + index),
                 entry: rig.effects[self.rig.effects.len() + index].clone(),
                 parameters,
@@ -179,7 +182,7 @@ impl Case<'_> {
         };
         let traces = traces(&plain, &rig, self.rig.effects.len(), &causes, self.unknown, self.states);
         // What the sensor or its cable does is in every recording; lost samples and shocks are in one.
-        let lasting = |fault: &&Fault| matches!(fault.entry.name.as_str(), "sensor-clipping" | "mains-interference");
+        let lasting = |fault: &&Fault| sought_by(fault.entry.kind) == Some(SoughtBy::Acquisition);
         let rig = self.faults.iter().filter(lasting).fold(rig, |rig, fault| rig.with_effect(fault.entry.clone()));
         Finding {
             verdict,
@@ -237,15 +240,17 @@ pub fn fitted(
     states: &States,
 ) -> (Rig, Vec<CauseParameter>, Vec<Vec<CauseParameter>>) {
     let first = rig.effects.len();
-    let mut keys: Vec<String> = unknown.iter().map(|p| p.key().to_owned()).collect();
+    let mut keys: Vec<RigKey> = unknown.iter().map(|p| p.key().into()).collect();
     for (index, cause) in causes.iter().enumerate() {
         rig = rig.with_effect(cause.entry.clone());
-        keys.extend(cause.free.iter().map(|name| format!("effect[{}].{name}", first + index + 1)));
+        keys.extend(cause.free.iter().map(|key| RigKey::Effect { index: first + index, key: *key }));
     }
     let mut fit: Option<Fit> = None;
     if !keys.is_empty() {
         // What the sensor does is not among the forces.
-        let sensor = |c: &Cause| c.entry.name.starts_with("sensor") || c.entry.name == "structural-resonance";
+        let sensor = |c: &Cause| {
+            c.entry.definition().site == Site::Acquisition || c.entry.kind == EffectKind::StructuralResonance
+        };
         if !causes.iter().any(sensor) {
             let mut moved = rig.clone();
             fit = refine::refine(&mut moved, &keys, states);
@@ -261,28 +266,28 @@ pub fn fitted(
     }
     let number = |index: usize, name: &str| CauseParameter {
         name: name.to_owned(),
-        value: rig.get(&keys[index]).unwrap_or(f64::NAN),
+        value: rig.get(keys[index]).unwrap_or(f64::NAN),
         interval95: fit.as_ref().map(|fit| {
             let (value, half) = (fit.values[index], fit.half_widths()[index]);
             [value - half, value + half]
         }),
     };
-    let own = unknown.iter().enumerate().map(|(index, p)| number(index, p.key())).collect();
+    let own = unknown.iter().enumerate().map(|(index, p)| number(index, p.key().name())).collect();
     let mut next = unknown.len();
     let each = causes.iter().map(|cause| {
         let mut numbers: Vec<CauseParameter> = Vec::new();
         let fitted: Vec<CauseParameter> =
-            cause.free.iter().enumerate().map(|(i, name)| number(next + i, name)).collect();
+            cause.free.iter().enumerate().map(|(i, name)| number(next + i, name.name())).collect();
         next += cause.free.len();
-        for parameter in cause.entry.definition().map_or(&[][..], |d| d.parameters) {
-            if let Some(fitted) = fitted.iter().find(|f| f.name == parameter.name) {
+        for parameter in cause.entry.definition().parameters {
+            if let Some(fitted) = fitted.iter().find(|f| f.name == parameter.key.name()) {
                 numbers.push(fitted.clone());
-            } else if let (true, Some(value)) = (parameter.in_vocabulary(), cause.entry.number(parameter.name)) {
-                numbers.push(CauseParameter { name: parameter.name.into(), value, interval95: None });
+            } else if let (true, Some(value)) = (parameter.in_vocabulary(), cause.entry.number(parameter.key)) {
+                numbers.push(CauseParameter { name: parameter.key.to_string(), value, interval95: None });
             }
         }
         numbers.retain(|n| {
-            cause.entry.definition().is_some_and(|d| d.parameters.iter().any(|p| p.name == n.name && p.in_vocabulary()))
+            cause.entry.definition().parameters.iter().any(|p| p.key.name() == n.name && p.in_vocabulary())
         });
         numbers
     });

@@ -6,6 +6,7 @@
 use super::{decide::Decision, finding::Fault, table::Table};
 use crate::identify::force_balance::states::{Sensed, States};
 use crate::rig::EffectEntry;
+use crate::rig::effect::{EffectKind, ParameterKey};
 
 /// Robust deviations beyond which a row is part of a burst.
 const BURST: f64 = 8.0;
@@ -40,7 +41,7 @@ pub fn lost_samples(states: &mut States, count: &mut usize) -> Option<Fault> {
             }
             let times = jump.abs() / usual;
             fault.get_or_insert(Fault {
-                entry: EffectEntry::new("dropped-samples", &[("time_s", time_s), ("count", samples)]),
+                entry: EffectEntry::new(EffectKind::DroppedSamples, &[(ParameterKey::TimeS, time_s), (ParameterKey::Count, samples)]),
                 evidence: format!(
                     "{name} jumps by {jump:.3e} from one sample to the next at {time_s:.4} s, {times:.0} times the usual \
                      and {:.0} times the next largest",
@@ -56,7 +57,7 @@ pub fn lost_samples(states: &mut States, count: &mut usize) -> Option<Fault> {
 /// Finds a shock in the first `count` recordings and marks what it touches.
 pub fn shock(states: &mut States, table: &Table, decision: &Decision, count: usize) -> Option<Fault> {
     // A step between two times of the grid leaves a burst too.
-    if decision.chosen.parts.iter().any(|(term, _)| table.library.terms[*term].name == "load-step") {
+    if decision.chosen.parts.iter().any(|(term, _)| table.library.terms[*term].kind == EffectKind::LoadStep) {
         return None;
     }
     let left = table.residual(&decision.rich);
@@ -101,7 +102,7 @@ pub fn shock(states: &mut States, table: &Table, decision: &Decision, count: usi
     states.prepare();
     let (time_s, name) = (at as f64 * states.step_s(), states.tracks[track].name.clone());
     Some(Fault {
-        entry: EffectEntry::new("shock", &[("time_s", time_s)]),
+        entry: EffectEntry::new(EffectKind::Shock, &[(ParameterKey::TimeS, time_s)]),
         evidence: format!(
             "a burst of force at {time_s:.4} s of {name}, without a jump of the position, and nothing like it elsewhere"
         ),

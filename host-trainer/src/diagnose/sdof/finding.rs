@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::diagnose::result::Verdict;
 use crate::identify::force_balance::HeldOutTrace;
+use crate::rig::config::RigKind;
 use crate::rig::{EffectEntry, Rig};
 
 /// A number of a cause.
@@ -125,17 +126,17 @@ pub struct Fault {
 impl Fault {
     /// As a cause that stands.
     pub fn cause(&self) -> FoundCause {
-        let stated = self.entry.definition().map_or(&[][..], |d| d.parameters).iter().filter(|p| p.in_vocabulary());
+        let stated = self.entry.definition().parameters.iter().filter(|p| p.in_vocabulary());
         let parameters = stated.filter_map(|parameter| {
-            let value = self.entry.number(parameter.name)?;
-            Some(CauseParameter { name: parameter.name.into(), value, interval95: None })
+            let value = self.entry.number(parameter.key)?;
+            Some(CauseParameter { name: parameter.key.to_string(), value, interval95: None })
         });
         FoundCause {
-            name: self.entry.name.clone(),
+            name: self.entry.kind.to_string(),
             probability: 0.99,
             parameters: parameters.collect(),
             evidence: self.evidence.clone(),
-            equation: self.entry.equation("sdof"),
+            equation: self.entry.equation(RigKind::Sdof),
             entry: self.entry.clone(),
         }
     }

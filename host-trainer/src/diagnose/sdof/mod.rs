@@ -26,6 +26,7 @@ use crate::rig::EffectEntry;
 use crate::stats::significance::false_discovery_rates;
 use engine::diagnose_sdof;
 use finding::{CauseParameter, Finding, FoundCause, ResidualTest, Where};
+use terms::{SoughtBy, sought_by};
 
 /// Share of what can be explained below which the rest is worth a caveat.
 const MOST: f64 = 0.97;
@@ -98,9 +99,9 @@ fn tests(found: Vec<ResidualTest>, channel: &'static str) -> Vec<Test> {
 fn cause(found: &FoundCause) -> Cause {
     let mut parameters: BTreeMap<String, Parameter> =
         found.parameters.iter().map(|p| (p.name.clone(), Parameter::Number(p.value))).collect();
-    for parameter in found.entry.definition().map_or(&[][..], |d| d.parameters).iter().filter(|p| p.in_vocabulary()) {
-        if let Some(name) = found.entry.text(parameter.name) {
-            parameters.insert(parameter.name.into(), Parameter::Name(name.into()));
+    for parameter in found.entry.definition().parameters.iter().filter(|p| p.in_vocabulary()) {
+        if let Some(name) = found.entry.text(parameter.key) {
+            parameters.insert(parameter.key.to_string(), Parameter::Name(name.into()));
         }
     }
     Cause {
@@ -173,12 +174,11 @@ fn caveats(told: bool, finding: &Finding) -> Vec<String> {
     for cause in finding.causes.iter().filter(|c| c.parameters.iter().all(|p| p.interval95.is_none())) {
         out.push(format!("{} was read off the samples, not fitted: its numbers have no intervals.", cause.name));
     }
-    for name in ["shock", "dropped-samples"] {
-        if finding.causes.iter().any(|c| c.name == name) {
-            out.push(format!(
-                "{name} happened once: it is not in the corrected rig, and the held-out figures are those of the rest."
-            ));
-        }
+    for cause in finding.causes.iter().filter(|c| sought_by(c.entry.kind) == Some(SoughtBy::Events)) {
+        out.push(format!(
+            "{} happened once: it is not in the corrected rig, and the held-out figures are those of the rest.",
+            cause.entry.kind
+        ));
     }
     if finding.causes.iter().any(|c| c.name == "mains-interference") {
         out.push("When the line of the mains crosses zero was taken from each held-out recording itself.".into());

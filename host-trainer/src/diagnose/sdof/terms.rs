@@ -5,6 +5,7 @@
 //! the width of a play, the speed at which friction turns over, a mode's frequency) is searched over a grid that the
 //! data's own range gives, each value a [`Variant`].
 
+use crate::rig::effect::{EffectKind, ParameterKey};
 use std::f64::consts::TAU;
 
 use crate::identify::force_balance::{
@@ -17,7 +18,7 @@ use crate::rig::{EffectEntry, Rig, config::Restoring, simulate::assemble};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Meaning {
     /// It is the effect's strength: this parameter.
-    Strength(&'static str),
+    Strength(ParameterKey),
     /// It is the spring's stiffness, which the rig knows already.
     Spring,
     /// It is added to a parameter of the rig.
@@ -39,11 +40,60 @@ pub enum Sign {
     Any,
 }
 
+/// Part of the diagnosis of a rig of one degree of freedom that seeks an effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SoughtBy {
+    /// The force balance: [`Library`] has a term of the effect.
+    Balance,
+    /// The coefficient of another effect's term, by its sign or size.
+    Other(EffectKind),
+    /// The tests of the samples themselves.
+    Acquisition,
+    /// The search for single events in the residual.
+    Events,
+}
+
+/// Part of the diagnosis that seeks an effect; `None` where a rig of one degree of freedom cannot have it. The match is
+/// exhaustive, so that no effect is silently never sought.
+pub fn sought_by(kind: EffectKind) -> Option<SoughtBy> {
+    Some(match kind {
+        EffectKind::OuterRaceDefect
+        | EffectKind::InnerRaceDefect
+        | EffectKind::BallDefect
+        | EffectKind::OuterRaceWaviness
+        | EffectKind::InnerRaceWaviness
+        | EffectKind::Unbalance
+        | EffectKind::Misalignment
+        | EffectKind::ExcessClearance
+        | EffectKind::SpeedDrift
+        | EffectKind::CageSlip
+        | EffectKind::ContactExponent => return None,
+        EffectKind::HardeningStiffness
+        | EffectKind::AsymmetricStiffness
+        | EffectKind::StiffnessChange
+        | EffectKind::DampingChange
+        | EffectKind::MassChange
+        | EffectKind::CoulombFriction
+        | EffectKind::QuadraticDrag
+        | EffectKind::EndStopContact
+        | EffectKind::Backlash
+        | EffectKind::ConstantForce
+        | EffectKind::StructuralResonance
+        | EffectKind::LoadStep
+        | EffectKind::SensorBias
+        | EffectKind::SensorGain => SoughtBy::Balance,
+        EffectKind::SofteningStiffness => SoughtBy::Other(EffectKind::HardeningStiffness),
+        EffectKind::ViscousFriction => SoughtBy::Other(EffectKind::DampingChange),
+        EffectKind::MainsInterference | EffectKind::SensorClipping => SoughtBy::Acquisition,
+        EffectKind::Shock | EffectKind::DroppedSamples => SoughtBy::Events,
+    })
+}
+
 /// A candidate cause.
 #[derive(Clone, Debug)]
 pub struct Term {
-    /// Its name in the vocabulary.
-    pub name: &'static str,
+    /// Effect.
+    pub kind: EffectKind,
     /// What the coefficient means.
     pub meaning: Meaning,
     /// The sign it must have.
@@ -135,32 +185,32 @@ impl Builder<'_> {
         self.library.columns.len() - 1
     }
 
-    fn term(&mut self, name: &'static str, meaning: Meaning, sign: Sign, variants: Vec<(EffectEntry, Vec<f64>)>) {
+    fn term(&mut self, kind: EffectKind, meaning: Meaning, sign: Sign, variants: Vec<(EffectEntry, Vec<f64>)>) {
         let variants =
             variants.into_iter().map(|(entry, column)| Variant { entry, columns: vec![self.push(column)] }).collect();
-        self.library.terms.push(Term { name, meaning, sign, variants });
+        self.library.terms.push(Term { kind, meaning, sign, variants });
     }
 
     /// Parameters that differ from nominal. Where they are unknown anyway only healthy recordings can tell.
     fn changes(&mut self, equation: &Equation, unknown: &[Parameter]) {
         let told = self.healthy.contains(&true);
-        for (name, parameter) in [
-            ("mass-change", Parameter::Mass),
-            ("stiffness-change", Parameter::Stiffness),
-            ("damping-change", Parameter::Damping),
+        for (kind, parameter) in [
+            (EffectKind::MassChange, Parameter::Mass),
+            (EffectKind::StiffnessChange, Parameter::Stiffness),
+            (EffectKind::DampingChange, Parameter::Damping),
         ] {
             if unknown.contains(&parameter) && !told {
                 continue;
             }
             let value = parameter.value_in(&equation.rig);
             // Damping that the nominal model has none of is friction.
-            let (name, meaning, sign) = if parameter == Parameter::Damping && value == 0.0 {
-                ("viscous-friction", Meaning::Strength("damping_n_s_per_m"), Sign::Positive)
+            let (kind, meaning, sign) = if parameter == Parameter::Damping && value == 0.0 {
+                (EffectKind::ViscousFriction, Meaning::Strength(ParameterKey::DampingNSPerM), Sign::Positive)
             } else {
-                (name, Meaning::Change(parameter), Sign::Any)
+                (kind, Meaning::Change(parameter), Sign::Any)
             };
-            let entry = EffectEntry::new(name, &[]);
-            self.term(name, meaning, sign, vec![(entry, equation.column(parameter).to_vec())]);
+            let entry = EffectEntry::new(kind, &[]);
+            self.term(kind, meaning, sign, vec![(entry, equation.column(parameter).to_vec())]);
         }
     }
 
@@ -172,13 +222,13 @@ impl Builder<'_> {
     }
 
     /// A parameter of an effect that the search is to look around.
-    fn focus(&self, name: &str, key: &str) -> Option<f64> {
-        self.focus.iter().find(|e| e.name == name)?.number(key)
+    fn focus(&self, kind: EffectKind, key: ParameterKey) -> Option<f64> {
+        self.focus.iter().find(|e| e.kind == kind)?.number(key)
     }
 
     /// The grid, or where there is something to look around, between its neighbours.
-    fn grid(&self, name: &str, key: &str, grid: Vec<f64>) -> Vec<f64> {
-        let Some(middle) = self.focus(name, key) else { return grid };
+    fn grid(&self, kind: EffectKind, key: ParameterKey, grid: Vec<f64>) -> Vec<f64> {
+        let Some(middle) = self.focus(kind, key) else { return grid };
         let below = grid.iter().copied().filter(|x| *x < middle).fold(f64::NEG_INFINITY, f64::max);
         let above = grid.iter().copied().filter(|x| *x > middle).fold(f64::INFINITY, f64::min);
         let (below, above) = match (below.is_finite(), above.is_finite()) {
@@ -190,25 +240,32 @@ impl Builder<'_> {
         (0..=12).map(|k| below + (above - below) * f64::from(k) / 12.0).collect()
     }
 
-    fn strength(&mut self, name: &'static str, key: &'static str, sign: Sign, unit: f64, inside: &[(&str, Vec<f64>)]) {
-        let points: Vec<Vec<(&str, f64)>> = match inside {
+    fn strength(
+        &mut self,
+        kind: EffectKind,
+        key: ParameterKey,
+        sign: Sign,
+        unit: f64,
+        inside: &[(ParameterKey, Vec<f64>)],
+    ) {
+        let points: Vec<Vec<(ParameterKey, f64)>> = match inside {
             [] => vec![Vec::new()],
             [(inner, values), ..] => {
-                self.grid(name, inner, values.clone()).into_iter().map(|v| vec![(*inner, v)]).collect()
+                self.grid(kind, *inner, values.clone()).into_iter().map(|v| vec![(*inner, v)]).collect()
             }
         };
         let variants: Vec<_> = points
             .into_iter()
             .map(|mut numbers| {
                 numbers.push((key, unit));
-                let entry = EffectEntry::new(name, &numbers);
+                let entry = EffectEntry::new(kind, &numbers);
                 let column = self.force(&entry).into_iter().map(|x| x / unit).collect::<Vec<f64>>();
                 (entry, column)
             })
             .filter(|(_, column)| column.iter().any(|x| *x != 0.0))
             .collect();
         if !variants.is_empty() {
-            self.term(name, Meaning::Strength(key), sign, variants);
+            self.term(kind, Meaning::Strength(key), sign, variants);
         }
     }
 
@@ -224,30 +281,42 @@ impl Builder<'_> {
         sizes.sort_by(f64::total_cmp);
         let part = |sorted: &[f64], share: f64| sorted[((sorted.len() - 1) as f64 * share) as usize];
         let turn = [3e-4, 3e-3, 2e-2].map(|share| share * largest_v).to_vec();
-        self.strength("coulomb-friction", "force_n", Positive, 1.0, &[("regularisation_m_per_s", turn)]);
-        self.strength("quadratic-drag", "drag_n_s2_per_m2", Positive, 1.0, &[]);
-        self.strength("hardening-stiffness", "cubic_n_per_m3", Any, 1.0, &[]);
-        self.strength("asymmetric-stiffness", "quadratic_n_per_m2", Any, 1.0, &[]);
+        self.strength(
+            EffectKind::CoulombFriction,
+            ParameterKey::ForceN,
+            Positive,
+            1.0,
+            &[(ParameterKey::RegularisationMPerS, turn)],
+        );
+        self.strength(EffectKind::QuadraticDrag, ParameterKey::DragNS2PerM2, Positive, 1.0, &[]);
+        self.strength(EffectKind::HardeningStiffness, ParameterKey::CubicNPerM3, Any, 1.0, &[]);
+        self.strength(EffectKind::AsymmetricStiffness, ParameterKey::QuadraticNPerM2, Any, 1.0, &[]);
         // The higher the nearer: a stop is touched in a small part of the time.
         let gaps = (0..28).map(|k| part(&positions, 1.0 - 0.5 * 0.82f64.powi(k))).collect();
-        self.strength("end-stop-contact", "stiffness_n_per_m", Positive, 1.0, &[("gap_m", gaps)]);
+        self.strength(
+            EffectKind::EndStopContact,
+            ParameterKey::StiffnessNPerM,
+            Positive,
+            1.0,
+            &[(ParameterKey::GapM, gaps)],
+        );
         if self.states.high_pass.is_none() {
-            self.strength("constant-force", "force_n", Any, 1.0, &[]);
+            self.strength(EffectKind::ConstantForce, ParameterKey::ForceN, Any, 1.0, &[]);
             let times = (4..=28).map(|k| longest * f64::from(k) / 32.0).collect();
-            self.strength("load-step", "change_n", Any, 1.0, &[("time_s", times)]);
+            self.strength(EffectKind::LoadStep, ParameterKey::ChangeN, Any, 1.0, &[(ParameterKey::TimeS, times)]);
         }
         if equation.rig.stiffness_n_per_m > 0.0 && equation.rig.restoring == Restoring::Linear {
             let widths = (1..=20).map(|k| 2.0 * part(&sizes, 0.045 * f64::from(k))).collect();
             let variants: Vec<_> = self
-                .grid("backlash", "width_m", widths)
+                .grid(EffectKind::Backlash, ParameterKey::WidthM, widths)
                 .into_iter()
-                .map(|width| EffectEntry::new("backlash", &[("width_m", width)]))
+                .map(|width| EffectEntry::new(EffectKind::Backlash, &[(ParameterKey::WidthM, width)]))
                 .map(|entry| {
                     let column = self.force(&entry).into_iter().map(|x| x / equation.rig.stiffness_n_per_m).collect();
                     (entry, column)
                 })
                 .collect();
-            self.term("backlash", Meaning::Spring, Sign::Positive, variants);
+            self.term(EffectKind::Backlash, Meaning::Spring, Sign::Positive, variants);
         }
     }
 
@@ -262,27 +331,37 @@ impl Builder<'_> {
             all.iter_mut().zip(equation.column(parameter)).for_each(|(sum, x)| *sum += value * x);
         }
         let k = rig.stiffness_n_per_m;
-        let share = self.sensed_value("sensor-gain").map(|gain| 1.0 / gain - 1.0).filter(|s| s.abs() > 1e-3);
+        let share = self.sensed_value(EffectKind::SensorGain).map(|gain| 1.0 / gain - 1.0).filter(|s| s.abs() > 1e-3);
         if let (true, Some(share)) = (pendulum, share) {
             let beyond = |q: &f64| k * ((((1.0 + share) * q).sin() - q.sin()) / share - q.sin());
             let column = self.states.column(|t| t.position.iter().map(beyond).collect());
             all.iter_mut().zip(column).for_each(|(sum, x)| *sum += x);
         }
-        self.term("sensor-gain", Meaning::Gain, Sign::Any, vec![(EffectEntry::new("sensor-gain", &[]), all)]);
+        self.term(
+            EffectKind::SensorGain,
+            Meaning::Gain,
+            Sign::Any,
+            vec![(EffectEntry::new(EffectKind::SensorGain, &[]), all)],
+        );
         if self.states.sensed == Sensed::Position && k > 0.0 {
-            let bias = self.sensed_value("sensor-bias").filter(|b| b.abs() > 1e-6);
+            let bias = self.sensed_value(EffectKind::SensorBias).filter(|b| b.abs() > 1e-6);
             let slope = |q: &f64| match (pendulum, bias) {
                 (false, _) => k,
                 (true, None) => k * q.cos(),
                 (true, Some(bias)) => k * (q.sin() - (q - bias).sin()) / bias,
             };
             let column = self.states.column(|t| t.position.iter().map(slope).collect());
-            self.term("sensor-bias", Meaning::Bias, Sign::Any, vec![(EffectEntry::new("sensor-bias", &[]), column)]);
+            self.term(
+                EffectKind::SensorBias,
+                Meaning::Bias,
+                Sign::Any,
+                vec![(EffectEntry::new(EffectKind::SensorBias, &[]), column)],
+            );
         }
     }
 
-    fn sensed_value(&self, name: &str) -> Option<f64> {
-        self.focus.iter().filter(|e| e.name == name).find_map(|e| e.number("value"))
+    fn sensed_value(&self, kind: EffectKind) -> Option<f64> {
+        self.focus.iter().filter(|e| e.kind == kind).find_map(|e| e.number(ParameterKey::Value))
     }
 
     /// A mode that the mass drives as its base: η̈ + 2ζω η̇ + ω² η = q̈, of which ω² η and η̇ act back.
@@ -295,22 +374,23 @@ impl Builder<'_> {
         let count = 30;
         let mut variants = Vec::new();
         let grid = (0..count).map(|k| low * (high / low).powf(f64::from(k) / f64::from(count - 1))).collect();
-        let ratios = match self.focus("structural-resonance", "damping_ratio") {
+        let ratios = match self.focus(EffectKind::StructuralResonance, ParameterKey::DampingRatio) {
             Some(ratio) => [0.4, 0.7, 1.0, 1.5, 2.2].map(|factor| (factor * ratio).min(0.5)).to_vec(),
             None => vec![0.01, 0.04, 0.12],
         };
-        for hz in self.grid("structural-resonance", "frequency_hz", grid) {
+        for hz in self.grid(EffectKind::StructuralResonance, ParameterKey::FrequencyHz, grid) {
             for &ratio in &ratios {
-                let numbers = [("frequency_hz", hz), ("damping_ratio", ratio), ("gain", 1.0)];
-                let entry = EffectEntry::new("structural-resonance", &numbers);
+                let numbers =
+                    [(ParameterKey::FrequencyHz, hz), (ParameterKey::DampingRatio, ratio), (ParameterKey::Gain, 1.0)];
+                let entry = EffectEntry::new(EffectKind::StructuralResonance, &numbers);
                 let of = |which: usize| self.states.column(|t| mode(self.states, t, hz, ratio, which));
                 let columns = [of(0), of(1)];
                 let columns = columns.into_iter().map(|c| self.push(c)).collect();
                 variants.push(Variant { entry, columns });
             }
         }
-        let name = "structural-resonance";
-        self.library.terms.push(Term { name, meaning: Meaning::Mode, sign: Sign::Any, variants });
+        let kind = EffectKind::StructuralResonance;
+        self.library.terms.push(Term { kind, meaning: Meaning::Mode, sign: Sign::Any, variants });
     }
 }
 
@@ -339,4 +419,27 @@ pub fn mode(states: &States, track: &Track, hz: f64, ratio: f64, which: usize) -
         (y, z) = (transition[0][0] * y + transition[0][1] * z, transition[1][0] * y + transition[1][1] * z);
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identify::force_balance::{equation::Equation, testing};
+    use crate::rig::config::RigKind;
+
+    #[test]
+    fn invariant_every_effect_of_the_rig_is_sought() {
+        let rig = testing::rig(testing::LINEAR);
+        let recordings = testing::recordings(&rig, "q", 1.0, 0.01, 1000, 1);
+        let mut states = States::new(&recordings).unwrap();
+        states.learn_band().unwrap();
+        let equation = Equation::new(&rig, &states).unwrap();
+        let library = Library::new(&rig, &equation, &states, &vec![false; states.tracks.len()], &[], &[]);
+        for kind in EffectKind::ALL {
+            let by = sought_by(*kind);
+            assert_eq!(by.is_some(), kind.definition().rigs.include(RigKind::Sdof), "{kind}");
+            let term = library.terms.iter().any(|term| term.kind == *kind);
+            assert_eq!(term, by == Some(SoughtBy::Balance), "{kind}");
+        }
+    }
 }

@@ -8,15 +8,17 @@ use super::{
 };
 use crate::identify::force_balance::states::States;
 use crate::rig::Rig;
+use crate::rig::config::RigKind;
+use crate::rig::effect::EffectKind;
 use crate::stats::significance::{paired_z, sign_flip};
 
 /// The term that an effect of a rig adds.
 pub fn equation(rig: &Rig, index: usize) -> String {
-    rig.effects.get(index).map_or_else(String::new, |effect| effect.equation("sdof"))
+    rig.effects.get(index).map_or_else(String::new, |effect| effect.equation(RigKind::Sdof))
 }
 
 /// What a person can check about the cause of this index in the chosen model.
-pub fn evidence(table: &Table, decision: &Decision, index: usize, name: &str, states: &States) -> String {
+pub fn evidence(table: &Table, decision: &Decision, index: usize, name: EffectKind, states: &States) -> String {
     let (chosen, nothing) = (&decision.chosen, &decision.nothing);
     let (term, _) = chosen.parts[index];
     let share = |after: f64, before: f64| 100.0 * (1.0 - after / before);
@@ -34,7 +36,7 @@ pub fn evidence(table: &Table, decision: &Decision, index: usize, name: &str, st
     if others.is_empty() {
         return format!("{name}: {alone}, more than any other single cause");
     }
-    let names: Vec<&str> = others.iter().map(|t| table.library.terms[*t].name).collect();
+    let names: Vec<&str> = others.iter().map(|t| table.library.terms[*t].kind.name()).collect();
     format!("{name}: {alone}, with {} {together:.1} %", names.join(" and "))
 }
 
@@ -54,7 +56,7 @@ pub fn rejected(table: &Table, decision: &Decision, causes: &[Cause]) -> Vec<Rej
         format!("alone it explains {alone:.1} % of the held-out balance where what was found explains {together:.1} %")
     };
     let singles = decision.singles.iter().filter(|t| !stands(t.term));
-    singles.map(|t| Rejected { name: table.library.terms[t.term].name.into(), why: why(t) }).collect()
+    singles.map(|t| Rejected { name: table.library.terms[t.term].kind.to_string(), why: why(t) }).collect()
 }
 
 /// What was looked for in the residual of the rig without causes, the most telling first.
@@ -65,7 +67,7 @@ pub fn tests(table: &Table, decision: &Decision, seed: u64) -> Vec<ResidualTest>
         ResidualTest { what, z: paired_z(nothing, &model.left), p_value }
     };
     let singles = decision.singles.iter().filter_map(|trial| {
-        let name = table.library.terms[trial.term].name;
+        let name = table.library.terms[trial.term].kind;
         Some(test(format!("a force as of {name}"), trial.model.as_ref()?))
     });
     let any = test("any force of position, speed and time, named or not".into(), &decision.rich);

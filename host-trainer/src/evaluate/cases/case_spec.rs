@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::effects;
 use super::outside::Outside;
-use crate::rig::effect::REGISTRY;
+use crate::rig::effect::EffectKind;
 
 /// What a case is to be, before anything of it is drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,7 +27,7 @@ pub enum Hidden {
     /// Nothing: a control.
     Nothing,
     /// One or two effects of the vocabulary.
-    Effects(Vec<(&'static str, Severity)>),
+    Effects(Vec<(EffectKind, Severity)>),
     /// An effect without a name.
     Outside(Outside),
 }
@@ -110,7 +110,7 @@ const OUTSIDE_EACH: usize = 2;
 pub fn round(number: usize) -> Vec<CaseSpec> {
     let mut hidden = vec![Hidden::Nothing; CONTROLS];
     for severity in Severity::ALL {
-        hidden.extend(REGISTRY.iter().map(|effect| Hidden::Effects(vec![(effect.name, severity)])));
+        hidden.extend(EffectKind::ALL.iter().map(|kind| Hidden::Effects(vec![(*kind, severity)])));
     }
     hidden.extend(
         pairs(number).into_iter().map(|[a, b]| Hidden::Effects(vec![(a, Severity::Plain), (b, Severity::Plain)])),
@@ -124,7 +124,7 @@ pub fn round(number: usize) -> Vec<CaseSpec> {
 }
 
 /// Effects of different groups together; each round has others.
-fn pairs(number: usize) -> Vec<[&'static str; 2]> {
+fn pairs(number: usize) -> Vec<[EffectKind; 2]> {
     let groups = effects::GROUPS;
     let mut out = Vec::new();
     for (g, first) in groups.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! Rigs, speeds and loads.
 
+use crate::rig::config::ModelKey;
 use std::f64::consts::TAU;
 
 use rand::RngExt;
@@ -62,6 +63,19 @@ pub fn log_uniform(from: f64, to: f64, rng: &mut ChaCha8Rng) -> f64 {
     from * (to / from).powf(rng.random::<f64>())
 }
 
+/// Numbers of the supports, each drawn by itself.
+const SUPPORTS: [ModelKey; 9] = [
+    ModelKey::InnerMass,
+    ModelKey::InnerStiffness,
+    ModelKey::InnerDamping,
+    ModelKey::OuterMass,
+    ModelKey::OuterStiffness,
+    ModelKey::OuterDamping,
+    ModelKey::ResonatorMass,
+    ModelKey::ResonatorStiffness,
+    ModelKey::ResonatorDamping,
+];
+
 /// Draws a machine and its conditions.
 ///
 /// # Errors
@@ -69,15 +83,13 @@ pub fn log_uniform(from: f64, to: f64, rng: &mut ChaCha8Rng) -> f64 {
 pub fn draw(loud: bool, seconds: f64, count: usize, rng: &mut ChaCha8Rng) -> Result<Drawn, RigError> {
     let text = RIGS[usize::from(rng.random::<bool>())];
     let mut rig = Rig::parse(text, std::path::Path::new("rig.toml"))?;
-    for section in ["inner", "outer", "resonator"] {
-        for key in ["mass_kg", "stiffness_n_per_m", "damping_n_s_per_m"] {
-            scale(&mut rig, &format!("{section}.{key}"), log_uniform(1.0 / OTHER, OTHER, rng));
-        }
+    for key in SUPPORTS {
+        scale(&mut rig, key, log_uniform(1.0 / OTHER, OTHER, rng));
     }
-    scale(&mut rig, "excitation.unbalance_kg_m", log_uniform(0.5, 2.0, rng));
+    scale(&mut rig, ModelKey::Unbalance, log_uniform(0.5, 2.0, rng));
     if loud {
-        scale(&mut rig, "sensor.noise_std_m_per_s2", 4.0);
-        scale(&mut rig, "excitation.process_force_psd_n2_per_hz", 10.0);
+        scale(&mut rig, ModelKey::SensorNoise, 4.0);
+        scale(&mut rig, ModelKey::ProcessForce, 10.0);
     }
     let (shaft_hz, load_n) = (rng.random_range(18.0..42.0), log_uniform(350.0, 1800.0, rng));
     let factors = [(1.0, 1.0), (0.9, 0.7), (1.1, 1.3), (1.0, 1.15)];
@@ -101,7 +113,7 @@ fn rounded(value: f64) -> f64 {
     (value * 100.0).round() / 100.0
 }
 
-fn scale(rig: &mut Rig, key: &str, factor: f64) {
+fn scale(rig: &mut Rig, key: ModelKey, factor: f64) {
     if let Some(value) = rig.get(key) {
         // A positive number stays one.
         _ = rig.set(key, value * factor);
@@ -113,10 +125,10 @@ fn scale(rig: &mut Rig, key: &str, factor: f64) {
 /// # Errors
 /// None that a positive factor can give.
 pub fn guess(rig: &mut Rig, rng: &mut ChaCha8Rng) -> Result<(), RigError> {
-    let keys = ["outer.stiffness_n_per_m", "inner.damping_n_s_per_m", "sensor.noise_std_m_per_s2"];
+    let keys = [ModelKey::OuterStiffness, ModelKey::InnerDamping, ModelKey::SensorNoise];
     for key in keys {
         scale(rig, key, log_uniform(1.0 / WRONG, WRONG, rng));
     }
-    rig.unknown = keys.map(String::from).to_vec();
+    rig.unknown = keys.map(|key| key.name().to_owned()).to_vec();
     rig.check()
 }

@@ -82,11 +82,11 @@ impl HiddenEffect {
         let (mut numbers, mut names) = (std::collections::BTreeMap::new(), std::collections::BTreeMap::new());
         for (key, value) in &entry.parameters {
             match value {
-                Value::Number(number) => _ = numbers.insert(key.clone(), *number),
-                Value::Text(text) => _ = names.insert(key.clone(), text.clone()),
+                Value::Number(number) => _ = numbers.insert(key.to_string(), *number),
+                Value::Text(text) => _ = names.insert(key.to_string(), text.clone()),
             }
         }
-        Self { name: entry.name.clone(), numbers, names }
+        Self { name: entry.kind.to_string(), numbers, names }
     }
 }
 
@@ -163,13 +163,13 @@ fn hide(
     match &spec.hidden {
         Hidden::Nothing => {}
         Hidden::Effects(names) => {
-            for (name, severity) in names {
+            for (kind, severity) in names {
                 let (at, span) = severity.share();
                 let share = at + span * rng.random::<f64>();
-                let entry = effects::draw(name, share, drawn, without, rng);
-                truth.accept.extend(effects::same_as(&entry).map(String::from));
+                let entry = effects::draw(*kind, share, drawn, without, rng);
+                truth.accept.extend(effects::same_as(&entry).map(|kind| kind.to_string()));
                 truth.effects.push(HiddenEffect::from_entry(&entry));
-                truth.causes.push(entry.name.clone());
+                truth.causes.push(entry.kind.to_string());
                 rig = rig.with_effect(entry);
             }
         }

@@ -1,3 +1,4 @@
+use crate::rig::effect::EffectKind;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -5,7 +6,6 @@ use super::case_spec::{CaseSpec, Hidden, Kind, Severity, round};
 use super::outside::Outside;
 use super::*;
 use crate::rig::assembly::Assembly;
-use crate::rig::effect::REGISTRY;
 
 fn spec(hidden: Hidden) -> CaseSpec {
     CaseSpec { hidden, loud: false, tachometer: true, guessed: false }
@@ -21,7 +21,7 @@ fn every_effect_of_the_vocabulary_is_drawn_as_one_that_a_rig_can_have() {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let drawn = machine::draw(seed % 2 == 0, 0.2, 1, &mut rng).unwrap();
         let without = vec![simulate(&drawn.rig, &drawn.conditions[0], &Start::seeded(seed)).unwrap()];
-        for name in REGISTRY.iter().map(|d| d.name) {
+        for name in EffectKind::ALL.iter().copied() {
             for share in [0.0, 0.5, 1.0] {
                 let entry = effects::draw(name, share, &drawn, &without, &mut rng);
                 drawn.rig.clone().with_effect(entry).check().unwrap();
@@ -32,7 +32,7 @@ fn every_effect_of_the_vocabulary_is_drawn_as_one_that_a_rig_can_have() {
 
 #[test]
 fn the_same_brief_and_seed_give_the_same_case_and_others_another() {
-    let hidden = Hidden::Effects(vec![("unbalance", Severity::Plain)]);
+    let hidden = Hidden::Effects(vec![(EffectKind::Unbalance, Severity::Plain)]);
     let case = draw(hidden.clone(), 5);
     let again = draw(hidden.clone(), 5);
     assert_eq!((&case.recordings, &case.truth), (&again.recordings, &again.truth));
@@ -48,7 +48,7 @@ fn null_a_control_has_nothing_hidden_and_everything_else_has() {
         assert_eq!(case.truth.causes, ["unexplained"]);
         assert!(case.truth.change > 0.01, "{}: {}", kind.name(), case.truth.change);
     }
-    let case = draw(Hidden::Effects(vec![("outer-race-defect", Severity::Severe)]), 3);
+    let case = draw(Hidden::Effects(vec![(EffectKind::OuterRaceDefect, Severity::Severe)]), 3);
     assert!(case.truth.change > 0.05, "{}", case.truth.change);
 }
 
@@ -77,7 +77,7 @@ fn what_is_random_outside_the_vocabulary_is_another_in_every_recording() {
 #[test]
 fn what_is_written_holds_nothing_of_the_truth() {
     let folder = tempfile::tempdir().unwrap();
-    let hidden = Hidden::Effects(vec![("sensor-gain", Severity::Severe)]);
+    let hidden = Hidden::Effects(vec![(EffectKind::SensorGain, Severity::Severe)]);
     let case = Case::draw(&CaseSpec { tachometer: false, guessed: true, ..spec(hidden) }, 0.2, 4).unwrap();
     case.write(folder.path()).unwrap();
     let mut names: Vec<String> =
@@ -93,11 +93,11 @@ fn what_is_written_holds_nothing_of_the_truth() {
 fn a_round_has_every_effect_at_every_severity_and_pairs_of_two_groups() {
     let briefs = round(0);
     let of = |kind: Kind| briefs.iter().filter(|b| b.kind() == kind).count();
-    assert_eq!(of(Kind::Single), 3 * REGISTRY.len());
+    assert_eq!(of(Kind::Single), 3 * EffectKind::ALL.len());
     assert_eq!((of(Kind::Control), of(Kind::Pair), of(Kind::Outside)), (20, 10, 16));
     for spec in briefs.iter().filter(|b| b.kind() == Kind::Pair) {
         let Hidden::Effects(names) = &spec.hidden else { unreachable!() };
-        let group = |name: &str| effects::GROUPS.iter().position(|g| g.contains(&name));
+        let group = |kind: EffectKind| effects::GROUPS.iter().position(|g| g.contains(&kind));
         assert_ne!(group(names[0].0), group(names[1].0));
     }
     assert_ne!(briefs, round(1));

@@ -1,5 +1,6 @@
 //! Calibration of the 5-DoF rig.
 
+use crate::rig::config::RigKey;
 use serde::Serialize;
 
 use super::distance::log_spectral;
@@ -125,9 +126,12 @@ pub fn calibrate(
         final_rig.paths = identify(rig, recordings, options.seed)?;
         let path_poles = final_rig.paths.iter().map(|p| (p.channel.clone(), p.reflection.len())).collect();
         let sought = sought(rig)?;
-        let keys =
-            sought.iter().filter(|c| !NOISE.contains(&c.key.as_str())).map(|c| c.key.clone()).collect::<Vec<_>>();
-        let free = Undetermined { free: keys.join(" · "), keys, deviation: f64::MAX };
+        let keys = sought.iter().map(|c| c.key).filter(|key| !NOISE.contains(key)).collect::<Vec<_>>();
+        let free = Undetermined {
+            free: keys.iter().map(RigKey::to_string).collect::<Vec<_>>().join(" · "),
+            keys,
+            deviation: f64::MAX,
+        };
         return Ok(Calibration {
             prior: ParameterPrior::none(),
             parameters: Vec::new(),
@@ -146,15 +150,16 @@ pub fn calibrate(
     let whole = Problem { observed: &all, rig: judged_rig.clone(), ..part.clone() };
     let last = search_from_rig(&whole)?;
     let covariance = covariance(&last.expansion, whole.coordinates.len());
-    let before: Vec<f64> = whole.coordinates.iter().map(|c| rig.get(&c.key).unwrap_or_default()).collect();
+    let before: Vec<f64> = whole.coordinates.iter().map(|c| rig.get(c.key).unwrap_or_default()).collect();
     let mut calibrated = whole.rig_at(&last.point.coordinates)?;
     let parameters = estimates(&whole.coordinates, &before, &last.point.coordinates, &covariance);
     // What is known now is no guess any more.
-    let known = |key: &str| parameters.iter().any(|p| p.key == key && p.determined);
-    calibrated.unknown = rig.unknown_keys().into_iter().filter(|key| !known(key)).collect();
+    let known = |key: RigKey| parameters.iter().any(|p| p.key == key && p.determined);
+    calibrated.unknown =
+        rig.unknown_keys().into_iter().filter(|key| !known((*key).into())).map(|key| key.name().to_owned()).collect();
     let undetermined = undetermined(&whole.coordinates, &covariance);
     Ok(Calibration {
-        prior: ParameterPrior { coordinates: whole.coordinates.clone(), covariance }.restricted_to(|c| known(&c.key)),
+        prior: ParameterPrior { coordinates: whole.coordinates.clone(), covariance }.restricted_to(|c| known(c.key)),
         undetermined,
         parameters,
         path_poles: Vec::new(),
@@ -169,9 +174,12 @@ pub fn calibrate(
 
 /// What is sought: the unknown parameters, and the noise levels whether the rig's file calls them unknown or not.
 fn sought(rig: &Rig) -> Result<Vec<Coordinate>, CalibrateError> {
-    let mut keys = rig.unknown_keys();
-    keys.extend(NOISE.iter().map(|k| (*k).to_owned()).filter(|k| !rig.unknown_keys().contains(k)));
-    keys.into_iter().map(|key| Coordinate::for_key(rig, &key).ok_or(CalibrateError::Whole { key })).collect()
+    let mut keys: Vec<RigKey> = rig.unknown_keys().into_iter().map(RigKey::from).collect();
+    let noise = NOISE.into_iter().filter(|key| !keys.contains(key)).collect::<Vec<_>>();
+    keys.extend(noise);
+    keys.into_iter()
+        .map(|key| Coordinate::for_key(rig, key).ok_or_else(|| CalibrateError::Whole { key: key.to_string() }))
+        .collect()
 }
 
 fn fit<'o>(rig: &Rig, observed: &'o [Observed]) -> Result<(Problem<'o>, Optimum), CalibrateError> {
@@ -183,7 +191,7 @@ fn fit<'o>(rig: &Rig, observed: &'o [Observed]) -> Result<(Problem<'o>, Optimum)
         }
     }
     let all = sought(&rig)?;
-    let noise_only = all.iter().filter(|c| NOISE.contains(&c.key.as_str())).cloned().collect();
+    let noise_only = all.iter().filter(|c| NOISE.contains(&c.key)).cloned().collect();
     let mut problem = Problem::new(observed, rig, noise_only);
     let quick = Limits { change: 2.0, ..Limits::default() };
     let found = search(&problem, problem.start()?, &quick)?;

@@ -1,5 +1,6 @@
 //! What a search has found, as values with intervals, and what the recordings do not tell.
 
+use crate::rig::config::RigKey;
 use faer::Mat;
 use faer::Side;
 use faer::linalg::solvers::DenseSolveCore;
@@ -20,7 +21,7 @@ const TAKES_PART: f64 = 0.3;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Estimate {
     /// Name, such as `outer.mass_kg`.
-    pub key: String,
+    pub key: RigKey,
     /// Value in the rig before.
     pub before: f64,
     /// Most likely value.
@@ -35,7 +36,7 @@ pub struct Estimate {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Undetermined {
     /// Their names.
-    pub keys: Vec<String>,
+    pub keys: Vec<RigKey>,
     /// The product of their powers that can be anything, such as `outer.mass_kg^0.7 · outer.stiffness_n_per_m^0.7`.
     pub free: String,
     /// Standard deviation of its logarithm.
@@ -131,7 +132,7 @@ pub fn estimates(sought: &[Coordinate], before: &[f64], found: &[f64], covarianc
             let end = |side: f64| coordinate.to_value(found[a] + side * Z975 * deviation.min(300.0));
             let (one, other) = (end(-1.0), end(1.0));
             Estimate {
-                key: coordinate.key.clone(),
+                key: coordinate.key,
                 before: before[a],
                 value: coordinate.to_value(found[a]),
                 interval95: [one.min(other), one.max(other)],
@@ -155,12 +156,12 @@ pub fn undetermined(sought: &[Coordinate], covariance: &Mat<f64>) -> Vec<Undeter
             let part = |a: usize| vectors[(a, k)] * largest.signum();
             let members: Vec<usize> = (0..sought.len()).filter(|a| part(*a).abs() >= TAKES_PART).collect();
             let power = |a: &usize| match sought[*a].scale {
-                Scale::Log { .. } if members.len() == 1 => sought[*a].key.clone(),
+                Scale::Log { .. } if members.len() == 1 => sought[*a].key.to_string(),
                 Scale::Log { .. } => format!("{}^{:.2}", sought[*a].key, part(*a)),
                 Scale::Linear { unit } => format!("exp({:.3e}·{})", part(*a) / unit, sought[*a].key),
             };
             Undetermined {
-                keys: members.iter().map(|a| sought[*a].key.clone()).collect(),
+                keys: members.iter().map(|a| sought[*a].key).collect(),
                 free: members.iter().map(power).collect::<Vec<_>>().join(" · "),
                 deviation: values[k].max(0.0).sqrt(),
             }
@@ -171,12 +172,12 @@ pub fn undetermined(sought: &[Coordinate], covariance: &Mat<f64>) -> Vec<Undeter
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rig::config::ModelKey;
 
-    fn coordinates(names: &[&str]) -> Vec<Coordinate> {
-        names
-            .iter()
-            .map(|n| Coordinate {
-                key: (*n).into(),
+    fn coordinates(keys: &[ModelKey]) -> Vec<Coordinate> {
+        keys.iter()
+            .map(|key| Coordinate {
+                key: (*key).into(),
                 scale: Scale::Log { sign: 1.0 },
                 moves_mean: true,
                 moves_variance: true,
@@ -204,12 +205,12 @@ mod tests {
                 }
             }
         });
-        let sought = coordinates(&["m", "k", "c"]);
+        let sought = coordinates(&[ModelKey::Mass, ModelKey::Stiffness, ModelKey::Damping]);
         let covariance = covariance(&quiet(information), 3);
         let free = undetermined(&sought, &covariance);
         assert_eq!(free.len(), 1);
-        assert_eq!(free[0].keys, ["m", "k"]);
-        assert_eq!(free[0].free, "m^0.71 · k^0.71");
+        assert_eq!(free[0].keys, [ModelKey::Mass.into(), ModelKey::Stiffness.into()]);
+        assert_eq!(free[0].free, "mass_kg^0.71 · stiffness_n_per_m^0.71");
         let values = estimates(&sought, &[1.0; 3], &[0.0; 3], &covariance);
         assert_eq!(values.iter().map(|e| e.determined).collect::<Vec<_>>(), [false, false, true]);
         // 1/√400 = 0.05: the interval is e^±0.098.
@@ -232,12 +233,12 @@ mod tests {
     #[test]
     fn what_is_hardly_known_of_the_rig_widens_what_it_can_stand_for() {
         let sum = quiet(Mat::from_fn(2, 2, |_, _| 400.0));
-        let [cause, rigs] = <[Coordinate; 2]>::try_from(coordinates(&["cause", "rig's"])).unwrap();
+        let [cause, rigs] = <[Coordinate; 2]>::try_from(coordinates(&[ModelKey::Mass, ModelKey::Damping])).unwrap();
         let knowledge = ParameterPrior {
             coordinates: vec![rigs, cause],
             covariance: Mat::from_fn(2, 2, |a, b| if a == b { 0.01 } else { 0.0 }),
         };
-        let knowledge = knowledge.restricted_to(|c| c.key == "rig's");
+        let knowledge = knowledge.restricted_to(|c| c.key == ModelKey::Damping.into());
         assert!((covariance_under(&knowledge, &sum, 1)[(0, 0)] - (1.0 / 400.0 + 0.01)).abs() < 1e-9);
         assert!(
             (covariance_under(&ParameterPrior::none(), &quiet(Mat::from_fn(1, 1, |_, _| 400.0)), 1)[(0, 0)]

@@ -1,6 +1,7 @@
 use super::bearing::{Options, PathChoice, calibrate};
 use super::estimate::Estimate;
 use crate::recording::{LoadOptions, Recording, Unit, load, reference_data};
+use crate::rig::config::ModelKey;
 use crate::rig::test_support::{condition, nominal};
 use crate::rig::{Rig, Run, Start, simulate_many};
 
@@ -14,24 +15,24 @@ fn recordings(rig: &Rig, count: usize, samples: usize, seed: u64) -> Vec<Recordi
     simulate_many(&runs).unwrap()
 }
 
-fn guess(keys: &[&str], factors: &[f64]) -> Rig {
+fn guess(keys: &[ModelKey], factors: &[f64]) -> Rig {
     let mut rig = nominal();
     for (key, factor) in keys.iter().zip(factors) {
-        rig.set(key, rig.get(key).unwrap() * factor).unwrap();
+        rig.set(*key, rig.get(*key).unwrap() * factor).unwrap();
     }
-    rig.unknown = keys.iter().map(|k| (*k).to_owned()).collect();
+    rig.unknown = keys.iter().map(ModelKey::to_string).collect();
     rig
 }
 
 fn holds(estimate: &Estimate, truth: &Rig) -> bool {
-    let value = truth.get(&estimate.key).unwrap();
+    let value = truth.get(estimate.key).unwrap();
     estimate.interval95[0] <= value && value <= estimate.interval95[1]
 }
 
 #[test]
 fn intervals_hold_the_truth_in_at_least_ninety_of_a_hundred_repeats() {
     let truth = nominal();
-    let keys = ["outer.stiffness_n_per_m", "inner.damping_n_s_per_m", "bearing.radial_clearance_m"];
+    let keys = [ModelKey::OuterStiffness, ModelKey::InnerDamping, ModelKey::RadialClearance];
     let rig = guess(&keys, &[1.1, 0.9, 1.1]);
     let repeats = 100;
     let mut held = std::collections::BTreeMap::<String, usize>::new();
@@ -39,7 +40,7 @@ fn intervals_hold_the_truth_in_at_least_ninety_of_a_hundred_repeats() {
         let recordings = recordings(&truth, 2, 6_400, seed);
         let done = calibrate(&rig, &recordings, &Options { path: PathChoice::None, seed }, &|_| ()).unwrap();
         for estimate in done.parameters {
-            *held.entry(estimate.key.clone()).or_default() += usize::from(holds(&estimate, &truth));
+            *held.entry(estimate.key.to_string()).or_default() += usize::from(holds(&estimate, &truth));
         }
     }
     assert_eq!(held.len(), 5, "three parameters and two noise levels");
@@ -52,17 +53,17 @@ fn intervals_hold_the_truth_in_at_least_ninety_of_a_hundred_repeats() {
 #[test]
 fn what_a_channel_does_not_see_is_said_to_be_undetermined() {
     let truth = nominal();
-    let rig = guess(&["resonator.damping_n_s_per_m", "outer.stiffness_n_per_m"], &[1.2, 1.1]);
+    let rig = guess(&[ModelKey::ResonatorDamping, ModelKey::OuterStiffness], &[1.2, 1.1]);
     let mut recordings = recordings(&truth, 2, 6_400, 1);
     recordings.iter_mut().for_each(|r| r.channels.retain(|c| c.name == "ax"));
     let done = calibrate(&rig, &recordings, &Options::default(), &|_| ()).unwrap();
     assert!(done.path_poles.is_empty(), "{:?}", done.explained);
-    let told = |key: &str| done.parameters.iter().find(|p| p.key == key).unwrap().determined;
-    assert!(told("outer.stiffness_n_per_m") && told("sensor.noise_std_m_per_s2"), "{:?}", done.parameters);
-    assert!(!told("resonator.damping_n_s_per_m"), "{:?}", done.parameters);
+    let told = |key: ModelKey| done.parameters.iter().find(|p| p.key == key.into()).unwrap().determined;
+    assert!(told(ModelKey::OuterStiffness) && told(ModelKey::SensorNoise), "{:?}", done.parameters);
+    assert!(!told(ModelKey::ResonatorDamping), "{:?}", done.parameters);
     let free: Vec<_> = done.undetermined.iter().flat_map(|u| u.keys.clone()).collect();
-    assert!(free.contains(&"resonator.damping_n_s_per_m".to_owned()), "{free:?}");
-    assert_eq!(done.rig.unknown, ["resonator.damping_n_s_per_m"]);
+    assert!(free.contains(&ModelKey::ResonatorDamping.into()), "{free:?}");
+    assert_eq!(done.rig.unknown, [ModelKey::ResonatorDamping.name()]);
 }
 
 /// A structure that no rig has takes a path; a rig of the right kind takes none, and reaches the floor.

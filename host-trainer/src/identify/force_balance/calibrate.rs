@@ -1,5 +1,6 @@
 //! The rig's unknown parameters from healthy recordings.
 
+use crate::rig::config::RigKey;
 use serde::Serialize;
 
 use super::{
@@ -111,7 +112,7 @@ pub fn calibrate_sdof(rig: &Rig, recordings: &[Recording]) -> Result<SdofCalibra
         .zip(&found.fit.values)
         .zip(found.fit.half_widths())
         .map(|((parameter, value), half)| Estimate {
-            key: parameter.key().into(),
+            key: parameter.key().to_string(),
             unit: parameter.unit(),
             guess: parameter.value_in(machine),
             value: *value,
@@ -156,10 +157,11 @@ pub fn fit(rig: &Rig, states: &States, unknown: &[Parameter]) -> Result<OwnFit, 
     let mut start = rig.clone();
     for (parameter, value) in determined.iter().zip(&balance.values) {
         // A damping that came out a little below zero: the least that a rig can have.
-        let value = if rig.domain(parameter.key()).is_some_and(|d| d.holds(*value)) { *value } else { value.max(1e-9) };
+        let value =
+            if rig.domain(parameter.key().into()).is_some_and(|d| d.holds(*value)) { *value } else { value.max(1e-9) };
         start.set(parameter.key(), value)?;
     }
-    let keys: Vec<String> = determined.iter().map(|p| p.key().to_owned()).collect();
+    let keys: Vec<RigKey> = determined.iter().map(|p| p.key().into()).collect();
     let refined = shooting::refine(&start, &keys, states, None).filter(|refined| consistent(refined, states));
     let (rig, fit, method) = match refined {
         Some(Refined { rig, fit, .. }) => (rig, fit, Method::Simulation),
@@ -194,7 +196,7 @@ pub fn determined(equation: &Equation, unknown: &[Parameter]) -> (Vec<Parameter>
     loop {
         let columns: Vec<Vec<f64>> = left.iter().map(|p| equation.column(*p).to_vec()).collect();
         let Some(open) = regression::undetermined(&columns).into_iter().next() else { break };
-        let names: Vec<&str> = open.parts.iter().map(|(j, _)| left[*j].key()).collect();
+        let names: Vec<&str> = open.parts.iter().map(|(j, _)| left[*j].key().name()).collect();
         let Some(keep) = open.parts.iter().map(|(j, _)| *j).max() else { break };
         sentences.push(if names.len() == 1 {
             format!("{} does not show in these recordings; it keeps its value", names[0])
@@ -213,7 +215,7 @@ pub fn determined(equation: &Equation, unknown: &[Parameter]) -> (Vec<Parameter>
     if let Some(gain) = scale.filter(|_| size <= 1e-9 * force) {
         sentences.push(format!(
             "only the ratios of {} show in these recordings; {} keeps its value",
-            left.iter().map(|p| p.key()).collect::<Vec<_>>().join(", "),
+            left.iter().map(|p| p.key().name()).collect::<Vec<_>>().join(", "),
             Parameter::Gain.key()
         ));
         left.remove(gain);
@@ -229,7 +231,7 @@ fn too_wide(parameters: &[Parameter], fit: &Fit) -> Vec<String> {
     for i in (0..parameters.len()).filter(wide) {
         let variance = |j: usize| fit.covariance[j][j].max(f64::MIN_POSITIVE);
         let tied = |j: &usize| *j != i && (fit.covariance[i][*j] / (variance(i) * variance(*j)).sqrt()).abs() > TIED;
-        let partners: Vec<&str> = (0..parameters.len()).filter(tied).map(|j| parameters[j].key()).collect();
+        let partners: Vec<&str> = (0..parameters.len()).filter(tied).map(|j| parameters[j].key().name()).collect();
         let key = parameters[i].key();
         sentences.push(if partners.is_empty() {
             format!("{key} is not determined: its interval is wider than its value")

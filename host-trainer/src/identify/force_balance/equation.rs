@@ -7,7 +7,7 @@ use super::{
 use crate::rig::{
     Rig,
     assembly::Assembly,
-    config::{Machine, Restoring, SdofRig},
+    config::{Machine, ModelKey, Restoring, SdofRig},
     simulate::assemble,
     state::{DOFS, Instant, MASS},
 };
@@ -32,13 +32,13 @@ impl Parameter {
     pub const ALL: [Self; 5] = [Self::Mass, Self::Damping, Self::Stiffness, Self::Gain, Self::Gravity];
 
     /// The key in `rig.toml`.
-    pub fn key(self) -> &'static str {
+    pub fn key(self) -> ModelKey {
         match self {
-            Self::Mass => "mass_kg",
-            Self::Damping => "damping_n_s_per_m",
-            Self::Stiffness => "stiffness_n_per_m",
-            Self::Gain => "input_gain_n_per_unit",
-            Self::Gravity => "gravity_n",
+            Self::Mass => ModelKey::Mass,
+            Self::Damping => ModelKey::Damping,
+            Self::Stiffness => ModelKey::Stiffness,
+            Self::Gain => ModelKey::InputGain,
+            Self::Gravity => ModelKey::Gravity,
         }
     }
 
@@ -86,7 +86,7 @@ impl Equation {
         let plan = assemble(rig);
         let rig = match &plan.machine {
             Machine::Sdof(machine) => machine.clone(),
-            model => return Err(BalanceError::NotSdof { found: model.kind() }),
+            model => return Err(BalanceError::NotSdof { found: model.kind().name() }),
         };
         let effects = states.column(|track| forces(&plan, track, states.step_s()));
         let restoring = match rig.restoring {
@@ -146,12 +146,12 @@ pub fn forces(plan: &Assembly, track: &Track, step_s: f64) -> Vec<f64> {
 pub fn machine(rig: &Rig) -> Result<&SdofRig, BalanceError> {
     match &rig.model {
         Machine::Sdof(machine) => Ok(machine),
-        model => Err(BalanceError::NotSdof { found: model.kind() }),
+        model => Err(BalanceError::NotSdof { found: model.kind().name() }),
     }
 }
 
 /// The parameters that the rig's `unknown` names.
 pub fn unknown(rig: &Rig) -> Vec<Parameter> {
     let keys = rig.unknown_keys();
-    Parameter::ALL.into_iter().filter(|p| keys.iter().any(|k| k == p.key())).collect()
+    Parameter::ALL.into_iter().filter(|p| keys.iter().any(|k| *k == p.key())).collect()
 }

@@ -7,6 +7,7 @@ use super::{
     states::{Between, Sensed, States},
 };
 use crate::rig::Rig;
+use crate::rig::config::RigKey;
 
 /// Share of another's error that must be left at most to be preferred to it.
 const CLEARER: f64 = 0.995;
@@ -42,7 +43,7 @@ impl States {
 
     fn left_of_simulation(&self, rig: &Rig) -> f64 {
         let free = [Parameter::Mass, Parameter::Damping, Parameter::Stiffness];
-        let keys: Vec<String> = free.iter().map(|p| p.key().to_owned()).collect();
+        let keys: Vec<RigKey> = free.iter().map(|p| p.key().into()).collect();
         shooting::refine(rig, &keys, self, Some(self.short_window())).map_or(f64::MAX, |refined| refined.rms)
     }
 

@@ -8,11 +8,12 @@ use super::{
     states::States,
 };
 use crate::rig::Rig;
+use crate::rig::config::RigKey;
 
 const STEPS: usize = 15;
 
 /// Fits the numbers named by `keys`, from the rig's values on; the rig gets them. `None` where they are not determined.
-pub fn refine(rig: &mut Rig, keys: &[String], states: &States) -> Option<Fit> {
+pub fn refine(rig: &mut Rig, keys: &[RigKey], states: &States) -> Option<Fit> {
     let residual = |rig: &Rig| Equation::new(rig, states).ok().map(|e| e.target(&[]));
     let square = |r: &[f64]| r.iter().map(|x| x * x).sum::<f64>();
     let groups: Vec<usize> = states.tracks.iter().map(|t| t.rows.len()).collect();
@@ -28,11 +29,11 @@ pub fn refine(rig: &mut Rig, keys: &[String], states: &States) -> Option<Fit> {
     for _ in 0..STEPS {
         slopes.clear();
         for key in keys {
-            let value = rig.get(key)?;
+            let value = rig.get(*key)?;
             let step = if value == 0.0 { 1e-6 } else { 1e-4 * value.abs() };
             let mut moved = rig.clone();
-            let step = if moved.set(key, value + step).is_ok() { step } else { -step };
-            moved.set(key, value + step).ok()?;
+            let step = if moved.set(*key, value + step).is_ok() { step } else { -step };
+            moved.set(*key, value + step).ok()?;
             let moved = masked(&moved)?;
             slopes.push(left.iter().zip(&moved).map(|(b, m)| (b - m) / step).collect::<Vec<f64>>());
         }
@@ -44,7 +45,7 @@ pub fn refine(rig: &mut Rig, keys: &[String], states: &States) -> Option<Fit> {
             let right: Vec<f64> = slopes.iter().map(|s| dot(s, &left)).collect();
             let step = cholesky_solve(&mut normal, &right, damping)?;
             let mut trial = rig.clone();
-            let set = keys.iter().zip(&step).all(|(k, s)| trial.get(k).is_some_and(|v| trial.set(k, v + s).is_ok()));
+            let set = keys.iter().zip(&step).all(|(k, s)| trial.get(*k).is_some_and(|v| trial.set(*k, v + s).is_ok()));
             let now = set.then(|| masked(&trial)).flatten().filter(|now| square(now) < square(&left));
             if let Some(now) = now {
                 better = Some((trial, now));
@@ -63,6 +64,6 @@ pub fn refine(rig: &mut Rig, keys: &[String], states: &States) -> Option<Fit> {
     let lags = regression::correlation_length(&left, &groups);
     // The slopes are those of the last step but one, which is where they are here.
     let fit = regression::least_squares(&slopes, &left, &groups, lags)?;
-    let values = keys.iter().map(|key| rig.get(key)).collect::<Option<_>>()?;
+    let values = keys.iter().map(|key| rig.get(*key)).collect::<Option<_>>()?;
     Some(Fit { values, covariance: fit.covariance, residual: left })
 }

@@ -5,6 +5,8 @@
 //! the maximum-likelihood estimate, where the force balance, whose columns hold the noise too, is a little biased.
 //! Disturbances of the machine make it the worse one: it believes in the simulation for a whole window.
 
+use crate::rig::config::RigKey;
+use crate::rig::effect::{EffectKind, ParameterKey};
 use rayon::prelude::*;
 
 use super::{
@@ -45,11 +47,11 @@ struct ShootingWindow<'a> {
 /// Fits the numbers named by `keys`, as [`Rig::set`] takes them, and the start of each window, from the rig's values on.
 /// `window` is in samples; `None` takes recordings whole. `None` is returned where nothing converges: the simulation
 /// diverges, or the keys are not determined.
-pub fn refine(rig: &Rig, keys: &[String], states: &States, window: Option<usize>) -> Option<Refined> {
+pub fn refine(rig: &Rig, keys: &[RigKey], states: &States, window: Option<usize>) -> Option<Refined> {
     let mut windows = cut(states, window);
     let run = Run { states, keys };
     let mut rig = rig.clone();
-    let mut values: Vec<f64> = keys.iter().map(|key| rig.get(key)).collect::<Option<_>>()?;
+    let mut values: Vec<f64> = keys.iter().map(|key| rig.get(*key)).collect::<Option<_>>()?;
     let mut damping = 1e-6;
     let mut pieces = run.linearise(&rig, &values, &windows)?;
     let mut cost = cost_of(&pieces);
@@ -63,7 +65,7 @@ pub fn refine(rig: &Rig, keys: &[String], states: &States, window: Option<usize>
             let trial: Vec<f64> = values.iter().zip(&step).map(|(v, s)| v + s).collect();
             let moved: Vec<[f64; 2]> =
                 windows.iter().zip(&starts).map(|(w, s)| [w.start[0] + s[0], w.start[1] + s[1]]).collect();
-            let inside = keys.iter().zip(&trial).all(|(k, v)| rig.domain(k).is_none_or(|d| d.holds(*v)));
+            let inside = keys.iter().zip(&trial).all(|(k, v)| rig.domain(*k).is_none_or(|d| d.holds(*v)));
             let found = inside.then(|| run.sum_of_squares(&rig, &trial, &windows, &moved)).flatten();
             if let Some(better) = found.filter(|c| *c < cost) {
                 improved = Some((trial, moved, better));
@@ -76,7 +78,7 @@ pub fn refine(rig: &Rig, keys: &[String], states: &States, window: Option<usize>
         values = trial;
         windows.iter_mut().zip(moved).for_each(|(w, s)| w.start = s);
         for (key, value) in keys.iter().zip(&values) {
-            rig.set(key, *value).ok()?;
+            rig.set(*key, *value).ok()?;
         }
         pieces = run.linearise(&rig, &values, &windows)?;
         cost = cost_of(&pieces);
@@ -127,7 +129,7 @@ struct Piece {
 
 struct Run<'a> {
     states: &'a States,
-    keys: &'a [String],
+    keys: &'a [RigKey],
 }
 
 impl Run<'_> {
@@ -169,7 +171,7 @@ impl Run<'_> {
     ) -> Option<f64> {
         let mut rig = rig.clone();
         for (key, value) in self.keys.iter().zip(values) {
-            rig.set(key, *value).ok()?;
+            rig.set(*key, *value).ok()?;
         }
         let each: Option<Vec<f64>> = windows
             .par_iter()
@@ -190,8 +192,8 @@ impl Run<'_> {
                     let step = if *value == 0.0 { 1e-6 } else { 1e-5 * value.abs() };
                     let mut moved = rig.clone();
                     // Backwards where forwards is outside what the number may be.
-                    let step = if moved.set(key, value + step).is_ok() { step } else { -step };
-                    moved.set(key, value + step).ok()?;
+                    let step = if moved.set(*key, value + step).is_ok() { step } else { -step };
+                    moved.set(*key, value + step).ok()?;
                     slopes.push(slope(&error, &self.error(&moved, window, window.start)?, step));
                 }
                 let steps = [1e-5 * largest_q.max(1e-12), 1e-5 * largest_v.max(1e-12)];
@@ -224,13 +226,14 @@ fn later(rig: &Rig, offset_s: f64) -> Option<Rig> {
     }
     let mut moved = rig.clone();
     for effect in &mut moved.effects {
-        let number = |key: &str| effect.number(key).unwrap_or_default();
-        if effect.name == "mains-interference" {
-            let phase = number("phase_rad") + std::f64::consts::TAU * number("frequency_hz") * offset_s;
-            effect.set_number("phase_rad", phase);
-        } else if effect.parameters.contains_key("time_s") {
-            let time = number("time_s") - offset_s;
-            effect.set_number("time_s", time);
+        let number = |key: ParameterKey| effect.number(key).unwrap_or_default();
+        if effect.kind == EffectKind::MainsInterference {
+            let phase =
+                number(ParameterKey::PhaseRad) + std::f64::consts::TAU * number(ParameterKey::FrequencyHz) * offset_s;
+            effect.set_number(ParameterKey::PhaseRad, phase);
+        } else if effect.parameters.contains_key(&ParameterKey::TimeS) {
+            let time = number(ParameterKey::TimeS) - offset_s;
+            effect.set_number(ParameterKey::TimeS, time);
         }
     }
     Some(moved)

@@ -1,13 +1,15 @@
 //! The numbers of a rig that are sought, as a search sees them.
 
 use crate::rig::config::Domain;
-use crate::rig::{EffectEntry, Rig, RigError};
+use crate::rig::config::ModelKey;
+use crate::rig::config::RigKey;
+use crate::rig::{Rig, RigError};
 
 /// A number of a rig by its dotted name, on a scale on which its steps are about 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coordinate {
     /// Name, such as `outer.mass_kg` or `effect[1].depth_m`.
-    pub key: String,
+    pub key: RigKey,
     /// How value and coordinate belong together.
     pub scale: Scale,
     /// Whether D depends on it.
@@ -17,7 +19,7 @@ pub struct Coordinate {
 }
 
 /// Numbers of the rig that only the noise depends on: power of the process force, standard deviation of the sensor.
-pub const NOISE: [&str; 2] = ["excitation.process_force_psd_n2_per_hz", "sensor.noise_std_m_per_s2"];
+pub const NOISE: [RigKey; 2] = [RigKey::Model(ModelKey::ProcessForce), RigKey::Model(ModelKey::SensorNoise)];
 
 /// Step of a difference quotient in a coordinate.
 const STEP: f64 = 1e-4;
@@ -44,20 +46,21 @@ impl Coordinate {
     /// the unit that its name ends in, or in itself where that is more.
     ///
     /// `None` for a name that is none, or that holds whole numbers.
-    pub fn for_key(rig: &Rig, key: &str) -> Option<Self> {
+    pub fn for_key(rig: &Rig, key: impl Into<RigKey>) -> Option<Self> {
+        let key = key.into();
         let value = rig.get(key)?;
         let signed = matches!(rig.domain(key)?, Domain::Positive | Domain::NotNegative | Domain::NotPositive);
         let scale = match rig.domain(key)? {
             Domain::Whole(..) => return None,
             _ if signed && value != 0.0 => Scale::Log { sign: value.signum() },
-            _ => Scale::Linear { unit: unit(key, value) },
+            _ => Scale::Linear { unit: unit(key.quantity(), value) },
         };
-        let steady = rig.effect_of(key).and_then(EffectEntry::definition).is_some_and(|d| d.is_deterministic);
+        let steady = rig.effect_of(key).is_some_and(|effect| effect.definition().is_deterministic);
         Some(Self {
-            key: key.into(),
+            key,
             scale,
             moves_mean: !NOISE.contains(&key),
-            moves_variance: !steady && key != "excitation.unbalance_kg_m",
+            moves_variance: !steady && key != RigKey::Model(ModelKey::Unbalance),
         })
     }
 
@@ -65,7 +68,7 @@ impl Coordinate {
     /// some hundred times as fast as the cage, and an effect's angle can be told from the shaft's only where both
     /// quotients err alike.
     pub fn step(&self) -> f64 {
-        if self.key.ends_with("_rad") { ANGLE_STEP } else { STEP }
+        if self.key.quantity().ends_with("_rad") { ANGLE_STEP } else { STEP }
     }
 
     /// The coordinate of a value.
@@ -89,7 +92,7 @@ impl Coordinate {
     /// # Errors
     /// A value that it cannot have.
     pub fn put(&self, rig: &mut Rig, coordinate: f64) -> Result<(), RigError> {
-        rig.set(&self.key, self.to_value(coordinate))
+        rig.set(self.key, self.to_value(coordinate))
     }
 }
 
@@ -114,17 +117,25 @@ fn unit(key: &str, value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rig::EffectEntry;
+    use crate::rig::config::RigKey;
+    use crate::rig::effect::{EffectKind, ParameterKey};
     use crate::rig::test_support::nominal;
 
     #[test]
     fn what_is_large_is_searched_in_steps_of_its_own_size_and_an_angle_is_not() {
-        let entry = EffectEntry::new("structural-resonance", &[("gain", -12.0), ("frequency_hz", 2000.0)]);
-        let wavy =
-            EffectEntry::new("inner-race-waviness", &[("amplitude_m", 1e-7), ("lobes", 5.0), ("phase_rad", 3.0)]);
+        let entry = EffectEntry::new(
+            EffectKind::StructuralResonance,
+            &[(ParameterKey::Gain, -12.0), (ParameterKey::FrequencyHz, 2000.0)],
+        );
+        let wavy = EffectEntry::new(
+            EffectKind::InnerRaceWaviness,
+            &[(ParameterKey::AmplitudeM, 1e-7), (ParameterKey::Lobes, 5.0), (ParameterKey::PhaseRad, 3.0)],
+        );
         let rig = nominal().with_effect(entry).with_effect(wavy);
-        let scale = |key: &str| Coordinate::for_key(&rig, key).unwrap().scale;
-        assert_eq!(scale("effect[1].gain"), Scale::Linear { unit: 12.0 });
-        assert_eq!(scale("effect[1].frequency_hz"), Scale::Log { sign: 1.0 });
-        assert_eq!(scale("effect[2].phase_rad"), Scale::Linear { unit: 1.0 });
+        let scale = |key: RigKey| Coordinate::for_key(&rig, key).unwrap().scale;
+        assert_eq!(scale(RigKey::Effect { index: 0, key: ParameterKey::Gain }), Scale::Linear { unit: 12.0 });
+        assert_eq!(scale(RigKey::Effect { index: 0, key: ParameterKey::FrequencyHz }), Scale::Log { sign: 1.0 });
+        assert_eq!(scale(RigKey::Effect { index: 1, key: ParameterKey::PhaseRad }), Scale::Linear { unit: 1.0 });
     }
 }

@@ -1,5 +1,6 @@
 //! Recordings, a rig and what is sought of it: likelihood, gradient and information at a point.
 
+use crate::rig::effect::ParameterKey;
 use std::iter;
 use std::ops::Range;
 
@@ -83,7 +84,7 @@ impl<'o> Problem<'o> {
 
     /// The rig's own values, with these angles.
     pub fn start_at(&self, angles: Vec<[f64; 2]>) -> Point {
-        let value = |c: &Coordinate| c.from_value(self.rig.get(&c.key).unwrap_or_default());
+        let value = |c: &Coordinate| c.from_value(self.rig.get(c.key).unwrap_or_default());
         Point { coordinates: self.coordinates.iter().map(value).collect(), angles }
     }
 
@@ -113,7 +114,7 @@ impl<'o> Problem<'o> {
         let mut choices = vec![as_fitted, aligned, known.to_vec()];
         // A weak effect does not move the angles, a strong one does.
         choices.extend(self.moved(rig, known));
-        if rig.effects.iter().any(|e| e.number("time_s").is_some()) {
+        if rig.effects.iter().any(|e| e.number(ParameterKey::TimeS).is_some()) {
             choices.extend(align::angles_apart(without, rig, self.observed, known));
         }
         align::best_of(rig, self.observed, &self.noise(rig)?, &choices)
@@ -191,7 +192,7 @@ impl<'o> Problem<'o> {
     pub fn expand_with(&self, more: &[Coordinate], point: &Point) -> Result<Expansion, RigError> {
         let rig = self.rig_at(&point.coordinates)?;
         let with = Self { coordinates: [&self.coordinates, more].concat(), ..self.clone() };
-        let values = more.iter().map(|c| c.from_value(rig.get(&c.key).unwrap_or_default()));
+        let values = more.iter().map(|c| c.from_value(rig.get(c.key).unwrap_or_default()));
         let coordinates = point.coordinates.iter().copied().chain(values).collect();
         with.expand(&Point { coordinates, angles: point.angles.clone() })
     }

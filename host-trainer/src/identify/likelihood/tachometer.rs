@@ -67,6 +67,7 @@ impl Reading {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rig::effect::{EffectKind, ParameterKey};
     use crate::rig::test_support::{condition, nominal};
     use crate::rig::{EffectEntry, Rig, Run, Start, simulate_many};
 
@@ -81,7 +82,7 @@ mod tests {
         assert!(reading.off(1.9).abs() < TAU * 30.0 / 25_600.0, "{reading:?}");
         assert!(reading.gains_per_s.abs() < 1e-3, "{reading:?}");
         assert!((reading.next_to(1.9 + 5.0 * TAU) - 1.9 - 5.0 * TAU).abs() < 0.01);
-        let drift = EffectEntry::new("speed-drift", &[("rate_per_s", 0.04)]);
+        let drift = EffectEntry::new(EffectKind::SpeedDrift, &[(ParameterKey::RatePerS, 0.04)]);
         let reading = Reading::from_recording(&recording(&nominal().with_effect(drift)), 30.0).unwrap();
         assert!((reading.gains_per_s / 0.04 - 1.0).abs() < 0.02, "{reading:?}");
     }

@@ -1,3 +1,5 @@
+use crate::rig::config::ModelKey;
+use crate::rig::effect::{EffectKind, ParameterKey};
 use std::f64::consts::TAU;
 
 use realfft::num_complex::Complex;
@@ -27,8 +29,8 @@ fn observed_with_tachometers(rig: &Rig, loads: &[f64], seed: u64) -> Vec<Observe
     simulate_many(&runs).unwrap().iter().map(|r| Observed::from_recording(r).unwrap()).collect()
 }
 
-fn problem<'o>(observed: &'o [Observed], rig: &Rig, keys: &[&str]) -> Problem<'o> {
-    let coordinates = keys.iter().map(|k| Coordinate::for_key(rig, k).unwrap()).collect();
+fn problem<'o>(observed: &'o [Observed], rig: &Rig, keys: &[ModelKey]) -> Problem<'o> {
+    let coordinates = keys.iter().map(|k| Coordinate::for_key(rig, *k).unwrap()).collect();
     Problem::new(observed, rig.clone(), coordinates)
 }
 
@@ -57,7 +59,7 @@ fn the_angles_of_the_start_are_found() {
 #[test]
 fn a_tachometer_tells_the_shafts_angle() {
     let mut rig = nominal();
-    rig.set("excitation.unbalance_kg_m", 0.0).unwrap();
+    rig.set(ModelKey::Unbalance, 0.0).unwrap();
     let observed = observed_with_tachometers(&rig, &[300.0, 600.0], 7);
     let found = search_from_rig(&Problem::of_angles(&observed, rig)).unwrap();
     for (i, [_, shaft]) in found.point.angles.iter().enumerate() {
@@ -72,8 +74,13 @@ fn a_tachometer_tells_the_shafts_angle() {
 #[test]
 fn the_angles_of_a_pitted_ball_and_of_a_wavy_inner_race_are_found() {
     // The slight one does not outweigh the balls' passing.
-    let pit = |depth_m| EffectEntry::new("ball-defect", &[("depth_m", depth_m), ("width_rad", 0.05)]);
-    let wavy = EffectEntry::new("inner-race-waviness", &[("amplitude_m", 4e-7), ("lobes", 14.0)]);
+    let pit = |depth_m| {
+        EffectEntry::new(EffectKind::BallDefect, &[(ParameterKey::DepthM, depth_m), (ParameterKey::WidthRad, 0.05)])
+    };
+    let wavy = EffectEntry::new(
+        EffectKind::InnerRaceWaviness,
+        &[(ParameterKey::AmplitudeM, 4e-7), (ParameterKey::Lobes, 14.0)],
+    );
     for effect in [pit(1e-6), pit(6e-8), wavy] {
         let rig = nominal().with_effect(effect.clone());
         let observed = observed(&rig, &[500.0, 800.0], 11);
@@ -84,7 +91,7 @@ fn the_angles_of_a_pitted_ball_and_of_a_wavy_inner_race_are_found() {
         let without = search_from_rig(&Problem::of_angles(&observed, nominal())).unwrap().expansion.neg_log_likelihoods;
         for ((found, truth), without) in found.iter().zip(&at_truth).zip(&without) {
             let gains = [found, truth].map(|neg_log_likelihood| without - neg_log_likelihood);
-            assert!(gains[0] > 0.99 * gains[1], "{}: gains {gains:?} in ln L", effect.name);
+            assert!(gains[0] > 0.99 * gains[1], "{}: gains {gains:?} in ln L", effect.kind);
         }
     }
 }
@@ -114,9 +121,9 @@ fn invariant_the_residual_of_the_true_rig_is_as_large_as_it_says() {
 #[test]
 fn invariant_the_gradient_is_that_of_the_misfit() {
     let mut rig = nominal();
-    rig.set("outer.stiffness_n_per_m", 1.52e7).unwrap();
+    rig.set(ModelKey::OuterStiffness, 1.52e7).unwrap();
     let observed = observed(&nominal(), &[400.0], 5);
-    let keys = ["outer.stiffness_n_per_m", "inner.damping_n_s_per_m", "sensor.noise_std_m_per_s2"];
+    let keys = [ModelKey::OuterStiffness, ModelKey::InnerDamping, ModelKey::SensorNoise];
     let problem = problem(&observed, &rig, &keys);
     let start = problem.start().unwrap();
     let expansion = problem.expand(&start).unwrap();
@@ -136,10 +143,10 @@ fn invariant_the_gradient_is_that_of_the_misfit() {
 fn a_guess_that_is_off_by_a_third_comes_right() {
     let truth = nominal();
     let observed = observed(&truth, &[400.0, 600.0], 11);
-    let keys = ["outer.stiffness_n_per_m", "bearing.contact_stiffness_n_per_m1_5", "inner.damping_n_s_per_m"];
+    let keys = [ModelKey::OuterStiffness, ModelKey::ContactStiffness, ModelKey::InnerDamping];
     let mut rig = truth.clone();
     for (key, factor) in keys.iter().zip([1.33, 0.75, 1.33]) {
-        rig.set(key, truth.get(key).unwrap() * factor).unwrap();
+        rig.set(*key, truth.get(*key).unwrap() * factor).unwrap();
     }
     let problem = problem(&observed, &rig, &keys);
     let found = search_from_rig(&problem).unwrap();
@@ -158,7 +165,8 @@ fn invariant_friction_in_noise_is_as_many_runs_show() {
     let angles = [0.3, 0.7];
     let at = condition(30.0, 500.0, 12_800);
     for force in [0.15, 0.5] {
-        let friction = EffectEntry::new("coulomb-friction", &[("force_n", force)]).with_text("component", "outer");
+        let friction = EffectEntry::new(EffectKind::CoulombFriction, &[(ParameterKey::ForceN, force)])
+            .with_text(ParameterKey::Component, "outer");
         let rig = nominal().with_effect(friction);
         let start = |seed| Start { cage_angle0_rad: angles[0], shaft_angle0_rad: angles[1], ..Start::seeded(seed) };
         let runs: Vec<Run> = (0..RUNS).map(|i| Run { rig: &rig, condition: at, start: start(100 + i) }).collect();
@@ -187,13 +195,15 @@ fn invariant_friction_in_noise_is_as_many_runs_show() {
 #[test]
 fn invariant_the_noise_of_one_of_many_is_to_the_bit_what_it_is_alone() {
     let at = condition(30.0, 500.0, 12_800);
-    let with = |name: &str, key: &str, value: f64| {
-        nominal().with_effect(EffectEntry::new(name, &[(key, value)]).with_text("component", "outer"))
+    let with = |kind: EffectKind, key: ParameterKey, value: f64| {
+        nominal().with_effect(EffectEntry::new(kind, &[(key, value)]).with_text(ParameterKey::Component, "outer"))
     };
-    let rubs = with("coulomb-friction", "force_n", 0.3);
+    let rubs = with(EffectKind::CoulombFriction, ParameterKey::ForceN, 0.3);
     let known = Some(alone(&Asked { rig: &rubs, condition: at, known: None }).velocity_covariance);
-    let springs = [1e14, 3e14, 1e15].map(|cubic| (with("hardening-stiffness", "cubic_n_per_m3", cubic), None));
-    let frictions = [0.15, 0.2, 0.3, 0.5].map(|force| (with("coulomb-friction", "force_n", force), known));
+    let springs =
+        [1e14, 3e14, 1e15].map(|cubic| (with(EffectKind::HardeningStiffness, ParameterKey::CubicNPerM3, cubic), None));
+    let frictions =
+        [0.15, 0.2, 0.3, 0.5].map(|force| (with(EffectKind::CoulombFriction, ParameterKey::ForceN, force), known));
     let mut rigs = [springs.as_slice(), &frictions].concat();
     rigs.push((rubs, None));
     rigs.push((nominal(), None));
@@ -214,8 +224,9 @@ fn invariant_the_noise_of_one_of_many_is_to_the_bit_what_it_is_alone() {
 fn invariant_a_housing_that_friction_holds_is_as_many_runs_show() {
     const RUNS: u64 = 16;
     let at = condition(30.0, 500.0, 12_800);
-    let speed = [("force_n", 20.0), ("regularisation_m_per_s", 2e-5)];
-    let rig = nominal().with_effect(EffectEntry::new("coulomb-friction", &speed).with_text("component", "outer"));
+    let speed = [(ParameterKey::ForceN, 20.0), (ParameterKey::RegularisationMPerS, 2e-5)];
+    let rig = nominal()
+        .with_effect(EffectEntry::new(EffectKind::CoulombFriction, &speed).with_text(ParameterKey::Component, "outer"));
     let runs: Vec<Run> = (0..RUNS).map(|i| Run { rig: &rig, condition: at, start: Start::seeded(i) }).collect();
     let many: Vec<Observed> =
         simulate_many(&runs).unwrap().iter().map(|r| Observed::from_recording(r).unwrap()).collect();

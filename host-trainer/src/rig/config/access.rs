@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::{BearingRig, Domain, EffectEntry, Machine, Rig, Value};
+use super::effects::UNKNOWN_KEY;
+use super::{BearingRig, Domain, EffectEntry, Machine, ModelKey, Rig, RigKey, Value};
 use crate::rig::error::RigError;
 
 /// What an error names where there is no file.
@@ -34,30 +35,31 @@ impl Rig {
         }
     }
 
-    /// The effect that a dotted name such as `effect[2].depth_m` is a parameter of.
-    pub fn effect_of(&self, key: &str) -> Option<&EffectEntry> {
-        self.effects.get(effect_key(key)?.0)
+    /// The effect that a number is a parameter of.
+    pub fn effect_of(&self, key: RigKey) -> Option<&EffectEntry> {
+        match key {
+            RigKey::Model(_) => None,
+            RigKey::Effect { index, .. } => self.effects.get(index),
+        }
     }
 
     /// Names of all numbers, effects' included.
-    pub fn keys(&self) -> Vec<String> {
-        let model = self.model.keys().iter().map(|key| key.name.to_owned());
+    pub fn keys(&self) -> Vec<RigKey> {
+        let model = self.model.keys().iter().map(|key| RigKey::Model(*key));
         let effects = self.effects.iter().enumerate().flat_map(|(index, effect)| {
             let numbers = effect.parameters.iter().filter(|(_, value)| matches!(value, Value::Number(_)));
-            numbers.map(move |(key, _)| format!("effect[{}].{key}", index + 1))
+            numbers.map(move |(key, _)| RigKey::Effect { index, key: *key })
         });
         model.chain(effects).collect()
     }
 
-    /// The number of this name.
-    pub fn get(&self, key: &str) -> Option<f64> {
-        if let Some((index, parameter)) = effect_key(key) {
-            return self.effects.get(index)?.number(parameter);
-        }
-        match (&self.model, key) {
-            (Machine::Bearing(rig), "bearing.balls") => Some(rig.bearing.balls as f64),
+    /// The number of this name; `None` where the rig has no such number, or leaves it at its default.
+    pub fn get(&self, key: impl Into<RigKey>) -> Option<f64> {
+        match (key.into(), &self.model) {
+            (RigKey::Effect { index, key }, _) => self.effects.get(index)?.number(key),
+            (RigKey::Model(ModelKey::Balls), Machine::Bearing(rig)) => Some(rig.bearing.balls as f64),
             // Fields are found in one place only, which gives them to be changed.
-            (model, _) => model.clone().field(key).copied(),
+            (RigKey::Model(key), model) => model.clone().field(key).copied(),
         }
     }
 
@@ -65,46 +67,45 @@ impl Rig {
     ///
     /// # Errors
     ///
-    /// A name that is none, or a number that it cannot be.
-    pub fn set(&mut self, key: &str, value: f64) -> Result<(), RigError> {
+    /// A name that the rig has not, or a number that it cannot be.
+    pub fn set(&mut self, key: impl Into<RigKey>, value: f64) -> Result<(), RigError> {
+        let key = key.into();
         let domain = self.domain(key).ok_or_else(|| RigError::UnknownKey {
             path: NO_FILE.into(),
-            key: key.into(),
-            expected: format!("one of {}", self.keys().join(", ")),
+            key: key.to_string(),
+            expected: format!("one of {}", self.keys().iter().map(RigKey::to_string).collect::<Vec<_>>().join(", ")),
         })?;
         if !domain.holds(value) {
             return Err(RigError::BadValue {
                 path: NO_FILE.into(),
-                key: key.into(),
+                key: key.to_string(),
                 found: format!("{value:?}"),
                 expected: domain.describe(),
             });
         }
-        if let Some((index, parameter)) = effect_key(key) {
-            self.effects[index].set_number(parameter, value);
-        } else {
-            self.model.set_number(key, value);
+        match key {
+            RigKey::Effect { index, key } => self.effects[index].set_number(key, value),
+            RigKey::Model(key) => self.model.set_number(key, value),
         }
         Ok(())
     }
 
     /// What the number of this name may be; effects' parameters also where they are left at their default.
-    pub fn domain(&self, key: &str) -> Option<Domain> {
-        if let Some((index, parameter)) = effect_key(key) {
-            let definition = self.effects.get(index)?.definition()?;
-            return definition.parameters.iter().find(|p| p.name == parameter)?.value_kind.number();
+    pub fn domain(&self, key: RigKey) -> Option<Domain> {
+        match key {
+            RigKey::Model(key) => self.model.keys().contains(&key).then(|| key.domain()),
+            RigKey::Effect { index, key } => self.effects.get(index)?.definition().parameter(key)?.value_kind.number(),
         }
-        self.model.keys().iter().find(|k| k.name == key).map(|k| k.domain)
     }
 
     /// The numbers that `unknown` names, sections spelled out.
-    pub fn unknown_keys(&self) -> Vec<String> {
+    pub fn unknown_keys(&self) -> Vec<ModelKey> {
         let mut keys = Vec::new();
         for name in &self.unknown {
             for key in self.model.keys() {
-                let in_section = key.name.split_once('.').is_some_and(|(section, _)| section == name);
-                if (in_section || key.name == name) && !keys.iter().any(|k| k == key.name) {
-                    keys.push(key.name.to_owned());
+                let in_section = key.name().split_once('.').is_some_and(|(section, _)| section == name);
+                if (in_section || key.name() == name) && !keys.contains(key) {
+                    keys.push(*key);
                 }
             }
         }
@@ -122,13 +123,13 @@ impl Rig {
 
     pub(super) fn check_as(&self, path: &Path) -> Result<(), RigError> {
         for key in self.model.keys() {
-            let value = self.get(key.name).unwrap_or(f64::NAN);
-            if !key.domain.holds(value) {
+            let value = self.get(*key).unwrap_or(f64::NAN);
+            if !key.domain().holds(value) {
                 return Err(RigError::BadValue {
                     path: path.into(),
-                    key: key.name.into(),
+                    key: key.name().into(),
                     found: format!("{value:?}"),
-                    expected: key.domain.describe(),
+                    expected: key.domain().describe(),
                 });
             }
         }
@@ -137,7 +138,7 @@ impl Rig {
             if bearing.ball_diameter_m >= bearing.pitch_diameter_m {
                 return Err(RigError::BadValue {
                     path: path.into(),
-                    key: "bearing.ball_diameter_m".into(),
+                    key: ModelKey::BallDiameter.to_string(),
                     found: format!("{:?}", bearing.ball_diameter_m),
                     expected: format!("a number below pitch_diameter_m, {:?}", bearing.pitch_diameter_m),
                 });
@@ -149,7 +150,7 @@ impl Rig {
                 let path = path.into();
                 return Err(match found {
                     None => RigError::MissingKey { path, key, expected },
-                    Some(found) if found == "an unknown key" => RigError::UnknownKey { path, key, expected },
+                    Some(found) if found == UNKNOWN_KEY => RigError::UnknownKey { path, key, expected },
                     Some(found) => RigError::BadValue { path, key, found, expected },
                 });
             }
@@ -159,20 +160,14 @@ impl Rig {
 }
 
 impl Machine {
-    pub(super) fn set_number(&mut self, key: &str, value: f64) {
-        match self {
-            Self::Bearing(rig) if key == "bearing.balls" => rig.bearing.balls = value as usize,
-            _ => {
-                if let Some(field) = self.field(key) {
+    pub(super) fn set_number(&mut self, key: ModelKey, value: f64) {
+        match (self, key) {
+            (Self::Bearing(rig), ModelKey::Balls) => rig.bearing.balls = value as usize,
+            (machine, key) => {
+                if let Some(field) = machine.field(key) {
                     *field = value;
                 }
             }
         }
     }
-}
-
-/// `effect[2].depth_m` as index 1 and `depth_m`.
-fn effect_key(key: &str) -> Option<(usize, &str)> {
-    let (number, parameter) = key.strip_prefix("effect[")?.split_once("].")?;
-    Some((number.parse::<usize>().ok()?.checked_sub(1)?, parameter))
 }

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::rig::effect::{self, Definition, ValueKind, Values};
+use super::RigKind;
+use crate::rig::effect::{Definition, EffectKind, ParameterKey, ValueKind, Values};
 
 /// A parameter of an effect.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,58 +17,58 @@ pub enum Value {
 /// An effect added to a rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EffectEntry {
-    /// A name of the vocabulary that [`effect::REGISTRY`] has.
-    pub name: String,
-    /// Its parameters by name. Those that have a default may be left out.
-    pub parameters: BTreeMap<String, Value>,
+    /// Kind of the effect.
+    pub kind: EffectKind,
+    /// Parameters; those that have a default may be left out.
+    pub parameters: BTreeMap<ParameterKey, Value>,
 }
 
 impl EffectEntry {
     /// An effect with these numbers; texts follow by [`EffectEntry::with_text`].
-    pub fn new(name: &str, numbers: &[(&str, f64)]) -> Self {
-        let parameters = numbers.iter().map(|(key, value)| (String::from(*key), Value::Number(*value)));
-        Self { name: name.into(), parameters: parameters.collect() }
+    pub fn new(kind: EffectKind, numbers: &[(ParameterKey, f64)]) -> Self {
+        let parameters = numbers.iter().map(|(key, value)| (*key, Value::Number(*value)));
+        Self { kind, parameters: parameters.collect() }
     }
 
     /// Sets a number.
-    pub fn set_number(&mut self, key: &str, value: f64) {
-        self.parameters.insert(key.into(), Value::Number(value));
+    pub fn set_number(&mut self, key: ParameterKey, value: f64) {
+        self.parameters.insert(key, Value::Number(value));
     }
 
     /// The same with another number.
     #[must_use]
-    pub fn with_number(mut self, key: &str, value: f64) -> Self {
+    pub fn with_number(mut self, key: ParameterKey, value: f64) -> Self {
         self.set_number(key, value);
         self
     }
 
     /// The same with another text.
     #[must_use]
-    pub fn with_text(mut self, key: &str, value: &str) -> Self {
-        self.parameters.insert(key.into(), Value::Text(value.into()));
+    pub fn with_text(mut self, key: ParameterKey, value: &str) -> Self {
+        self.parameters.insert(key, Value::Text(value.into()));
         self
     }
 
     /// A number that it states; `None` where it is left at its default or is no number.
-    pub fn number(&self, key: &str) -> Option<f64> {
-        match self.parameters.get(key)? {
+    pub fn number(&self, key: ParameterKey) -> Option<f64> {
+        match self.parameters.get(&key)? {
             Value::Number(number) => Some(*number),
             Value::Text(_) => None,
         }
     }
 
     /// A text that it states; `None` where it is left at its default or is no text.
-    pub fn text(&self, key: &str) -> Option<&str> {
-        match self.parameters.get(key)? {
+    pub fn text(&self, key: ParameterKey) -> Option<&str> {
+        match self.parameters.get(&key)? {
             Value::Number(_) => None,
             Value::Text(text) => Some(text),
         }
     }
 
-    /// Whether all its numbers are plausible, as [`effect::Parameter::is_plausible`] has it.
+    /// Whether all its numbers are plausible, as [`Parameter::is_plausible`](crate::rig::effect::Parameter::is_plausible) has it.
     pub fn is_plausible(&self) -> bool {
-        let parameters = self.definition().map_or(&[][..], |d| d.parameters);
-        parameters.iter().all(|p| self.number(p.name).is_none_or(|value| p.is_plausible(value)))
+        let parameters = self.definition().parameters;
+        parameters.iter().all(|p| self.number(p.key).is_none_or(|value| p.is_plausible(value)))
     }
 
     /// Whether it is fixed to the shaft at an angle of its own.
@@ -77,40 +78,40 @@ impl EffectEntry {
 
     /// The same further round on the shaft; nothing of what is not fixed to it.
     pub fn turned_on_shaft(&self, by_rad: f64) -> Option<Self> {
-        let number = |key: &str| self.number(key).unwrap_or_default();
-        let (key, value) = match self.name.as_str() {
-            "inner-race-defect" => ("angle_rad", number("angle_rad") + by_rad),
-            "inner-race-waviness" => ("phase_rad", number("phase_rad") - number("lobes") * by_rad),
+        let number = |key: ParameterKey| self.number(key).unwrap_or_default();
+        let (key, value) = match self.kind {
+            EffectKind::InnerRaceDefect => (ParameterKey::AngleRad, number(ParameterKey::AngleRad) + by_rad),
+            EffectKind::InnerRaceWaviness => {
+                (ParameterKey::PhaseRad, number(ParameterKey::PhaseRad) - number(ParameterKey::Lobes) * by_rad)
+            }
             _ => return None,
         };
         Some(self.clone().with_number(key, value))
     }
 
-    /// The term that it adds to the equations of a rig of this kind, `bearing-5dof` or `sdof`, in that rig's symbols;
-    /// empty where such a rig cannot have it.
-    pub fn equation(&self, kind: &str) -> String {
+    /// Equation of the term that the effect adds to a rig of this kind, in that rig's symbols; empty where such a rig
+    /// cannot have the effect.
+    pub fn equation(&self, kind: RigKind) -> String {
         Values::new(self, kind).map_or_else(String::new, |values| (values.definition().equation)(&values))
     }
 
-    /// The definition of its name.
-    pub fn definition(&self) -> Option<&'static Definition> {
-        effect::definition(&self.name)
+    /// Definition of the effect.
+    pub fn definition(&self) -> &'static Definition {
+        self.kind.definition()
     }
 
-    /// What is wrong with it, for a rig of this kind: key, what was found, what was expected.
-    pub(crate) fn fault(&self, kind: &str) -> Option<(String, Option<String>, String)> {
-        let Some(definition) = self.definition() else {
-            let names: Vec<_> = effect::REGISTRY.iter().map(|d| d.name).collect();
-            return Some(("name".into(), Some(format!("{:?}", self.name)), format!("one of {}", names.join(", "))));
-        };
-        if !definition.applies_to.has(kind) {
-            let expected = format!("an effect that a rig of kind {kind:?} can have");
-            return Some(("name".into(), Some(format!("{:?}", self.name)), expected));
+    /// First fault of the entry for a rig of this kind: key, what was found, what was expected.
+    pub(crate) fn fault(&self, kind: RigKind) -> Option<(&'static str, Option<String>, String)> {
+        let definition = self.definition();
+        if !definition.rigs.include(kind) {
+            let expected = format!("an effect that a rig of kind \"{kind}\" can have");
+            return Some(("name", Some(format!("\"{}\"", self.kind)), expected));
         }
         for parameter in definition.parameters {
+            let key = parameter.key.name();
             let expected = parameter.value_kind.describe(kind);
-            match self.parameters.get(parameter.name) {
-                None if parameter.default_for(kind).is_none() => return Some((parameter.name.into(), None, expected)),
+            match self.parameters.get(&parameter.key) {
+                None if parameter.default_for(kind).is_none() => return Some((key, None, expected)),
                 None => {}
                 Some(value) => {
                     let good = match (value, parameter.value_kind) {
@@ -119,16 +120,23 @@ impl EffectEntry {
                         _ => false,
                     };
                     if !good {
-                        return Some((parameter.name.into(), Some(value.shown()), expected));
+                        return Some((key, Some(value.shown()), expected));
                     }
                 }
             }
         }
-        let known = |key: &String| definition.parameters.iter().any(|p| p.name == key);
-        let names: Vec<_> = definition.parameters.iter().map(|p| p.name).collect();
-        let unknown = self.parameters.keys().find(|key| !known(key));
-        unknown.map(|key| (key.clone(), Some("an unknown key".into()), format!("one of {}", names.join(", "))))
+        let unknown = self.parameters.keys().find(|key| definition.parameter(**key).is_none());
+        unknown.map(|key| (key.name(), Some(UNKNOWN_KEY.into()), parameter_names(definition)))
     }
+}
+
+/// Found by [`EffectEntry::fault`] where a parameter is not one of the effect's.
+pub(super) const UNKNOWN_KEY: &str = "an unknown key";
+
+/// Names of an effect's parameters, for messages.
+pub(super) fn parameter_names(definition: &Definition) -> String {
+    let names: Vec<_> = definition.parameters.iter().map(|p| p.key.name()).collect();
+    format!("one of {}", names.join(", "))
 }
 
 impl Value {

@@ -1,6 +1,8 @@
 //! The keys of `rig.toml`, and what each may hold.
 
-use super::{BearingRig, Location, Machine, Restoring, SdofRig};
+use std::fmt;
+
+use super::{BearingRig, Location, Machine, Restoring, RigKind, SdofRig};
 
 /// What a number may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,71 +48,100 @@ impl Domain {
     }
 }
 
-/// A number of the model.
-pub(super) struct Key {
-    /// `section.key`, or `key`.
-    pub name: &'static str,
-    /// What it may be.
-    pub domain: Domain,
-}
+macro_rules! model_keys {
+    ($($kind:ident = $name:literal, $domain:expr;)*) => {
+        /// Name of a number of the machine.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum ModelKey {
+            $(#[doc = concat!("`", $name, "`")] $kind,)*
+        }
 
-const fn key(name: &'static str, domain: Domain) -> Key {
-    Key { name, domain }
+        impl ModelKey {
+            /// All of them, of both kinds of rig, in the order in which they are written.
+            pub const ALL: &[Self] = &[$(Self::$kind),*];
+
+            /// The name in files: `section.key`, or `key` where a rig has no sections.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$kind => $name,)*
+                }
+            }
+
+            /// What the number may be.
+            pub const fn domain(self) -> Domain {
+                match self {
+                    $(Self::$kind => $domain,)*
+                }
+            }
+        }
+    };
 }
 
 use Domain::{Any, Between, NotNegative, Positive, Whole};
 
-/// Numbers of `kind = "bearing-5dof"`, in the order in which they are written.
-pub(super) const BEARING: &[Key] = &[
-    key("bearing.balls", Whole(1, 200)),
-    key("bearing.ball_diameter_m", Positive),
-    key("bearing.pitch_diameter_m", Positive),
-    key("bearing.contact_angle_rad", Between(-1.6, 1.6)),
-    key("bearing.radial_clearance_m", Any),
-    key("bearing.contact_stiffness_n_per_m1_5", Positive),
-    key("bearing.contact_exponent", Between(0.9, 4.0)),
-    key("inner.mass_kg", Positive),
-    key("inner.stiffness_n_per_m", NotNegative),
-    key("inner.damping_n_s_per_m", NotNegative),
-    key("outer.mass_kg", Positive),
-    key("outer.stiffness_n_per_m", NotNegative),
-    key("outer.damping_n_s_per_m", NotNegative),
-    key("resonator.mass_kg", Positive),
-    key("resonator.stiffness_n_per_m", NotNegative),
-    key("resonator.damping_n_s_per_m", NotNegative),
-    key("excitation.unbalance_kg_m", NotNegative),
-    key("excitation.process_force_psd_n2_per_hz", NotNegative),
-    key("sensor.noise_std_m_per_s2", NotNegative),
-];
+model_keys! {
+    Balls = "bearing.balls", Whole(1, 200);
+    BallDiameter = "bearing.ball_diameter_m", Positive;
+    PitchDiameter = "bearing.pitch_diameter_m", Positive;
+    ContactAngle = "bearing.contact_angle_rad", Between(-1.6, 1.6);
+    RadialClearance = "bearing.radial_clearance_m", Any;
+    ContactStiffness = "bearing.contact_stiffness_n_per_m1_5", Positive;
+    ContactExponent = "bearing.contact_exponent", Between(0.9, 4.0);
+    InnerMass = "inner.mass_kg", Positive;
+    InnerStiffness = "inner.stiffness_n_per_m", NotNegative;
+    InnerDamping = "inner.damping_n_s_per_m", NotNegative;
+    OuterMass = "outer.mass_kg", Positive;
+    OuterStiffness = "outer.stiffness_n_per_m", NotNegative;
+    OuterDamping = "outer.damping_n_s_per_m", NotNegative;
+    ResonatorMass = "resonator.mass_kg", Positive;
+    ResonatorStiffness = "resonator.stiffness_n_per_m", NotNegative;
+    ResonatorDamping = "resonator.damping_n_s_per_m", NotNegative;
+    Unbalance = "excitation.unbalance_kg_m", NotNegative;
+    ProcessForce = "excitation.process_force_psd_n2_per_hz", NotNegative;
+    SensorNoise = "sensor.noise_std_m_per_s2", NotNegative;
+    Mass = "mass_kg", Positive;
+    Damping = "damping_n_s_per_m", NotNegative;
+    Stiffness = "stiffness_n_per_m", NotNegative;
+    InputGain = "input_gain_n_per_unit", Any;
+    Gravity = "gravity_n", Any;
+}
+
+/// Numbers of a rig of one degree of freedom that come last in [`ModelKey::ALL`].
+const SDOF_NUMBERS: usize = 5;
+
+impl ModelKey {
+    /// The key of this name.
+    pub fn parse(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|key| key.name() == name)
+    }
+}
+
+impl fmt::Display for ModelKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
 
 /// Texts of `kind = "bearing-5dof"`.
 pub(super) const BEARING_TEXTS: &[&str] = &["sensor.vertical", "sensor.horizontal"];
-
-/// Numbers of `kind = "sdof"`.
-pub(super) const SDOF: &[Key] = &[
-    key("mass_kg", Positive),
-    key("damping_n_s_per_m", NotNegative),
-    key("stiffness_n_per_m", NotNegative),
-    key("input_gain_n_per_unit", Any),
-    key("gravity_n", Any),
-];
 
 /// Texts of `kind = "sdof"`.
 pub(super) const SDOF_TEXTS: &[&str] = &["restoring"];
 
 impl Machine {
-    /// The name in files.
-    pub fn kind(&self) -> &'static str {
+    /// Kind of the rig.
+    pub fn kind(&self) -> RigKind {
         match self {
-            Self::Bearing(_) => "bearing-5dof",
-            Self::Sdof(_) => "sdof",
+            Self::Bearing(_) => RigKind::Bearing5Dof,
+            Self::Sdof(_) => RigKind::Sdof,
         }
     }
 
-    pub(super) fn keys(&self) -> &'static [Key] {
+    pub(super) fn keys(&self) -> &'static [ModelKey] {
+        let (bearing, sdof) = ModelKey::ALL.split_at(ModelKey::ALL.len() - SDOF_NUMBERS);
         match self {
-            Self::Bearing(_) => BEARING,
-            Self::Sdof(_) => SDOF,
+            Self::Bearing(_) => bearing,
+            Self::Sdof(_) => sdof,
         }
     }
 
@@ -122,10 +153,10 @@ impl Machine {
     }
 
     /// Everything at 1, to be filled in key by key.
-    pub(super) fn blank(kind: &str) -> Option<Self> {
+    pub(super) fn blank(kind: RigKind) -> Self {
         let support = || super::Support { mass_kg: 1.0, stiffness_n_per_m: 1.0, damping_n_s_per_m: 1.0 };
         match kind {
-            "bearing-5dof" => Some(Self::Bearing(BearingRig {
+            RigKind::Bearing5Dof => Self::Bearing(BearingRig {
                 bearing: super::Bearing {
                     balls: 1,
                     ball_diameter_m: 1.0,
@@ -144,31 +175,23 @@ impl Machine {
                     vertical: Location::ResonatorY,
                     horizontal: Location::OuterX,
                 },
-            })),
-            "sdof" => Some(Self::Sdof(SdofRig {
+            }),
+            RigKind::Sdof => Self::Sdof(SdofRig {
                 mass_kg: 1.0,
                 damping_n_s_per_m: 1.0,
                 stiffness_n_per_m: 1.0,
                 input_gain_n_per_unit: 1.0,
                 restoring: Restoring::Linear,
                 gravity_n: 1.0,
-            })),
-            _ => None,
+            }),
         }
     }
 
-    /// A number that is stored as one.
-    pub(super) fn field(&mut self, key: &str) -> Option<&mut f64> {
+    /// A number that is stored as one; `None` for a whole number, and for a key of the other kind of rig.
+    pub(super) fn field(&mut self, key: ModelKey) -> Option<&mut f64> {
         match self {
             Self::Bearing(rig) => bearing_field(rig, key),
-            Self::Sdof(rig) => Some(match key {
-                "mass_kg" => &mut rig.mass_kg,
-                "damping_n_s_per_m" => &mut rig.damping_n_s_per_m,
-                "stiffness_n_per_m" => &mut rig.stiffness_n_per_m,
-                "input_gain_n_per_unit" => &mut rig.input_gain_n_per_unit,
-                "gravity_n" => &mut rig.gravity_n,
-                _ => return None,
-            }),
+            Self::Sdof(rig) => sdof_field(rig, key),
         }
     }
 
@@ -205,32 +228,43 @@ impl Machine {
     }
 }
 
-fn bearing_field<'a>(rig: &'a mut BearingRig, key: &str) -> Option<&'a mut f64> {
-    let (section, key) = key.split_once('.')?;
-    let support = match section {
-        "inner" => &mut rig.inner,
-        "outer" => &mut rig.outer,
-        "resonator" => &mut rig.resonator,
-        _ => {
-            let bearing = &mut rig.bearing;
-            return Some(match (section, key) {
-                ("bearing", "ball_diameter_m") => &mut bearing.ball_diameter_m,
-                ("bearing", "pitch_diameter_m") => &mut bearing.pitch_diameter_m,
-                ("bearing", "contact_angle_rad") => &mut bearing.contact_angle_rad,
-                ("bearing", "radial_clearance_m") => &mut bearing.radial_clearance_m,
-                ("bearing", "contact_stiffness_n_per_m1_5") => &mut bearing.contact_stiffness_n_per_m1_5,
-                ("bearing", "contact_exponent") => &mut bearing.contact_exponent,
-                ("excitation", "unbalance_kg_m") => &mut rig.excitation.unbalance_kg_m,
-                ("excitation", "process_force_psd_n2_per_hz") => &mut rig.excitation.process_force_psd_n2_per_hz,
-                ("sensor", "noise_std_m_per_s2") => &mut rig.sensor.noise_std_m_per_s2,
-                _ => return None,
-            });
-        }
-    };
+fn bearing_field(rig: &mut BearingRig, key: ModelKey) -> Option<&mut f64> {
+    let BearingRig { bearing, inner, outer, resonator, excitation, sensor } = rig;
     Some(match key {
-        "mass_kg" => &mut support.mass_kg,
-        "stiffness_n_per_m" => &mut support.stiffness_n_per_m,
-        "damping_n_s_per_m" => &mut support.damping_n_s_per_m,
+        ModelKey::BallDiameter => &mut bearing.ball_diameter_m,
+        ModelKey::PitchDiameter => &mut bearing.pitch_diameter_m,
+        ModelKey::ContactAngle => &mut bearing.contact_angle_rad,
+        ModelKey::RadialClearance => &mut bearing.radial_clearance_m,
+        ModelKey::ContactStiffness => &mut bearing.contact_stiffness_n_per_m1_5,
+        ModelKey::ContactExponent => &mut bearing.contact_exponent,
+        ModelKey::InnerMass => &mut inner.mass_kg,
+        ModelKey::InnerStiffness => &mut inner.stiffness_n_per_m,
+        ModelKey::InnerDamping => &mut inner.damping_n_s_per_m,
+        ModelKey::OuterMass => &mut outer.mass_kg,
+        ModelKey::OuterStiffness => &mut outer.stiffness_n_per_m,
+        ModelKey::OuterDamping => &mut outer.damping_n_s_per_m,
+        ModelKey::ResonatorMass => &mut resonator.mass_kg,
+        ModelKey::ResonatorStiffness => &mut resonator.stiffness_n_per_m,
+        ModelKey::ResonatorDamping => &mut resonator.damping_n_s_per_m,
+        ModelKey::Unbalance => &mut excitation.unbalance_kg_m,
+        ModelKey::ProcessForce => &mut excitation.process_force_psd_n2_per_hz,
+        ModelKey::SensorNoise => &mut sensor.noise_std_m_per_s2,
+        ModelKey::Balls
+        | ModelKey::Mass
+        | ModelKey::Damping
+        | ModelKey::Stiffness
+        | ModelKey::InputGain
+        | ModelKey::Gravity => return None,
+    })
+}
+
+fn sdof_field(rig: &mut SdofRig, key: ModelKey) -> Option<&mut f64> {
+    Some(match key {
+        ModelKey::Mass => &mut rig.mass_kg,
+        ModelKey::Damping => &mut rig.damping_n_s_per_m,
+        ModelKey::Stiffness => &mut rig.stiffness_n_per_m,
+        ModelKey::InputGain => &mut rig.input_gain_n_per_unit,
+        ModelKey::Gravity => &mut rig.gravity_n,
         _ => return None,
     })
 }

@@ -7,14 +7,18 @@
 mod access;
 mod effects;
 mod key;
+mod kind;
 mod paths;
 mod read;
+mod rig_key;
 #[cfg(test)]
 mod tests;
 mod write;
 
 pub use effects::{EffectEntry, Value};
-pub use key::Domain;
+pub use key::{Domain, ModelKey};
+pub use kind::RigKind;
+pub use rig_key::RigKey;
 
 use toml_edit::DocumentMut;
 

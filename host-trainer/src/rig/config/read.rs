@@ -4,7 +4,9 @@ use std::{collections::BTreeMap, fs, path::Path};
 
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
-use super::{EffectEntry, Machine, Rig, Value, paths};
+use super::effects::parameter_names;
+use super::{EffectEntry, Machine, Rig, RigKind, Value, paths};
+use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{error::RigError, transfer_path::TransmissionPath};
 
 const KINDS: &str = "\"bearing-5dof\" or \"sdof\"";
@@ -72,17 +74,16 @@ impl Read<'_> {
 
     fn model(&self, document: &Table) -> Result<Machine, RigError> {
         let kind = match document.get("kind") {
-            None => "bearing-5dof",
-            Some(item) => item.as_str().ok_or_else(|| self.bad("kind", item, KINDS))?,
+            None => RigKind::Bearing5Dof,
+            Some(item) => item.as_str().and_then(RigKind::parse).ok_or_else(|| self.bad("kind", item, KINDS))?,
         };
-        let blank = Machine::blank(kind);
-        let mut model = blank.ok_or_else(|| self.bad("kind", &document["kind"], KINDS))?;
+        let mut model = Machine::blank(kind);
         self.refuse_unknown(document, &model)?;
         for key in model.keys() {
-            let expected = key.domain.describe();
-            let item = find(document, key.name).ok_or_else(|| self.missing(key.name, &expected))?;
-            let value = number(item).filter(|value| key.domain.holds(*value));
-            model.set_number(key.name, value.ok_or_else(|| self.bad(key.name, item, &expected))?);
+            let expected = key.domain().describe();
+            let item = find(document, key.name()).ok_or_else(|| self.missing(key.name(), &expected))?;
+            let value = number(item).filter(|value| key.domain().holds(*value));
+            model.set_number(*key, value.ok_or_else(|| self.bad(key.name(), item, &expected))?);
         }
         for key in model.texts() {
             let item = find(document, key).ok_or_else(|| self.missing(key, "a name"))?;
@@ -93,7 +94,7 @@ impl Read<'_> {
     }
 
     fn refuse_unknown(&self, document: &Table, model: &Machine) -> Result<(), RigError> {
-        let names = || model.keys().iter().map(|key| key.name).chain(model.texts().iter().copied());
+        let names = || model.keys().iter().map(|key| key.name()).chain(model.texts().iter().copied());
         let mut top = vec!["kind", "unknown", "effect", "path"];
         for name in names() {
             let section = name.split_once('.').map_or(name, |(section, _)| section);
@@ -130,7 +131,10 @@ impl Read<'_> {
         let mut names = Vec::with_capacity(list.len());
         for value in list {
             let known = |name: &&str| {
-                model.keys().iter().any(|k| k.name == *name || k.name.split_once('.').is_some_and(|(s, _)| s == *name))
+                model
+                    .keys()
+                    .iter()
+                    .any(|k| k.name() == *name || k.name().split_once('.').is_some_and(|(s, _)| s == *name))
             };
             let name = value.as_str().filter(known);
             let name = name.ok_or_else(|| self.bad("unknown", &Item::Value(value.clone()), EXPECTED))?;
@@ -155,20 +159,20 @@ impl Read<'_> {
         let mut effects = Vec::with_capacity(tables.len());
         for (index, table) in tables.into_iter().enumerate() {
             let place = |key: &str| format!("effect[{}].{key}", index + 1);
-            let mut name = None;
+            let name = table.get("name").ok_or_else(|| self.missing(&place("name"), "a name of the vocabulary"))?;
+            let kind = name.as_str().and_then(EffectKind::parse).ok_or_else(|| {
+                let names: Vec<_> = EffectKind::ALL.iter().map(|kind| kind.name()).collect();
+                self.bad(&place("name"), name, &format!("one of {}", names.join(", ")))
+            })?;
             let mut parameters = BTreeMap::new();
-            for (key, item) in table.iter() {
-                let text = item.as_str().map(String::from);
-                if key == "name" {
-                    name = Some(text.ok_or_else(|| self.bad(&place(key), item, "a name of the vocabulary"))?);
-                    continue;
-                }
-                let value = text.map(Value::Text).or_else(|| number(item).map(Value::Number));
-                let value = value.ok_or_else(|| self.bad(&place(key), item, "a number or a name"))?;
-                parameters.insert(key.to_owned(), value);
+            for (key, item) in table.iter().filter(|(key, _)| *key != "name") {
+                let known = ParameterKey::parse(key);
+                let known = known.ok_or_else(|| self.unknown_key(&place(key), parameter_names(kind.definition())))?;
+                let text = item.as_str().map(|text| Value::Text(text.into()));
+                let value = text.or_else(|| number(item).map(Value::Number));
+                parameters.insert(known, value.ok_or_else(|| self.bad(&place(key), item, "a number or a name"))?);
             }
-            let name = name.ok_or_else(|| self.missing(&place("name"), "a name of the vocabulary"))?;
-            effects.push(EffectEntry { name, parameters });
+            effects.push(EffectEntry { kind, parameters });
         }
         Ok(effects)
     }

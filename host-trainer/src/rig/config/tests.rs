@@ -1,3 +1,5 @@
+use crate::rig::config::{ModelKey, RigKey};
+use crate::rig::effect::{EffectKind, ParameterKey};
 use std::path::Path;
 
 use crate::rig::{
@@ -73,10 +75,13 @@ fn invariant_written_back_as_it_was_read() {
 #[test]
 fn invariant_changes_are_written_and_comments_kept() {
     let mut rig = nominal();
-    rig.set("bearing.ball_diameter_m", 0.008).unwrap();
+    rig.set(ModelKey::BallDiameter, 0.008).unwrap();
     rig.unknown = vec!["outer".into()];
-    let friction = EffectEntry::new("coulomb-friction", &[("force_n", 0.76)]).with_text("component", "outer");
-    rig = rig.with_effect(friction).with_effect(EffectEntry::new("unbalance", &[("unbalance_kg_m", 1e-3)]));
+    let friction = EffectEntry::new(EffectKind::CoulombFriction, &[(ParameterKey::ForceN, 0.76)])
+        .with_text(ParameterKey::Component, "outer");
+    rig = rig
+        .with_effect(friction)
+        .with_effect(EffectEntry::new(EffectKind::Unbalance, &[(ParameterKey::UnbalanceKgM, 1e-3)]));
     let text = rig.to_toml();
     assert!(text.contains("ball_diameter_m = 0.008  # from the catalogue"), "{text}");
     assert!(text.contains("# nominal rig"), "{text}");
@@ -98,22 +103,22 @@ fn invariant_a_rig_made_in_memory_reads_back() {
 #[test]
 fn invariant_every_number_is_reached_by_its_name() {
     for text in [RIG, SDOF] {
-        let mut rig = parse(text).with_effect(EffectEntry::new("sensor-bias", &[("value", 1.0)]));
+        let mut rig = parse(text).with_effect(EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, 1.0)]));
         for key in rig.keys() {
-            let value = if key == "bearing.balls" { 12.0 } else { 1.25 };
-            rig.set(&key, value).unwrap();
-            assert_eq!(rig.get(&key), Some(value), "{key}");
+            let value = if key == ModelKey::Balls.into() { 12.0 } else { 1.25 };
+            rig.set(key, value).unwrap();
+            assert_eq!(rig.get(key), Some(value), "{key}");
         }
-        assert!(rig.set("outer.colour", 1.0).is_err() && rig.get("outer.colour").is_none());
-        assert!(rig.set("effect[2].value", 1.0).is_err());
+        let other = if rig.bearing().is_some() { ModelKey::Mass } else { ModelKey::OuterMass };
+        assert!(rig.set(other, 1.0).is_err() && rig.get(other).is_none());
+        assert!(rig.set(RigKey::Effect { index: 1, key: ParameterKey::Value }, 1.0).is_err());
     }
-    assert!(nominal().set("outer.mass_kg", 0.0).is_err());
+    assert!(nominal().set(ModelKey::OuterMass, 0.0).is_err());
 }
 
 #[test]
 fn golden_unknown_sections_are_spelled_out() {
     let rig = parse(&format!("unknown = [\"outer\", \"resonator.damping_n_s_per_m\", \"outer.mass_kg\"]\n{RIG}"));
-    let expected =
-        ["outer.mass_kg", "outer.stiffness_n_per_m", "outer.damping_n_s_per_m", "resonator.damping_n_s_per_m"];
+    let expected = [ModelKey::OuterMass, ModelKey::OuterStiffness, ModelKey::OuterDamping, ModelKey::ResonatorDamping];
     assert_eq!(rig.unknown_keys(), expected);
 }

@@ -13,7 +13,7 @@ impl Rig {
         let mut document = self.document.clone();
         let fresh = document.is_empty();
         if fresh && !matches!(self.model, Machine::Bearing(_)) {
-            document["kind"] = self.model.kind().into();
+            document["kind"] = self.model.kind().name().into();
         }
         let unknown = document.get("unknown").and_then(Item::as_array);
         let same = unknown
@@ -22,12 +22,12 @@ impl Rig {
             document["unknown"] = Item::Value(self.unknown.iter().collect());
         }
         for key in self.model.keys() {
-            let value = self.get(key.name).unwrap_or_default();
-            let value = match key.domain {
+            let value = self.get(*key).unwrap_or_default();
+            let value = match key.domain() {
                 super::Domain::Whole(..) => Toml::from(value as i64),
                 _ => Toml::from(value),
             };
-            put(document.as_table_mut(), key.name, value);
+            put(document.as_table_mut(), key.name(), value);
         }
         for key in self.model.texts() {
             put(document.as_table_mut(), key, self.model.text(key).unwrap_or_default().into());
@@ -68,9 +68,9 @@ impl Rig {
         let mut tables = ArrayOfTables::new();
         for effect in &self.effects {
             let mut table = Table::new();
-            table["name"] = effect.name.as_str().into();
+            table["name"] = effect.kind.name().into();
             for (key, value) in &effect.parameters {
-                table[key] = match value {
+                table[key.name()] = match value {
                     Value::Number(number) => (*number).into(),
                     Value::Text(text) => text.as_str().into(),
                 };

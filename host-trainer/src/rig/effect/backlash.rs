@@ -1,23 +1,27 @@
 //! Play in the support: its spring does nothing over a width and pulls beyond it, k dz(q) instead of k q
 //! (A. Kahraman, R. Singh, "Non-linear dynamics of a spur gear pair", J. Sound Vib. 142 (1990) 49–75).
 
-use super::{Applies, Definition, Parameter, Scale, ParameterDefault, component::Choices};
+use super::{Definition, Parameter, Scale, ParameterDefault, component::Choices, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
     name: "backlash",
-    applies_to: Applies::Both,
+    rigs: Rigs::Both,
+    site: Site::Structure,
+    timing: Timing::Persistent,
+    phase: Phase::Free,
     is_deterministic: false,
     parameters: &[
-        Parameter::number("width_m", "m", Domain::NotNegative, (1e-7, 1e-1), Scale::Log),
+        Parameter::number(ParameterKey::WidthM, "m", Domain::NotNegative, (1e-7, 1e-1), Scale::Log),
         Parameter::component(Choices::Supported).usually(ParameterDefault::Name("outer")),
     ],
+    library: LibraryTerms::ODD,
     equation: |v| {
-        let half = 0.5 * v.number("width_m");
+        let half = 0.5 * v.number(ParameterKey::WidthM);
         format!("k q becomes k (q − clamp(q, ±{half:.4e} m)), q = {}", v.component().symbols())
     },
     apply: |v, plan| {
-        let half = 0.5 * v.number("width_m");
+        let half = 0.5 * v.number(ParameterKey::WidthM);
         if half == 0.0 {
             return;
         }

@@ -4,36 +4,36 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{
-    Applies, Definition, Parameter, Scale, ParameterDefault,
-    outer_race_defect::{DEPTH, WIDTH},
-    local_defect::LocalDefect,
-};
+use super::{Definition, Parameter, Scale, ParameterDefault, outer_race_defect::{DEPTH, WIDTH}, local_defect::LocalDefect, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
     name: "ball-defect",
-    applies_to: Applies::Bearing,
+    rigs: Rigs::Bearing,
+    site: Site::Contact,
+    timing: Timing::Persistent,
+    phase: Phase::Ball,
     is_deterministic: true,
     parameters: &[
         DEPTH,
         WIDTH,
         // Angle of the pit from the outer race at shaft angle 0.
-        Parameter::number("spin_rad", "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(ParameterDefault::Number(0.0)),
+        Parameter::number(ParameterKey::SpinRad, "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(ParameterDefault::Number(0.0)),
     ],
+    library: LibraryTerms::ANGLE,
     equation: |v| {
-        let (depth, width) = (v.number("depth_m"), v.number("width_rad"));
+        let (depth, width) = (v.number(ParameterKey::DepthM), v.number(ParameterKey::WidthRad));
         format!(
             "δ_1 = … − c − d(β) − d(β − π), β = ½ D_p/D_b (1 − (D_b cos α/D_p)²) ψ, \
              d(θ) = {depth:.4e} m · cos(πθ/{width:.5}) for |θ| < {width:.5}/2"
         )
     },
     apply: |v, plan| {
-        let spin0 = v.number("spin_rad");
+        let spin0 = v.number(ParameterKey::SpinRad);
         let Some(rig) = plan.bearing() else { return };
-        let pit = LocalDefect::new(v.number("depth_m"), v.number("width_rad"));
+        let pit = LocalDefect::new(v.number(ParameterKey::DepthM), v.number(ParameterKey::WidthRad));
         let spin = rig.bearing.geometry().orders().bsf;
-        if v.number("depth_m") > 0.0 {
+        if v.number(ParameterKey::DepthM) > 0.0 {
             plan.declare_order(spin * pit.rate());
             plan.defect(move |moments, _, passages| {
                 let [from, to] = moments.each_ref().map(|at| (spin * at.shaft_rad + spin0) / TAU);

@@ -1,6 +1,8 @@
 //! What the faults of a bearing must show in a spectrum.
 
 use crate::recording::Recording;
+use crate::rig::config::ModelKey;
+use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{
     EffectEntry, Machine,
     test_support::{RATE, envelope, line, noise_free, nominal, rms, samples, with},
@@ -32,7 +34,10 @@ fn prominence(signal: &[f64], frequency: f64) -> f64 {
 /// McFadden and Smith (1984): a fixed pit under a fixed load strikes at BPFO, all strikes alike.
 #[test]
 fn literature_outer_pit_gives_bpfo_and_harmonics() {
-    let pit = with("outer-race-defect", &[("depth_m", 1.2e-6), ("width_rad", 0.05), ("angle_rad", 1.5)]);
+    let pit = with(
+        EffectKind::OuterRaceDefect,
+        &[(ParameterKey::DepthM, 1.2e-6), (ParameterKey::WidthRad, 0.05), (ParameterKey::AngleRad, 1.5)],
+    );
     let (before, after) = (demodulated(&noise_free(&nominal())), demodulated(&noise_free(&pit)));
     let bpfo = orders().bpfo * SHAFT;
     for harmonic in 1..=4 {
@@ -42,14 +47,20 @@ fn literature_outer_pit_gives_bpfo_and_harmonics() {
     }
     assert!(line(&after, RATE, bpfo) > 10.0 * line(&after, RATE, bpfo + SHAFT), "no shaft sidebands");
     // A pit that no loaded ball crosses is silent.
-    let above = with("outer-race-defect", &[("depth_m", 1.2e-6), ("width_rad", 0.05), ("angle_rad", -1.5)]);
+    let above = with(
+        EffectKind::OuterRaceDefect,
+        &[(ParameterKey::DepthM, 1.2e-6), (ParameterKey::WidthRad, 0.05), (ParameterKey::AngleRad, -1.5)],
+    );
     assert!((rms(samples(&noise_free(&above), "ay")) / rms(samples(&noise_free(&nominal()), "ay")) - 1.0).abs() < 1e-6);
 }
 
 /// McFadden and Smith (1984): a pit that turns through the load zone strikes at BPFI, modulated by the shaft.
 #[test]
 fn literature_inner_pit_gives_bpfi_with_shaft_sidebands() {
-    let after = demodulated(&noise_free(&with("inner-race-defect", &[("depth_m", 1.2e-6), ("width_rad", 0.05)])));
+    let after = demodulated(&noise_free(&with(
+        EffectKind::InnerRaceDefect,
+        &[(ParameterKey::DepthM, 1.2e-6), (ParameterKey::WidthRad, 0.05)],
+    )));
     let bpfi = orders().bpfi * SHAFT;
     for frequency in [SHAFT, bpfi, bpfi - SHAFT, bpfi + SHAFT, 2.0 * bpfi] {
         assert!(prominence(&after, frequency) > 8.0, "{frequency}");
@@ -60,7 +71,10 @@ fn literature_inner_pit_gives_bpfi_with_shaft_sidebands() {
 /// Randall and Antoni (2011), section 2: strikes at 2 × BSF, modulated by the cage.
 #[test]
 fn literature_ball_pit_gives_twice_bsf_with_cage_sidebands() {
-    let after = demodulated(&noise_free(&with("ball-defect", &[("depth_m", 1.2e-6), ("width_rad", 0.2)])));
+    let after = demodulated(&noise_free(&with(
+        EffectKind::BallDefect,
+        &[(ParameterKey::DepthM, 1.2e-6), (ParameterKey::WidthRad, 0.2)],
+    )));
     let (strikes, cage) = (orders().ball_strikes() * SHAFT, orders().ftf * SHAFT);
     for frequency in [strikes, strikes - cage, strikes + cage] {
         assert!(prominence(&after, frequency) > 8.0, "{frequency}");
@@ -75,14 +89,14 @@ fn literature_waviness_lines() {
     let before = noise_free(&nominal());
     let (bpfo, bpfi) = (orders().bpfo * SHAFT, orders().bpfi * SHAFT);
     for (name, lobes, frequency) in [
-        ("outer-race-waviness", 9.0, bpfo),
-        ("outer-race-waviness", 18.0, 2.0 * bpfo),
-        ("outer-race-waviness", 10.0, bpfo),
-        ("inner-race-waviness", 9.0, bpfi),
-        ("inner-race-waviness", 10.0, bpfi + SHAFT),
-        ("inner-race-waviness", 8.0, bpfi - SHAFT),
+        (EffectKind::OuterRaceWaviness, 9.0, bpfo),
+        (EffectKind::OuterRaceWaviness, 18.0, 2.0 * bpfo),
+        (EffectKind::OuterRaceWaviness, 10.0, bpfo),
+        (EffectKind::InnerRaceWaviness, 9.0, bpfi),
+        (EffectKind::InnerRaceWaviness, 10.0, bpfi + SHAFT),
+        (EffectKind::InnerRaceWaviness, 8.0, bpfi - SHAFT),
     ] {
-        let after = noise_free(&with(name, &[("amplitude_m", 1e-6), ("lobes", lobes)]));
+        let after = noise_free(&with(name, &[(ParameterKey::AmplitudeM, 1e-6), (ParameterKey::Lobes, lobes)]));
         let [after, before] = [&after, &before]
             .map(|r| line(samples(r, "ax"), RATE, frequency) + line(samples(r, "ay"), RATE, frequency));
         assert!(after > 5.0 * before, "{name} of {lobes} at {frequency} Hz: {after} beside {before}");
@@ -94,7 +108,14 @@ fn literature_waviness_lines() {
 fn literature_clearance_raises_bpfo() {
     let bpfo = orders().bpfo * SHAFT;
     let at = |clearance| {
-        line(samples(&noise_free(&with("excess-clearance", &[("radial_clearance_m", clearance)])), "ax"), RATE, bpfo)
+        line(
+            samples(
+                &noise_free(&with(EffectKind::ExcessClearance, &[(ParameterKey::RadialClearanceM, clearance)])),
+                "ax",
+            ),
+            RATE,
+            bpfo,
+        )
     };
     let heights = [2e-6, 1e-5, 3e-5].map(at);
     assert!(heights[0] < heights[1] && heights[1] < heights[2], "{heights:?}");
@@ -102,8 +123,11 @@ fn literature_clearance_raises_bpfo() {
 
 #[test]
 fn invariant_cage_slip_moves_bpfo_and_leaves_the_shaft() {
-    let pit = EffectEntry::new("outer-race-defect", &[("depth_m", 1.2e-6), ("width_rad", 0.05), ("angle_rad", 1.5)]);
-    let slip = EffectEntry::new("cage-slip", &[("fraction", 0.1)]);
+    let pit = EffectEntry::new(
+        EffectKind::OuterRaceDefect,
+        &[(ParameterKey::DepthM, 1.2e-6), (ParameterKey::WidthRad, 0.05), (ParameterKey::AngleRad, 1.5)],
+    );
+    let slip = EffectEntry::new(EffectKind::CageSlip, &[(ParameterKey::Fraction, 0.1)]);
     let rig = nominal().with_effect(pit);
     let (before, after) = (noise_free(&rig), noise_free(&rig.clone().with_effect(slip)));
     let bpfo = orders().bpfo * SHAFT;
@@ -116,10 +140,10 @@ fn invariant_cage_slip_moves_bpfo_and_leaves_the_shaft() {
 #[test]
 fn invariant_contact_exponent_is_the_rigs_own() {
     let mut rig = nominal();
-    rig.set("bearing.contact_exponent", 1.3).unwrap();
-    assert_eq!(noise_free(&with("contact-exponent", &[("exponent", 1.3)])), noise_free(&rig));
+    rig.set(ModelKey::ContactExponent, 1.3).unwrap();
+    assert_eq!(noise_free(&with(EffectKind::ContactExponent, &[(ParameterKey::Exponent, 1.3)])), noise_free(&rig));
     // A power by another way, next to the square root.
-    let near = noise_free(&with("contact-exponent", &[("exponent", 1.5 + 1e-13)]));
+    let near = noise_free(&with(EffectKind::ContactExponent, &[(ParameterKey::Exponent, 1.5 + 1e-13)]));
     let same = noise_free(&nominal());
     let pairs = samples(&near, "ay").iter().zip(samples(&same, "ay"));
     assert!(pairs.clone().all(|(a, b)| (a - b).abs() < 1e-9));

@@ -4,7 +4,7 @@ use crate::rig::assembly::Assembly;
 
 use crate::rig::state::{DOFS, INNER_X, INNER_Y, MASS, OUTER_X, OUTER_Y, RESONATOR_Y, VelocityCovariance};
 
-use crate::rig::config::Machine;
+use crate::rig::config::{Machine, RigKind};
 
 /// A part of a rig. `inner` and `outer` are the sections of that name and move in x and y; with `-x` or `-y` only
 /// that direction is meant. The resonator's spring and damper sit between it and the outer race.
@@ -45,11 +45,11 @@ pub enum Choices {
 
 impl Choices {
     /// The names, for a rig of this kind.
-    pub fn names(self, kind: &str) -> &'static [&'static str] {
+    pub fn names(self, kind: RigKind) -> &'static [&'static str] {
         match self {
-            Self::Channels if kind == "sdof" => &["all", "q", "qd", "qdd"],
+            Self::Channels if kind == RigKind::Sdof => &["all", "q", "qd", "qdd"],
             Self::Channels => &["all", "ax", "ay"],
-            _ if kind == "sdof" => &["mass"],
+            _ if kind == RigKind::Sdof => &["mass"],
             Self::Supported => &["outer", "inner", "resonator", "outer-x", "outer-y", "inner-x", "inner-y"],
             Self::Sections => &["outer", "inner", "resonator"],
             Self::SectionsAndContact => &["outer", "inner", "resonator", "bearing"],

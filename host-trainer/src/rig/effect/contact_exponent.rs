@@ -2,18 +2,22 @@
 //! Bearing Engineering", 1959; T. A. Harris, M. N. Kotzalas, "Essential Concepts of Bearing Technology", 2006). k_b keeps
 //! its number in N/m^p.
 
-use super::{Applies, Definition, Parameter, Scale};
+use super::{Definition, Parameter, Scale, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
     name: "contact-exponent",
-    applies_to: Applies::Bearing,
+    rigs: Rigs::Bearing,
+    site: Site::Contact,
+    timing: Timing::Persistent,
+    phase: Phase::Free,
     is_deterministic: false,
-    parameters: &[Parameter::number("exponent", "", Domain::Between(0.9, 4.0), (1.0, 2.5), Scale::Linear)],
-    equation: |v| format!("contact force k_b δ_j^{:.4}", v.number("exponent")),
+    parameters: &[Parameter::number(ParameterKey::Exponent, "", Domain::Between(0.9, 4.0), (1.0, 2.5), Scale::Linear)],
+    library: LibraryTerms::EVEN,
+    equation: |v| format!("contact force k_b δ_j^{:.4}", v.number(ParameterKey::Exponent)),
     apply: |v, plan| {
         if let Some(rig) = plan.bearing() {
-            rig.bearing.contact_exponent = v.number("exponent");
+            rig.bearing.contact_exponent = v.number(ParameterKey::Exponent);
         }
     },
 };

@@ -12,26 +12,30 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_PI};
 
-use super::{Applies, Definition, Parameter, Scale, ParameterDefault, component::Choices, erf::erf};
+use super::{Definition, Parameter, Scale, ParameterDefault, component::Choices, erf::erf, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
     name: "coulomb-friction",
-    applies_to: Applies::Both,
+    rigs: Rigs::Both,
+    site: Site::Force,
+    timing: Timing::Persistent,
+    phase: Phase::Free,
     is_deterministic: false,
     parameters: &[
-        Parameter::number("force_n", "N", Domain::NotNegative, (1e-3, 1e3), Scale::Log),
+        Parameter::number(ParameterKey::ForceN, "N", Domain::NotNegative, (1e-3, 1e3), Scale::Log),
         Parameter::component(Choices::Supported),
         // Vibration of a bearing housing is of the order of 10 to 1000 µm/s, positioning systems move at cm/s.
-        Parameter::number("regularisation_m_per_s", "m/s", Domain::Positive, (1e-7, 1e-3), Scale::Log)
+        Parameter::number(ParameterKey::RegularisationMPerS, "m/s", Domain::Positive, (1e-7, 1e-3), Scale::Log)
             .usually(ParameterDefault::ByKind(2e-6, 1e-4)),
     ],
+    library: LibraryTerms::ODD,
     equation: |v| {
-        let (force, scale) = (v.number("force_n"), v.number("regularisation_m_per_s"));
+        let (force, scale) = (v.number(ParameterKey::ForceN), v.number(ParameterKey::RegularisationMPerS));
         format!("… + c q̇ + {force:.4} N · tanh(q̇ / {scale:.1e} m/s) = …, q = {}", v.component().symbols())
     },
     apply: |v, plan| {
-        let (size, rounded) = (v.number("force_n"), v.number("regularisation_m_per_s"));
+        let (size, rounded) = (v.number(ParameterKey::ForceN), v.number(ParameterKey::RegularisationMPerS));
         if size == 0.0 {
             return;
         }

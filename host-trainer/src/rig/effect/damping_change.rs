@@ -1,25 +1,26 @@
 //! A damping that differs from nominal: `value` is what it is (Genta, "Vibration of Structures and Machines", 1999).
 
-use super::{
-    Applies, Definition, Parameter, Scale,
-    component::{Choices, Component},
-};
+use super::{Definition, Parameter, Scale, component::{Choices, Component}, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::{config::Domain, config::Machine};
 
 pub(super) const EFFECT: Definition = Definition {
     name: "damping-change",
-    applies_to: Applies::Both,
+    rigs: Rigs::Both,
+    site: Site::Structure,
+    timing: Timing::Persistent,
+    phase: Phase::Free,
     is_deterministic: false,
     parameters: &[
         Parameter::component(Choices::Sections),
-        Parameter::number("value", "N s/m", Domain::NotNegative, (1e-1, 1e6), Scale::Log),
+        Parameter::number(ParameterKey::Value, "N s/m", Domain::NotNegative, (1e-1, 1e6), Scale::Log),
     ],
+    library: LibraryTerms::LINEAR,
     equation: |v| {
-        let value = v.number("value");
+        let value = v.number(ParameterKey::Value);
         format!("c = {value:.4e} N s/m of {}", v.component().name())
     },
     apply: |v, plan| {
-        let value = v.number("value");
+        let value = v.number(ParameterKey::Value);
         match (&mut plan.machine, v.component()) {
             (Machine::Bearing(rig), Component::Inner) => rig.inner.damping_n_s_per_m = value,
             (Machine::Bearing(rig), Component::Outer) => rig.outer.damping_n_s_per_m = value,

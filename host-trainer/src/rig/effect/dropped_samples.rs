@@ -1,23 +1,27 @@
 //! Samples that never reached the file: those after the time are from `count` samples later, and nothing in the file
 //! says so. The tachometer loses them too.
 
-use super::{Applies, Definition, Parameter, Scale};
+use super::{Definition, Parameter, Scale, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::{config::Domain, assembly::Stage};
 
 pub(super) const EFFECT: Definition = Definition {
     name: "dropped-samples",
-    applies_to: Applies::Both,
+    rigs: Rigs::Both,
+    site: Site::Acquisition,
+    timing: Timing::Event,
+    phase: Phase::Free,
     is_deterministic: false,
     parameters: &[
-        Parameter::number("time_s", "s", Domain::NotNegative, (0.0, 10.0), Scale::Linear),
-        Parameter::number("count", "", Domain::Whole(0, 10_000_000), (1.0, 10_000.0), Scale::Log),
+        Parameter::number(ParameterKey::TimeS, "s", Domain::NotNegative, (0.0, 10.0), Scale::Linear),
+        Parameter::number(ParameterKey::Count, "", Domain::Whole(0, 10_000_000), (1.0, 10_000.0), Scale::Log),
     ],
+    library: LibraryTerms::SENSOR,
     equation: |v| {
-        let (time, count) = (v.number("time_s"), v.number("count"));
+        let (time, count) = (v.number(ParameterKey::TimeS), v.number(ParameterKey::Count));
         format!("a(t) becomes a(t + {count}/f_s) from t = {time:.5} s")
     },
     apply: |v, plan| {
-        let (time, count) = (v.number("time_s"), v.number("count") as usize);
+        let (time, count) = (v.number(ParameterKey::TimeS), v.number(ParameterKey::Count) as usize);
         if count == 0 {
             return;
         }

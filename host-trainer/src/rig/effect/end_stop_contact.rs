@@ -3,24 +3,28 @@
 //! "Chaotic behavior of rotor/stator systems with rubs", J. Eng. Gas Turbines Power 116 (1994) 692–701). The gap is
 //! counted from the unloaded position in the direction of +q, which for y is that of the load.
 
-use super::{Applies, Definition, Parameter, Scale, ParameterDefault, component::Choices};
+use super::{Definition, Parameter, Scale, ParameterDefault, component::Choices, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
     name: "end-stop-contact",
-    applies_to: Applies::Both,
+    rigs: Rigs::Both,
+    site: Site::Force,
+    timing: Timing::Persistent,
+    phase: Phase::Free,
     is_deterministic: false,
     parameters: &[
-        Parameter::number("gap_m", "m", Domain::Any, (1e-7, 1e-1), Scale::Log),
-        Parameter::number("stiffness_n_per_m", "N/m", Domain::NotNegative, (1e3, 1e10), Scale::Log),
+        Parameter::number(ParameterKey::GapM, "m", Domain::Any, (1e-7, 1e-1), Scale::Log),
+        Parameter::number(ParameterKey::StiffnessNPerM, "N/m", Domain::NotNegative, (1e3, 1e10), Scale::Log),
         Parameter::component(Choices::Supported).usually(ParameterDefault::Name("outer-y")),
     ],
+    library: LibraryTerms::EVEN,
     equation: |v| {
-        let (gap, stiffness) = (v.number("gap_m"), v.number("stiffness_n_per_m"));
+        let (gap, stiffness) = (v.number(ParameterKey::GapM), v.number(ParameterKey::StiffnessNPerM));
         format!("… + {stiffness:.4e} N/m · max(q − {gap:.4e} m, 0) = …, q = {}", v.component().symbols())
     },
     apply: |v, plan| {
-        let (gap, stiffness) = (v.number("gap_m"), v.number("stiffness_n_per_m"));
+        let (gap, stiffness) = (v.number(ParameterKey::GapM), v.number(ParameterKey::StiffnessNPerM));
         if stiffness == 0.0 {
             return;
         }

@@ -2,20 +2,24 @@
 //! BPFO (M. Tiwari, K. Gupta, O. Prakash, "Effect of radial internal clearance of a ball bearing on the dynamics of a
 //! balanced horizontal rotor", J. Sound Vib. 238 (2000) 723–756).
 
-use super::{Applies, Definition, Parameter, Scale};
+use super::{Definition, Parameter, Scale, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
     name: "excess-clearance",
-    applies_to: Applies::Bearing,
+    rigs: Rigs::Bearing,
+    site: Site::Contact,
+    timing: Timing::Persistent,
+    phase: Phase::Free,
     is_deterministic: false,
-    parameters: &[Parameter::number("radial_clearance_m", "m", Domain::Any, (1e-6, 2e-4), Scale::Log)],
+    parameters: &[Parameter::number(ParameterKey::RadialClearanceM, "m", Domain::Any, (1e-6, 2e-4), Scale::Log)],
+    library: LibraryTerms::EVEN,
     equation: |v| {
-        format!("δ_j = (x_s−x_p) cos φ_j + (y_s−y_p) sin φ_j − {:.4e} m", v.number("radial_clearance_m"))
+        format!("δ_j = (x_s−x_p) cos φ_j + (y_s−y_p) sin φ_j − {:.4e} m", v.number(ParameterKey::RadialClearanceM))
     },
     apply: |v, plan| {
         if let Some(rig) = plan.bearing() {
-            rig.bearing.radial_clearance_m = v.number("radial_clearance_m");
+            rig.bearing.radial_clearance_m = v.number(ParameterKey::RadialClearanceM);
         }
     },
 };

@@ -1,14 +1,14 @@
 //! A support spring that stiffens: k q + k₃ q³ with k₃ > 0 in each direction (I. Kovacic, M. J. Brennan, "The Duffing
 //! Equation", 2011). Its slope k + 3 k₃ q² rises with the static deflection, hence the resonance with the load.
 
-use super::{Applies, Definition, Parameter, Scale, component::Choices};
+use super::{Definition, Parameter, Scale, component::Choices, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::config::Domain;
 use super::Values;
 use crate::rig::assembly::{Assembly};
 
 /// The force −k₃ q³.
 pub(super) fn apply(v: &Values, plan: &mut Assembly) {
-    let cubic = v.number("cubic_n_per_m3");
+    let cubic = v.number(ParameterKey::CubicNPerM3);
     if cubic == 0.0 {
         return;
     }
@@ -20,18 +20,22 @@ pub(super) fn apply(v: &Values, plan: &mut Assembly) {
 
 /// The term, on the left side.
 pub(super) fn equation(v: &Values) -> String {
-    let cubic = v.number("cubic_n_per_m3");
+    let cubic = v.number(ParameterKey::CubicNPerM3);
     format!("… + k q + {cubic:.4e} N/m³ · q³ = …, q = {}", v.component().symbols())
 }
 
 pub(super) const EFFECT: Definition = Definition {
     name: "hardening-stiffness",
-    applies_to: Applies::Both,
+    rigs: Rigs::Both,
+    site: Site::Structure,
+    timing: Timing::Persistent,
+    phase: Phase::Free,
     is_deterministic: false,
     parameters: &[
-        Parameter::number("cubic_n_per_m3", "N/m³", Domain::NotNegative, (1e9, 1e18), Scale::Log),
+        Parameter::number(ParameterKey::CubicNPerM3, "N/m³", Domain::NotNegative, (1e9, 1e18), Scale::Log),
         Parameter::component(Choices::Supported),
     ],
+    library: LibraryTerms::CUBIC,
     equation,
     apply,
 };

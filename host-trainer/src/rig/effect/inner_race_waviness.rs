@@ -4,13 +4,17 @@
 //! Part 1: theory", Proc. IMechE C 202 (1988) 305–312; S. P. Harsha et al., "Non-linear dynamic behaviors of rolling
 //! element bearings due to surface waviness", J. Sound Vib. 272 (2004) 557–580). A load zone adds its own multiples.
 
-use super::{Applies, Definition, waviness};
+use super::{Definition, waviness, LibraryTerms, Phase, Rigs, Site, Timing};
 
 pub(super) const EFFECT: Definition = Definition {
     name: "inner-race-waviness",
-    applies_to: Applies::Bearing,
+    rigs: Rigs::Bearing,
+    site: Site::Contact,
+    timing: Timing::Persistent,
+    phase: Phase::Shaft,
     is_deterministic: true,
     parameters: waviness::PARAMETERS,
+    library: LibraryTerms::ANGLE,
     equation: |v| waviness::equation(v, "(φ_j − ψ)"),
     apply: |v, plan| waviness::apply(v, plan, |at| at.cage_rad - at.shaft_rad),
 };

@@ -1,5 +1,7 @@
 //! What the other causes must show in a bearing rig.
 
+use crate::rig::config::ModelKey;
+use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{
     EffectEntry, Rig, Start, simulate,
     test_support::{RATE, condition, line, noise_free, nominal, peak, rms, samples, with},
@@ -12,7 +14,7 @@ fn at_speed(rig: &Rig, shaft_hz: f64) -> Vec<f64> {
 
 /// Frequency at which the housing rings after a blow, shaft at rest: nothing but the mode is in the spectrum.
 fn ringing(rig: &Rig, load_n: f64) -> f64 {
-    let blow = EffectEntry::new("shock", &[("time_s", 0.0), ("impulse_n_s", 0.002)]);
+    let blow = EffectEntry::new(EffectKind::Shock, &[(ParameterKey::TimeS, 0.0), (ParameterKey::ImpulseNS, 0.002)]);
     let rig = rig.clone().with_effect(blow);
     let recording = simulate(&rig, &condition(0.0, load_n, 4096), &Start::noise_free(0.3, 0.7)).unwrap();
     peak(samples(&recording, "ay"), RATE, 100.0, 500.0)
@@ -22,7 +24,7 @@ fn ringing(rig: &Rig, load_n: f64) -> f64 {
 #[test]
 fn literature_unbalance_grows_with_speed_squared() {
     let response = |unbalance, shaft| {
-        let rig = with("unbalance", &[("unbalance_kg_m", unbalance)]);
+        let rig = with(EffectKind::Unbalance, &[(ParameterKey::UnbalanceKgM, unbalance)]);
         line(&at_speed(&rig, shaft), RATE, shaft) / (shaft * shaft)
     };
     let ratio = response(1e-3, 20.0) / response(1e-3, 10.0);
@@ -34,7 +36,8 @@ fn literature_unbalance_grows_with_speed_squared() {
 /// Xu and Marangoni (1994): twice the shaft speed.
 #[test]
 fn literature_misalignment_is_at_twice_the_shaft() {
-    let (before, after) = (at_speed(&nominal(), 30.0), at_speed(&with("misalignment", &[("force_n", 20.0)]), 30.0));
+    let (before, after) =
+        (at_speed(&nominal(), 30.0), at_speed(&with(EffectKind::Misalignment, &[(ParameterKey::ForceN, 20.0)]), 30.0));
     assert!(line(&after, RATE, 60.0) > 20.0 * line(&before, RATE, 60.0));
     assert!((line(&after, RATE, 30.0) / line(&before, RATE, 30.0) - 1.0).abs() < 0.1);
 }
@@ -45,12 +48,14 @@ fn literature_misalignment_is_at_twice_the_shaft() {
 fn literature_hardening_raises_the_resonance_with_load() {
     let shift = |rig: &Rig| ringing(rig, 900.0) - ringing(rig, 300.0);
     let cubic = |name, value| {
-        nominal().with_effect(EffectEntry::new(name, &[("cubic_n_per_m3", value)]).with_text("component", "outer"))
+        nominal().with_effect(
+            EffectEntry::new(name, &[(ParameterKey::CubicNPerM3, value)]).with_text(ParameterKey::Component, "outer"),
+        )
     };
-    let (plain, hard) = (shift(&nominal()), shift(&cubic("hardening-stiffness", 3e15)));
+    let (plain, hard) = (shift(&nominal()), shift(&cubic(EffectKind::HardeningStiffness, 3e15)));
     let (soft, wide) = (
-        shift(&cubic("softening-stiffness", -8e14)),
-        shift(&with("excess-clearance", &[("radial_clearance_m", 1e-5)])),
+        shift(&cubic(EffectKind::SofteningStiffness, -8e14)),
+        shift(&with(EffectKind::ExcessClearance, &[(ParameterKey::RadialClearanceM, 1e-5)])),
     );
     assert!(hard > plain + 20.0, "{hard} beside {plain} Hz");
     assert!(soft < plain - 5.0, "{soft} beside {plain} Hz");
@@ -61,8 +66,9 @@ fn literature_hardening_raises_the_resonance_with_load() {
 #[test]
 fn literature_asymmetric_spring_follows_the_sign() {
     let shift = |quadratic| {
-        let spring = EffectEntry::new("asymmetric-stiffness", &[("quadratic_n_per_m2", quadratic)]);
-        ringing(&nominal().with_effect(spring.with_text("component", "outer-y")), 500.0) - ringing(&nominal(), 500.0)
+        let spring = EffectEntry::new(EffectKind::AsymmetricStiffness, &[(ParameterKey::QuadraticNPerM2, quadratic)]);
+        ringing(&nominal().with_effect(spring.with_text(ParameterKey::Component, "outer-y")), 500.0)
+            - ringing(&nominal(), 500.0)
     };
     let (up, down) = (shift(1e11), shift(-1e11));
     assert!(up > 5.0 && down < -5.0, "{up} and {down} Hz");
@@ -71,14 +77,15 @@ fn literature_asymmetric_spring_follows_the_sign() {
 #[test]
 fn invariant_changed_parameters_are_the_rigs_own() {
     for (name, component, value, key) in [
-        ("stiffness-change", "outer", 1.2e7, "outer.stiffness_n_per_m"),
-        ("stiffness-change", "bearing", 9e9, "bearing.contact_stiffness_n_per_m1_5"),
-        ("damping-change", "resonator", 3000.0, "resonator.damping_n_s_per_m"),
-        ("mass-change", "inner", 1.5, "inner.mass_kg"),
+        (EffectKind::StiffnessChange, "outer", 1.2e7, ModelKey::OuterStiffness),
+        (EffectKind::StiffnessChange, "bearing", 9e9, ModelKey::ContactStiffness),
+        (EffectKind::DampingChange, "resonator", 3000.0, ModelKey::ResonatorDamping),
+        (EffectKind::MassChange, "inner", 1.5, ModelKey::InnerMass),
     ] {
         let mut rig = nominal();
         rig.set(key, value).unwrap();
-        let effect = EffectEntry::new(name, &[("value", value)]).with_text("component", component);
+        let effect =
+            EffectEntry::new(name, &[(ParameterKey::Value, value)]).with_text(ParameterKey::Component, component);
         assert_eq!(noise_free(&nominal().with_effect(effect)), noise_free(&rig), "{name} {component}");
         assert_ne!(noise_free(&nominal()), noise_free(&rig), "{name} {component}");
     }
@@ -87,7 +94,7 @@ fn invariant_changed_parameters_are_the_rigs_own() {
 #[test]
 fn invariant_friction_and_drag_take_energy_out() {
     let decay = |effect: Option<EffectEntry>| {
-        let blow = EffectEntry::new("shock", &[("time_s", 0.0), ("impulse_n_s", 0.02)]);
+        let blow = EffectEntry::new(EffectKind::Shock, &[(ParameterKey::TimeS, 0.0), (ParameterKey::ImpulseNS, 0.02)]);
         let mut rig = nominal().with_effect(blow);
         rig.effects.extend(effect);
         let recording = simulate(&rig, &condition(0.0, 500.0, 2000), &Start::noise_free(0.3, 0.7)).unwrap();
@@ -95,22 +102,24 @@ fn invariant_friction_and_drag_take_energy_out() {
     };
     let free = decay(None);
     for (name, key, value) in [
-        ("coulomb-friction", "force_n", 2.0),
-        ("viscous-friction", "damping_n_s_per_m", 2000.0),
-        ("quadratic-drag", "drag_n_s2_per_m2", 5e6),
+        (EffectKind::CoulombFriction, ParameterKey::ForceN, 2.0),
+        (EffectKind::ViscousFriction, ParameterKey::DampingNSPerM, 2000.0),
+        (EffectKind::QuadraticDrag, ParameterKey::DragNS2PerM2, 5e6),
     ] {
-        let damped = decay(Some(EffectEntry::new(name, &[(key, value)]).with_text("component", "outer")));
+        let damped = decay(Some(EffectEntry::new(name, &[(key, value)]).with_text(ParameterKey::Component, "outer")));
         assert!(damped < 0.8 * free, "{name}: {damped} beside {free}");
     }
     // The film of oil is between the races, where the housing's mode hardly moves.
-    let film = decay(Some(EffectEntry::new("viscous-friction", &[("damping_n_s_per_m", 2000.0)])));
+    let film = decay(Some(EffectEntry::new(EffectKind::ViscousFriction, &[(ParameterKey::DampingNSPerM, 2000.0)])));
     assert!(film < free && film > 0.8 * free, "{film} beside {free}");
 }
 
 #[test]
 fn invariant_a_load_step_rings_at_its_time() {
-    let (before, after) =
-        (noise_free(&nominal()), noise_free(&with("load-step", &[("time_s", 0.25), ("change_n", -200.0)])));
+    let (before, after) = (
+        noise_free(&nominal()),
+        noise_free(&with(EffectKind::LoadStep, &[(ParameterKey::TimeS, 0.25), (ParameterKey::ChangeN, -200.0)])),
+    );
     let [before, after] = [&before, &after].map(|r| samples(r, "ay").to_vec());
     // At the time itself, sample 6400, half of it has come.
     let early: Vec<f64> = after[..6400].iter().zip(&before).map(|(a, b)| a - b).collect();
@@ -125,7 +134,10 @@ fn invariant_a_load_step_rings_at_its_time() {
 #[test]
 fn invariant_a_load_that_changes_slowly_comes_evenly_about_its_time_and_hardly_rings() {
     let step = |rise_s| {
-        let entry = with("load-step", &[("time_s", 0.25), ("change_n", -200.0), ("rise_s", rise_s)]);
+        let entry = with(
+            EffectKind::LoadStep,
+            &[(ParameterKey::TimeS, 0.25), (ParameterKey::ChangeN, -200.0), (ParameterKey::RiseS, rise_s)],
+        );
         let (before, after) = (noise_free(&nominal()), noise_free(&entry));
         let pairs = samples(&after, "ay").iter().zip(samples(&before, "ay"));
         pairs.map(|(a, b)| a - b).collect::<Vec<_>>()
@@ -145,7 +157,7 @@ fn invariant_a_load_that_changes_slowly_comes_evenly_about_its_time_and_hardly_r
 fn invariant_a_constant_force_along_the_load_is_load() {
     let more = simulate(&nominal(), &condition(30.0, 540.0, 2000), &Start::noise_free(0.3, 0.7)).unwrap();
     let pushed = simulate(
-        &with("constant-force", &[("force_n", 40.0)]),
+        &with(EffectKind::ConstantForce, &[(ParameterKey::ForceN, 40.0)]),
         &condition(30.0, 500.0, 2000),
         &Start::noise_free(0.3, 0.7),
     );
@@ -161,7 +173,7 @@ fn invariant_speed_drift_brings_turns_closer() {
         let recording = noise_free(rig);
         samples(&recording, "tacho").iter().enumerate().filter(|(_, v)| **v == 1.0).map(|(i, _)| i).collect()
     };
-    let turns = marks(&with("speed-drift", &[("rate_per_s", 0.2)]));
+    let turns = marks(&with(EffectKind::SpeedDrift, &[(ParameterKey::RatePerS, 0.2)]));
     let gaps: Vec<usize> = turns.windows(2).map(|w| w[1] - w[0]).collect();
     assert!(gaps.windows(2).all(|w| w[1] < w[0]), "{gaps:?}");
     // After half a second 10 % faster.
@@ -174,11 +186,17 @@ fn invariant_speed_drift_brings_turns_closer() {
 fn literature_stop_stiffens_and_play_softens() {
     let plain = ringing(&nominal(), 500.0);
     // 500 N less some weight on 15.1 N/µm and the inner support: some 25 µm.
-    let stop = ringing(&with("end-stop-contact", &[("gap_m", 1e-5), ("stiffness_n_per_m", 2e7)]), 500.0);
-    let far = ringing(&with("end-stop-contact", &[("gap_m", 1e-3), ("stiffness_n_per_m", 2e7)]), 500.0);
+    let stop = ringing(
+        &with(EffectKind::EndStopContact, &[(ParameterKey::GapM, 1e-5), (ParameterKey::StiffnessNPerM, 2e7)]),
+        500.0,
+    );
+    let far = ringing(
+        &with(EffectKind::EndStopContact, &[(ParameterKey::GapM, 1e-3), (ParameterKey::StiffnessNPerM, 2e7)]),
+        500.0,
+    );
     assert!(stop > plain + 20.0, "{stop} beside {plain}");
     assert!((far - plain).abs() < 0.6, "{far} beside {plain}");
     // Deeper in its play than the load pushes it, the housing hangs on the shaft's support alone.
-    let play = ringing(&with("backlash", &[("width_m", 1e-3)]), 500.0);
+    let play = ringing(&with(EffectKind::Backlash, &[(ParameterKey::WidthM, 1e-3)]), 500.0);
     assert!(play < plain - 30.0, "{play} beside {plain}");
 }

@@ -3,7 +3,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{Applies, Definition, Parameter, Scale, ParameterDefault};
+use super::{Definition, Parameter, Scale, ParameterDefault, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::{config::Domain, assembly::Stage};
 
 /// Harmonics beside the fundamental.
@@ -11,20 +11,24 @@ const HARMONICS: [f64; 3] = [1.0, 3.0, 5.0];
 
 pub(super) const EFFECT: Definition = Definition {
     name: "mains-interference",
-    applies_to: Applies::Both,
+    rigs: Rigs::Both,
+    site: Site::Acquisition,
+    timing: Timing::Persistent,
+    phase: Phase::Free,
     is_deterministic: false,
     parameters: &[
-        Parameter::number("frequency_hz", "Hz", Domain::Positive, (45.0, 65.0), Scale::Linear),
-        Parameter::number("amplitude", "unit of the signal", Domain::NotNegative, (1e-4, 1e2), Scale::Log),
-        Parameter::number("phase_rad", "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(ParameterDefault::Number(0.0)),
+        Parameter::number(ParameterKey::FrequencyHz, "Hz", Domain::Positive, (45.0, 65.0), Scale::Linear),
+        Parameter::number(ParameterKey::Amplitude, "unit of the signal", Domain::NotNegative, (1e-4, 1e2), Scale::Log),
+        Parameter::number(ParameterKey::PhaseRad, "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(ParameterDefault::Number(0.0)),
         Parameter::channel("all"),
     ],
+    library: LibraryTerms::SENSOR,
     equation: |v| {
-        let (frequency, amplitude) = (v.number("frequency_hz"), v.number("amplitude"));
+        let (frequency, amplitude) = (v.number(ParameterKey::FrequencyHz), v.number(ParameterKey::Amplitude));
         format!("a = … + {amplitude:.4e} · Σ sin(n · 2π · {frequency:.3} Hz · t)/n, n = 1, 3, 5")
     },
     apply: |v, plan| {
-        let (frequency, amplitude, phase) = (v.number("frequency_hz"), v.number("amplitude"), v.number("phase_rad"));
+        let (frequency, amplitude, phase) = (v.number(ParameterKey::FrequencyHz), v.number(ParameterKey::Amplitude), v.number(ParameterKey::PhaseRad));
         if amplitude == 0.0 {
             return;
         }

@@ -1,26 +1,27 @@
 //! A mass that differs from nominal: `value` is what it is. Its weight changes too where the rig has weight (Genta,
 //! "Vibration of Structures and Machines", 1999).
 
-use super::{
-    Applies, Definition, Parameter, Scale,
-    component::{Choices, Component},
-};
+use super::{Definition, Parameter, Scale, component::{Choices, Component}, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::{config::Domain, config::Machine};
 
 pub(super) const EFFECT: Definition = Definition {
     name: "mass-change",
-    applies_to: Applies::Both,
+    rigs: Rigs::Both,
+    site: Site::Structure,
+    timing: Timing::Persistent,
+    phase: Phase::Free,
     is_deterministic: false,
     parameters: &[
         Parameter::component(Choices::Sections),
-        Parameter::number("value", "kg", Domain::Positive, (1e-3, 1e4), Scale::Log),
+        Parameter::number(ParameterKey::Value, "kg", Domain::Positive, (1e-3, 1e4), Scale::Log),
     ],
+    library: LibraryTerms::LINEAR,
     equation: |v| {
-        let value = v.number("value");
+        let value = v.number(ParameterKey::Value);
         format!("m = {value:.4e} kg of {}", v.component().name())
     },
     apply: |v, plan| {
-        let value = v.number("value");
+        let value = v.number(ParameterKey::Value);
         match (&mut plan.machine, v.component()) {
             (Machine::Bearing(rig), Component::Inner) => rig.inner.mass_kg = value,
             (Machine::Bearing(rig), Component::Outer) => rig.outer.mass_kg = value,

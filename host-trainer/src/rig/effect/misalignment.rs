@@ -4,7 +4,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Applies, Definition, Parameter, Scale, ParameterDefault};
+use super::{Definition, Parameter, Scale, ParameterDefault, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::{
     config::Domain,
     state::{INNER_X, INNER_Y},
@@ -12,19 +12,23 @@ use crate::rig::{
 
 pub(super) const EFFECT: Definition = Definition {
     name: "misalignment",
-    applies_to: Applies::Bearing,
+    rigs: Rigs::Bearing,
+    site: Site::Force,
+    timing: Timing::Persistent,
+    phase: Phase::Shaft,
     is_deterministic: true,
     parameters: &[
-        Parameter::number("force_n", "N", Domain::NotNegative, (1e-1, 1e4), Scale::Log),
+        Parameter::number(ParameterKey::ForceN, "N", Domain::NotNegative, (1e-1, 1e4), Scale::Log),
         // Which way the coupling is out of line.
-        Parameter::number("phase_rad", "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(ParameterDefault::Number(0.0)),
+        Parameter::number(ParameterKey::PhaseRad, "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(ParameterDefault::Number(0.0)),
     ],
+    library: LibraryTerms::ANGLE,
     equation: |v| {
-        let (force, phase) = (v.number("force_n"), v.number("phase_rad"));
+        let (force, phase) = (v.number(ParameterKey::ForceN), v.number(ParameterKey::PhaseRad));
         format!("m_s ẍ_s + … = … + {force:.4} N · cos(2ψ + {phase:.3}), m_s ÿ_s + … = … + {force:.4} N · sin(2ψ + {phase:.3})")
     },
     apply: |v, plan| {
-        let (amplitude, phase) = (v.number("force_n"), v.number("phase_rad"));
+        let (amplitude, phase) = (v.number(ParameterKey::ForceN), v.number(ParameterKey::PhaseRad));
         if amplitude != 0.0 {
             plan.force(move |at, _, _, force| {
                 let (s, c) = (2.0 * at.shaft_rad + phase).sin_cos();

@@ -3,22 +3,26 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_PI};
 
-use super::{Applies, Definition, Parameter, Scale, ParameterDefault, component::Choices, erf::erf};
+use super::{Definition, Parameter, Scale, ParameterDefault, component::Choices, erf::erf, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
     name: "quadratic-drag",
-    applies_to: Applies::Both,
+    rigs: Rigs::Both,
+    site: Site::Force,
+    timing: Timing::Persistent,
+    phase: Phase::Free,
     is_deterministic: false,
     parameters: &[
-        Parameter::number("drag_n_s2_per_m2", "N s²/m²", Domain::NotNegative, (1e-1, 1e9), Scale::Log),
+        Parameter::number(ParameterKey::DragNS2PerM2, "N s²/m²", Domain::NotNegative, (1e-1, 1e9), Scale::Log),
         Parameter::component(Choices::Supported).usually(ParameterDefault::Name("outer")),
     ],
+    library: LibraryTerms::ODD,
     equation: |v| {
-        format!("… + {:.4e} N s²/m² · q̇ |q̇| = …, q = {}", v.number("drag_n_s2_per_m2"), v.component().symbols())
+        format!("… + {:.4e} N s²/m² · q̇ |q̇| = …, q = {}", v.number(ParameterKey::DragNS2PerM2), v.component().symbols())
     },
     apply: |v, plan| {
-        let drag = v.number("drag_n_s2_per_m2");
+        let drag = v.number(ParameterKey::DragNS2PerM2);
         if drag != 0.0 {
             (v.component()).part_of(&plan.machine).speed_law(
                 plan,

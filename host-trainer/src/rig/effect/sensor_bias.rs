@@ -1,19 +1,23 @@
 //! A sensor whose zero is off: the same value added to every sample (ISO 5347; a charge amplifier that drifts).
 
-use super::{Applies, Definition, Parameter, Scale};
+use super::{Definition, Parameter, Scale, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::{config::Domain, assembly::Stage};
 
 pub(super) const EFFECT: Definition = Definition {
     name: "sensor-bias",
-    applies_to: Applies::Both,
+    rigs: Rigs::Both,
+    site: Site::Acquisition,
+    timing: Timing::Persistent,
+    phase: Phase::Free,
     is_deterministic: false,
     parameters: &[
-        Parameter::number("value", "unit of the signal", Domain::Any, (-10.0, 10.0), Scale::Linear),
+        Parameter::number(ParameterKey::Value, "unit of the signal", Domain::Any, (-10.0, 10.0), Scale::Linear),
         Parameter::channel("all"),
     ],
-    equation: |v| format!("a = … + {:.4e}", v.number("value")),
+    library: LibraryTerms::SENSOR,
+    equation: |v| format!("a = … + {:.4e}", v.number(ParameterKey::Value)),
     apply: |v, plan| {
-        let (value, concerns) = (v.number("value"), v.channels());
+        let (value, concerns) = (v.number(ParameterKey::Value), v.channels());
         if value != 0.0 {
             plan.signal(Stage::Transducer, move |at, signal| {
                 if concerns(at.channel) {

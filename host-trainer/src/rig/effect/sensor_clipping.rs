@@ -1,19 +1,23 @@
 //! A sensor or converter out of its range: samples stop at ± the value (IEEE Std 1241, full-scale range).
 
-use super::{Applies, Definition, Parameter, Scale};
+use super::{Definition, Parameter, Scale, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::{config::Domain, assembly::Stage};
 
 pub(super) const EFFECT: Definition = Definition {
     name: "sensor-clipping",
-    applies_to: Applies::Both,
+    rigs: Rigs::Both,
+    site: Site::Acquisition,
+    timing: Timing::Persistent,
+    phase: Phase::Free,
     is_deterministic: false,
     parameters: &[
-        Parameter::number("value", "unit of the signal", Domain::Positive, (1e-3, 1e4), Scale::Log),
+        Parameter::number(ParameterKey::Value, "unit of the signal", Domain::Positive, (1e-3, 1e4), Scale::Log),
         Parameter::channel("all"),
     ],
-    equation: |v| format!("a = clamp(…, ±{:.4e})", v.number("value")),
+    library: LibraryTerms::SENSOR,
+    equation: |v| format!("a = clamp(…, ±{:.4e})", v.number(ParameterKey::Value)),
     apply: |v, plan| {
-        let (value, concerns) = (v.number("value"), v.channels());
+        let (value, concerns) = (v.number(ParameterKey::Value), v.channels());
         plan.signal(Stage::Converter, move |at, signal| {
             if concerns(at.channel) {
                 signal.iter_mut().for_each(|sample| *sample = sample.clamp(-value, value));

@@ -1,19 +1,23 @@
 //! A sensor whose sensitivity is off: every sample times the value (ISO 16063-21).
 
-use super::{Applies, Definition, Parameter, Scale};
+use super::{Definition, Parameter, Scale, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::{config::Domain, assembly::Stage};
 
 pub(super) const EFFECT: Definition = Definition {
     name: "sensor-gain",
-    applies_to: Applies::Both,
+    rigs: Rigs::Both,
+    site: Site::Acquisition,
+    timing: Timing::Persistent,
+    phase: Phase::Free,
     is_deterministic: false,
     parameters: &[
-        Parameter::number("value", "", Domain::Positive, (0.1, 10.0), Scale::Log),
+        Parameter::number(ParameterKey::Value, "", Domain::Positive, (0.1, 10.0), Scale::Log),
         Parameter::channel("all"),
     ],
-    equation: |v| format!("a = {:.5} · …", v.number("value")),
+    library: LibraryTerms::SENSOR,
+    equation: |v| format!("a = {:.5} · …", v.number(ParameterKey::Value)),
     apply: |v, plan| {
-        let (value, concerns) = (v.number("value"), v.channels());
+        let (value, concerns) = (v.number(ParameterKey::Value), v.channels());
         if value != 1.0 {
             plan.signal(Stage::Transducer, move |at, signal| {
                 if concerns(at.channel) {

@@ -1,16 +1,18 @@
+use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{
     EffectEntry,
     test_support::{RATE, line, noise_free, nominal, samples, with},
 };
 
-fn change(name: &str, numbers: &[(&str, f64)]) -> Vec<f64> {
-    let (before, after) = (noise_free(&nominal()), noise_free(&with(name, numbers)));
+fn change(kind: EffectKind, numbers: &[(ParameterKey, f64)]) -> Vec<f64> {
+    let (before, after) = (noise_free(&nominal()), noise_free(&with(kind, numbers)));
     samples(&after, "ay").iter().zip(samples(&before, "ay")).map(|(a, b)| a - b).collect()
 }
 
 #[test]
 fn invariant_clipping_clips_its_channel_and_nothing_else() {
-    let clipping = EffectEntry::new("sensor-clipping", &[("value", 0.01)]).with_text("channel", "ay");
+    let clipping = EffectEntry::new(EffectKind::SensorClipping, &[(ParameterKey::Value, 0.01)])
+        .with_text(ParameterKey::Channel, "ay");
     let (before, after) = (noise_free(&nominal()), noise_free(&nominal().with_effect(clipping)));
     let expected: Vec<f64> = samples(&before, "ay").iter().map(|v| v.clamp(-0.01, 0.01)).collect();
     assert!(samples(&before, "ay").iter().any(|v| v.abs() > 0.01), "nothing to clip");
@@ -20,17 +22,19 @@ fn invariant_clipping_clips_its_channel_and_nothing_else() {
 
 #[test]
 fn invariant_bias_adds_and_gain_scales() {
-    assert!(change("sensor-bias", &[("value", 0.25)]).iter().all(|v| (v - 0.25).abs() < 1e-12));
+    assert!(change(EffectKind::SensorBias, &[(ParameterKey::Value, 0.25)]).iter().all(|v| (v - 0.25).abs() < 1e-12));
     let before = noise_free(&nominal());
-    let after = noise_free(&with("sensor-gain", &[("value", 1.5)]));
+    let after = noise_free(&with(EffectKind::SensorGain, &[(ParameterKey::Value, 1.5)]));
     let pairs = samples(&after, "ax").iter().zip(samples(&before, "ax"));
     assert!(pairs.clone().all(|(a, b)| *a == 1.5 * b));
 }
 
 #[test]
 fn invariant_dropped_samples_skip_and_say_nothing() {
-    let (before, after) =
-        (noise_free(&nominal()), noise_free(&with("dropped-samples", &[("time_s", 0.25), ("count", 100.0)])));
+    let (before, after) = (
+        noise_free(&nominal()),
+        noise_free(&with(EffectKind::DroppedSamples, &[(ParameterKey::TimeS, 0.25), (ParameterKey::Count, 100.0)])),
+    );
     for channel in ["ax", "ay", "tacho"] {
         let (before, after) = (samples(&before, channel), samples(&after, channel));
         assert_eq!(after.len(), before.len());
@@ -45,7 +49,8 @@ fn invariant_dropped_samples_skip_and_say_nothing() {
 /// A rectifier's load on the line: odd harmonics, 1/n of the fundamental (Arrillaga and Watson, 2003).
 #[test]
 fn literature_mains_lines() {
-    let mains = change("mains-interference", &[("frequency_hz", 50.0), ("amplitude", 0.3)]);
+    let mains =
+        change(EffectKind::MainsInterference, &[(ParameterKey::FrequencyHz, 50.0), (ParameterKey::Amplitude, 0.3)]);
     for (frequency, expected) in [(50.0, 0.3), (100.0, 0.0), (150.0, 0.1), (250.0, 0.06), (350.0, 0.0)] {
         assert!((line(&mains, RATE, frequency) - expected).abs() < 1e-4, "{frequency} Hz");
     }
@@ -54,8 +59,14 @@ fn literature_mains_lines() {
 #[test]
 fn invariant_unmodelled_mode_rises_at_its_frequency() {
     // The bearing passes little force on at 3 kHz unless something excites it.
-    let pit = EffectEntry::new("outer-race-defect", &[("depth_m", 1e-6), ("width_rad", 0.05), ("angle_rad", 1.5)]);
-    let mode = EffectEntry::new("structural-resonance", &[("frequency_hz", 3000.0), ("damping_ratio", 0.02)]);
+    let pit = EffectEntry::new(
+        EffectKind::OuterRaceDefect,
+        &[(ParameterKey::DepthM, 1e-6), (ParameterKey::WidthRad, 0.05), (ParameterKey::AngleRad, 1.5)],
+    );
+    let mode = EffectEntry::new(
+        EffectKind::StructuralResonance,
+        &[(ParameterKey::FrequencyHz, 3000.0), (ParameterKey::DampingRatio, 0.02)],
+    );
     let rig = nominal().with_effect(pit);
     let (before, after) = (noise_free(&rig), noise_free(&rig.clone().with_effect(mode)));
     let band = |recording, channel, from: usize| {

@@ -4,23 +4,27 @@
 
 use std::f64::consts::PI;
 
-use super::{Applies, Definition, Parameter, Scale, ParameterDefault, component::Choices};
+use super::{Definition, Parameter, Scale, ParameterDefault, component::Choices, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
     name: "shock",
-    applies_to: Applies::Both,
+    rigs: Rigs::Both,
+    site: Site::Force,
+    timing: Timing::Event,
+    phase: Phase::Free,
     is_deterministic: true,
     parameters: &[
-        Parameter::number("time_s", "s", Domain::Any, (0.0, 10.0), Scale::Linear),
-        Parameter::number("impulse_n_s", "N s", Domain::Any, (1e-4, 1e2), Scale::Log)
+        Parameter::number(ParameterKey::TimeS, "s", Domain::Any, (0.0, 10.0), Scale::Linear),
+        Parameter::number(ParameterKey::ImpulseNS, "N s", Domain::Any, (1e-4, 1e2), Scale::Log)
             .usually(ParameterDefault::ByKind(0.01, 1.0)),
-        Parameter::number("duration_s", "s", Domain::Positive, (5e-5, 1e-2), Scale::Log)
+        Parameter::number(ParameterKey::DurationS, "s", Domain::Positive, (5e-5, 1e-2), Scale::Log)
             .usually(ParameterDefault::ByKind(2e-4, 5e-3)),
         Parameter::component(Choices::Supported).usually(ParameterDefault::Name("outer-y")),
     ],
+    library: LibraryTerms::OUTSIDE,
     equation: |v| {
-        let (time, impulse, duration) = (v.number("time_s"), v.number("impulse_n_s"), v.number("duration_s"));
+        let (time, impulse, duration) = (v.number(ParameterKey::TimeS), v.number(ParameterKey::ImpulseNS), v.number(ParameterKey::DurationS));
         format!(
             "m q̈ + … = … + {:.4e} N · sin(π (t − {time:.5} s)/{duration:.2e} s) for {duration:.2e} s, q = {}",
             0.5 * PI * impulse / duration,
@@ -28,7 +32,7 @@ pub(super) const EFFECT: Definition = Definition {
         )
     },
     apply: |v, plan| {
-        let (time, impulse, duration) = (v.number("time_s"), v.number("impulse_n_s"), v.number("duration_s"));
+        let (time, impulse, duration) = (v.number(ParameterKey::TimeS), v.number(ParameterKey::ImpulseNS), v.number(ParameterKey::DurationS));
         if impulse == 0.0 {
             return;
         }

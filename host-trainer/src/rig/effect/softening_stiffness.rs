@@ -1,17 +1,21 @@
 //! A support spring that yields: k q + k₃ q³ with k₃ < 0 (I. Kovacic, M. J. Brennan, "The Duffing Equation", 2011).
 //! k₃ is written with its sign.
 
-use super::{Applies, Definition, Parameter, Scale, component::Choices, hardening_stiffness::{apply, equation}};
+use super::{Definition, Parameter, Scale, component::Choices, hardening_stiffness::{apply, equation}, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
     name: "softening-stiffness",
-    applies_to: Applies::Both,
+    rigs: Rigs::Both,
+    site: Site::Structure,
+    timing: Timing::Persistent,
+    phase: Phase::Free,
     is_deterministic: false,
     parameters: &[
-        Parameter::number("cubic_n_per_m3", "N/m³", Domain::NotPositive, (-1e18, -1e9), Scale::Log),
+        Parameter::number(ParameterKey::CubicNPerM3, "N/m³", Domain::NotPositive, (-1e18, -1e9), Scale::Log),
         Parameter::component(Choices::Supported),
     ],
+    library: LibraryTerms::CUBIC,
     equation,
     apply,
 };

@@ -1,29 +1,30 @@
 //! A stiffness that differs from nominal: `value` is what it is. For component `bearing` it is that of the contact, k_b
 //! (Genta, "Vibration of Structures and Machines", 1999).
 
-use super::{
-    Applies, Definition, Parameter, Scale,
-    component::{Choices, Component},
-};
+use super::{Definition, Parameter, Scale, component::{Choices, Component}, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::{config::Domain, config::Machine};
 
 pub(super) const EFFECT: Definition = Definition {
     name: "stiffness-change",
-    applies_to: Applies::Both,
+    rigs: Rigs::Both,
+    site: Site::Structure,
+    timing: Timing::Persistent,
+    phase: Phase::Free,
     is_deterministic: false,
     parameters: &[
         Parameter::component(Choices::SectionsAndContact),
-        Parameter::number("value", "N/m", Domain::NotNegative, (1e3, 1e10), Scale::Log),
+        Parameter::number(ParameterKey::Value, "N/m", Domain::NotNegative, (1e3, 1e10), Scale::Log),
     ],
+    library: LibraryTerms::LINEAR,
     equation: |v| {
-        let value = v.number("value");
+        let value = v.number(ParameterKey::Value);
         match v.component() {
             Component::Bearing => format!("f = {value:.4e} N/m^p · δ_j^p"),
             component => format!("k = {value:.4e} N/m of {}", component.name()),
         }
     },
     apply: |v, plan| {
-        let value = v.number("value");
+        let value = v.number(ParameterKey::Value);
         match (&mut plan.machine, v.component()) {
             (Machine::Bearing(rig), Component::Bearing) => rig.bearing.contact_stiffness_n_per_m1_5 = value,
             (Machine::Bearing(rig), Component::Inner) => rig.inner.stiffness_n_per_m = value,

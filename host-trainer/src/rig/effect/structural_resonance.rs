@@ -10,33 +10,40 @@
 
 use std::f64::consts::TAU;
 
-use super::{Applies, Definition, Parameter, Scale, ParameterDefault, component::Component};
-use crate::rig::{config::Domain, assembly::Stage};
+use super::{Definition, Parameter, Scale, ParameterDefault, component::Component, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use crate::rig::{
+    assembly::Stage,
+    config::{Domain, RigKind},
+};
 
 /// Time constants of the mode that pass before the first sample.
 const SETTLED: f64 = 12.0;
 
 pub(super) const EFFECT: Definition = Definition {
     name: "structural-resonance",
-    applies_to: Applies::Both,
+    rigs: Rigs::Both,
+    site: Site::Structure,
+    timing: Timing::Persistent,
+    phase: Phase::Free,
     is_deterministic: false,
     parameters: &[
-        Parameter::number("frequency_hz", "Hz", Domain::Positive, (10.0, 2e4), Scale::Log),
-        Parameter::number("damping_ratio", "", Domain::Between(0.0, 1.0), (1e-3, 0.3), Scale::Log),
-        Parameter::number("gain", "", Domain::Any, (-30.0, 30.0), Scale::Linear).usually(ParameterDefault::Number(1.0)),
+        Parameter::number(ParameterKey::FrequencyHz, "Hz", Domain::Positive, (10.0, 2e4), Scale::Log),
+        Parameter::number(ParameterKey::DampingRatio, "", Domain::Between(0.0, 1.0), (1e-3, 0.3), Scale::Log),
+        Parameter::number(ParameterKey::Gain, "", Domain::Any, (-30.0, 30.0), Scale::Linear).usually(ParameterDefault::Number(1.0)),
         Parameter::channel("ay"),
     ],
+    library: LibraryTerms::MODE,
     equation: |v| {
-        let (frequency, ratio, gain) = (v.number("frequency_hz"), v.number("damping_ratio"), v.number("gain"));
+        let (frequency, ratio, gain) = (v.number(ParameterKey::FrequencyHz), v.number(ParameterKey::DampingRatio), v.number(ParameterKey::Gain));
         format!("a becomes a + {gain:.4} η̈, η̈ + 2 · {ratio:.5} ω₀ η̇ + ω₀² η = f/m_p, ω₀ = 2π · {frequency:.2} Hz")
     },
     apply: |v, plan| {
-        let (frequency, ratio, gain) = (v.number("frequency_hz"), v.number("damping_ratio"), v.number("gain"));
+        let (frequency, ratio, gain) = (v.number(ParameterKey::FrequencyHz), v.number(ParameterKey::DampingRatio), v.number(ParameterKey::Gain));
         if gain == 0.0 {
             return;
         }
         let concerns = v.channels();
-        let carrier = if v.kind() == "sdof" { Component::Mass } else { Component::Outer };
+        let carrier = if v.kind() == RigKind::Sdof { Component::Mass } else { Component::Outer };
         let per_mass = 1.0 / carrier.part_of(&plan.machine).mass;
         plan.needs_path_force = true;
         plan.preroll_s = plan.preroll_s.max(SETTLED / (ratio * TAU * frequency));

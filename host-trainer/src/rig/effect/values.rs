@@ -1,22 +1,21 @@
 //! An effect's parameters with defaults filled in.
 
-use super::{DefaultValue, Definition, component::Component};
-use crate::rig::config::{EffectEntry, Value};
+use super::{DefaultValue, Definition, ParameterKey, component::Component};
+use crate::rig::config::{EffectEntry, RigKind, Value};
 
 /// Parameters of one effect of a rig that has been checked.
 #[derive(Clone, Copy, Debug)]
 pub struct Values<'a> {
     entry: &'a EffectEntry,
     definition: &'static Definition,
-    kind: &'a str,
+    kind: RigKind,
 }
 
 impl<'a> Values<'a> {
     /// Those of an entry, for a rig of this kind; `None` where the entry does not fit
     /// (which [`Rig::check`](crate::rig::Rig::check) explains).
-    pub fn new(entry: &'a EffectEntry, kind: &'a str) -> Option<Self> {
-        let definition = entry.definition().filter(|_| entry.fault(kind).is_none())?;
-        Some(Self { entry, definition, kind })
+    pub fn new(entry: &'a EffectEntry, kind: RigKind) -> Option<Self> {
+        entry.fault(kind).is_none().then(|| Self { entry, definition: entry.definition(), kind })
     }
 
     /// The effect's definition.
@@ -25,13 +24,13 @@ impl<'a> Values<'a> {
     }
 
     /// The kind of rig.
-    pub fn kind(&self) -> &str {
+    pub fn kind(&self) -> RigKind {
         self.kind
     }
 
     /// A number. A name that the effect does not have is NaN.
-    pub fn number(&self, name: &str) -> f64 {
-        match (self.entry.parameters.get(name), self.default(name)) {
+    pub fn number(&self, key: ParameterKey) -> f64 {
+        match (self.entry.parameters.get(&key), self.default(key)) {
             (Some(Value::Number(number)), _) => *number,
             (None, Some(DefaultValue::Number(number))) => number,
             _ => f64::NAN,
@@ -40,24 +39,24 @@ impl<'a> Values<'a> {
 
     /// The component.
     pub fn component(&self) -> Component {
-        self.name("component").and_then(Component::parse).unwrap_or(Component::Mass)
+        self.name(ParameterKey::Component).and_then(Component::parse).unwrap_or(Component::Mass)
     }
 
     /// Which channels an effect of the sensor is in.
     pub fn channels(&self) -> impl Fn(&str) -> bool + Send + Sync + 'static {
-        let name = self.name("channel").unwrap_or("all").to_owned();
+        let name = self.name(ParameterKey::Channel).unwrap_or("all").to_owned();
         move |channel| name == "all" || name == channel
     }
 
-    fn name(&self, parameter: &str) -> Option<&str> {
-        match (self.entry.parameters.get(parameter), self.default(parameter)) {
+    fn name(&self, key: ParameterKey) -> Option<&str> {
+        match (self.entry.parameters.get(&key), self.default(key)) {
             (Some(Value::Text(text)), _) => Some(text),
             (None, Some(DefaultValue::Name(name))) => Some(name),
             _ => None,
         }
     }
 
-    fn default(&self, name: &str) -> Option<DefaultValue> {
-        self.definition.parameters.iter().find(|p| p.name == name)?.default_for(self.kind)
+    fn default(&self, key: ParameterKey) -> Option<DefaultValue> {
+        self.definition.parameter(key)?.default_for(self.kind)
     }
 }

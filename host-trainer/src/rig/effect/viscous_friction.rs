@@ -1,10 +1,7 @@
 //! Damping that the nominal model lacks, −d v: of an oil film across the bearing (component `bearing`: between the
 //! races; J. S. Rao, "Rotor Dynamics", 1996) or of one mass against the ground.
 
-use super::{
-    Applies, Definition, Parameter, Scale, ParameterDefault,
-    component::{Choices, Component, Motion},
-};
+use super::{Definition, Parameter, Scale, ParameterDefault, component::{Choices, Component, Motion}, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::{
     config::Domain,
     state::{INNER_X, INNER_Y, OUTER_X, OUTER_Y},
@@ -12,21 +9,25 @@ use crate::rig::{
 
 pub(super) const EFFECT: Definition = Definition {
     name: "viscous-friction",
-    applies_to: Applies::Both,
+    rigs: Rigs::Both,
+    site: Site::Force,
+    timing: Timing::Persistent,
+    phase: Phase::Free,
     is_deterministic: false,
     parameters: &[
-        Parameter::number("damping_n_s_per_m", "N s/m", Domain::NotNegative, (1e-1, 1e6), Scale::Log),
+        Parameter::number(ParameterKey::DampingNSPerM, "N s/m", Domain::NotNegative, (1e-1, 1e6), Scale::Log),
         Parameter::component(Choices::SectionsAndContact).usually(ParameterDefault::Name("bearing")),
     ],
+    library: LibraryTerms::LINEAR,
     equation: |v| {
-        let damping = v.number("damping_n_s_per_m");
+        let damping = v.number(ParameterKey::DampingNSPerM);
         match v.component() {
             Component::Bearing => format!("f_x = … + {damping:.4e} N s/m · (ẋ_s − ẋ_p), f_y = … + {damping:.4e} N s/m · (ẏ_s − ẏ_p)"),
             part => format!("… + {damping:.4e} N s/m · q̇ = …, q = {}", part.symbols()),
         }
     },
     apply: |v, plan| {
-        let damping = v.number("damping_n_s_per_m");
+        let damping = v.number(ParameterKey::DampingNSPerM);
         if damping == 0.0 {
             return;
         }

@@ -2,25 +2,28 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{Parameter, ParameterDefault, Scale, Values};
+use super::{Parameter, ParameterDefault, ParameterKey, Scale, Values};
 use crate::rig::{assembly::Assembly, config::Domain, state::Instant};
 
 /// Of the lobes on either race.
 pub(super) const PARAMETERS: &[Parameter] = &[
-    Parameter::number("amplitude_m", "m", Domain::NotNegative, (1e-9, 1e-5), Scale::Log),
-    Parameter::number("lobes", "", Domain::Whole(1, 1000), (2.0, 60.0), Scale::Each),
-    Parameter::number("phase_rad", "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(ParameterDefault::Number(0.0)),
+    Parameter::number(ParameterKey::AmplitudeM, "m", Domain::NotNegative, (1e-9, 1e-5), Scale::Log),
+    Parameter::number(ParameterKey::Lobes, "", Domain::Whole(1, 1000), (2.0, 60.0), Scale::Each),
+    Parameter::number(ParameterKey::PhaseRad, "rad", Domain::Any, (-PI, PI), Scale::Linear)
+        .usually(ParameterDefault::Number(0.0)),
 ];
 
 /// The term added to δ_j, `angle` being the ball's angle on the race in the rig's symbols.
 pub(super) fn equation(v: &Values, angle: &str) -> String {
-    let (amplitude, lobes, phase) = (v.number("amplitude_m"), v.number("lobes"), v.number("phase_rad"));
+    let (amplitude, lobes, phase) =
+        (v.number(ParameterKey::AmplitudeM), v.number(ParameterKey::Lobes), v.number(ParameterKey::PhaseRad));
     format!("δ_j = … − c + {amplitude:.3e} m · cos({lobes}·{angle} + {phase:.3})")
 }
 
 /// Lobes that ball 0 meets at `angle` of the race, rad.
 pub(super) fn apply(v: &Values, plan: &mut Assembly, angle: fn(&Instant) -> f64) {
-    let (amplitude, lobes, phase) = (v.number("amplitude_m"), v.number("lobes"), v.number("phase_rad"));
+    let (amplitude, lobes, phase) =
+        (v.number(ParameterKey::AmplitudeM), v.number(ParameterKey::Lobes), v.number(ParameterKey::PhaseRad));
     if amplitude == 0.0 {
         return;
     }

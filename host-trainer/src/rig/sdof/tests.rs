@@ -1,3 +1,4 @@
+use crate::rig::effect::{EffectKind, ParameterKey};
 use std::f64::consts::{PI, TAU};
 
 use super::{Drive, Interpolation, simulate};
@@ -50,7 +51,7 @@ fn literature_pendulum_period() {
 /// Dry friction takes 4 F/k of the amplitude each period, and stops the mass within F/k of zero (Den Hartog, 1931).
 #[test]
 fn literature_coulomb_decay() {
-    let friction = EffectEntry::new("coulomb-friction", &[("force_n", 4.0)]);
+    let friction = EffectEntry::new(EffectKind::CoulombFriction, &[(ParameterKey::ForceN, 4.0)]);
     let q = free(&parse(SDOF).with_effect(friction), 0.1, 4000);
     let a_period = (TAU / 20.0 * RATE).round() as usize;
     assert!((q[0] - q[a_period] - 0.02).abs() < 3e-4, "{}", q[0] - q[a_period]);
@@ -62,7 +63,10 @@ fn literature_coulomb_decay() {
 #[test]
 fn literature_time_at_a_stop() {
     let rig = parse(&SDOF.replace("stiffness_n_per_m = 800.0", "stiffness_n_per_m = 0.0"));
-    let rig = rig.with_effect(EffectEntry::new("end-stop-contact", &[("gap_m", 0.01), ("stiffness_n_per_m", 5000.0)]));
+    let rig = rig.with_effect(EffectEntry::new(
+        EffectKind::EndStopContact,
+        &[(ParameterKey::GapM, 0.01), (ParameterKey::StiffnessNPerM, 5000.0)],
+    ));
     let drive = Drive { input: &[0.0; 300], sample_rate_hz: RATE, velocity: 0.2, ..Drive::default() };
     let recording = simulate(&rig, &drive).unwrap();
     let touching = samples(&recording, "qdd").iter().filter(|a| **a != 0.0).count() as f64 / RATE;
@@ -111,7 +115,7 @@ fn literature_emps_parameters_follow_the_recording() {
         "kind = \"sdof\"\nmass_kg = 95.11\ndamping_n_s_per_m = 203.5\nstiffness_n_per_m = 0.0\n\
          input_gain_n_per_unit = 35.15\nrestoring = \"linear\"\ngravity_n = 3.16\n",
     );
-    let rig = rig.with_effect(EffectEntry::new("coulomb-friction", &[("force_n", 20.39)]));
+    let rig = rig.with_effect(EffectEntry::new(EffectKind::CoulombFriction, &[(ParameterKey::ForceN, 20.39)]));
     let drive = Drive { input: &u, sample_rate_hz: RATE, position: position[0], ..Drive::default() };
     let recording = simulate(&rig, &drive).unwrap();
     let difference: Vec<f64> = samples(&recording, "q")

@@ -1,5 +1,6 @@
 use super::*;
 use crate::recording::{LoadOptions, load, reference_data};
+use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{EffectEntry, OperatingCondition, Rig, Start, simulate};
 use crate::signal::test_signals::{gaussian, impacts};
 use std::path::Path;
@@ -69,7 +70,10 @@ fn literature_cwru_speeds_are_recovered_from_2_percent_off() {
 #[test]
 fn a_pit_in_the_rigs_inner_race_tells_its_speed() {
     let rig = Rig::parse(crate::rig::test_support::RIG, Path::new("rig.toml")).unwrap();
-    let rig = rig.with_effect(EffectEntry::new("inner-race-defect", &[("depth_m", 5e-6), ("width_rad", 0.05)]));
+    let rig = rig.with_effect(EffectEntry::new(
+        EffectKind::InnerRaceDefect,
+        &[(ParameterKey::DepthM, 5e-6), (ParameterKey::WidthRad, 0.05)],
+    ));
     let condition = OperatingCondition { shaft_hz: 28.37, load_n: 900.0, sample_rate_hz: 25_600.0, samples: 51_200 };
     let recording = simulate(&rig, &condition, &Start::seeded(3)).unwrap();
     let geometry = geometry(9, 0.00794 / INCH, 0.0385 / INCH);

@@ -2,6 +2,7 @@ use super::*;
 use crate::identify::force_balance::testing;
 use crate::recording::Recording;
 use crate::rig::EffectEntry;
+use crate::rig::effect::{EffectKind, ParameterKey};
 
 /// 0.05 kg m² at 1 Hz, hanging.
 fn pendulum() -> String {
@@ -12,10 +13,8 @@ fn pendulum() -> String {
         .replace("2.0\n", "0.05\n")
 }
 
-fn names(finding: &Finding) -> Vec<&str> {
-    let mut names: Vec<&str> = finding.causes.iter().map(|c| c.name.as_str()).collect();
-    names.sort_unstable();
-    names
+fn names(finding: &Finding) -> Vec<EffectKind> {
+    finding.causes.iter().map(|c| c.entry.kind).collect()
 }
 
 fn diagnosed(nominal: &Rig, effects: &[EffectEntry], seed: u64) -> Finding {
@@ -41,16 +40,16 @@ fn null_healthy_machines_are_quiet() {
 #[test]
 fn invariant_single_effects_are_named_and_measured() {
     let effects = [
-        ("coulomb-friction", "force_n", 0.5, None),
-        ("quadratic-drag", "drag_n_s2_per_m2", 60.0, None),
-        ("hardening-stiffness", "cubic_n_per_m3", 4e6, None),
-        ("asymmetric-stiffness", "quadratic_n_per_m2", 8e3, None),
-        ("stiffness-change", "value", 900.0, None),
-        ("damping-change", "value", 7.0, None),
-        ("mass-change", "value", 2.3, None),
-        ("end-stop-contact", "stiffness_n_per_m", 3000.0, Some(("gap_m", 0.006))),
-        ("backlash", "width_m", 0.003, None),
-        ("sensor-gain", "value", 1.2, None),
+        (EffectKind::CoulombFriction, ParameterKey::ForceN, 0.5, None),
+        (EffectKind::QuadraticDrag, ParameterKey::DragNS2PerM2, 60.0, None),
+        (EffectKind::HardeningStiffness, ParameterKey::CubicNPerM3, 4e6, None),
+        (EffectKind::AsymmetricStiffness, ParameterKey::QuadraticNPerM2, 8e3, None),
+        (EffectKind::StiffnessChange, ParameterKey::Value, 900.0, None),
+        (EffectKind::DampingChange, ParameterKey::Value, 7.0, None),
+        (EffectKind::MassChange, ParameterKey::Value, 2.3, None),
+        (EffectKind::EndStopContact, ParameterKey::StiffnessNPerM, 3000.0, Some((ParameterKey::GapM, 0.006))),
+        (EffectKind::Backlash, ParameterKey::WidthM, 0.003, None),
+        (EffectKind::SensorGain, ParameterKey::Value, 1.2, None),
     ];
     let nominal = testing::rig(testing::LINEAR);
     for (seed, (name, key, value, inner)) in effects.into_iter().enumerate() {
@@ -59,7 +58,7 @@ fn invariant_single_effects_are_named_and_measured() {
         let finding = diagnosed(&nominal, &[EffectEntry::new(name, &numbers)], seed as u64);
         assert_eq!(names(&finding), [name], "{finding:#?}");
         let cause = &finding.causes[0];
-        let found = cause.parameters.iter().find(|p| p.name == key).unwrap();
+        let found = cause.parameters.iter().find(|p| p.name == key.name()).unwrap();
         assert!((found.value / value - 1.0).abs() < 0.1, "{name}: {found:?}");
         assert!(finding.fit.after < finding.fit.before && !cause.equation.is_empty());
         assert_eq!(finding.rig.effects.len(), 1);
@@ -69,10 +68,10 @@ fn invariant_single_effects_are_named_and_measured() {
 #[test]
 fn invariant_two_effects_at_once() {
     let nominal = testing::rig(testing::LINEAR);
-    let friction = EffectEntry::new("coulomb-friction", &[("force_n", 0.5)]);
-    let spring = EffectEntry::new("hardening-stiffness", &[("cubic_n_per_m3", 4e6)]);
+    let friction = EffectEntry::new(EffectKind::CoulombFriction, &[(ParameterKey::ForceN, 0.5)]);
+    let spring = EffectEntry::new(EffectKind::HardeningStiffness, &[(ParameterKey::CubicNPerM3, 4e6)]);
     let finding = diagnosed(&nominal, &[friction, spring], 40);
-    assert_eq!(names(&finding), ["coulomb-friction", "hardening-stiffness"]);
+    assert_eq!(names(&finding), [EffectKind::CoulombFriction, EffectKind::HardeningStiffness]);
 }
 
 /// Damping that the file has none of is viscous friction, whether or not the file calls it unknown.
@@ -80,9 +79,9 @@ fn invariant_two_effects_at_once() {
 fn invariant_viscous_friction_is_named() {
     let none = testing::LINEAR.replace("damping_n_s_per_m = 4.0", "damping_n_s_per_m = 0.0");
     for unknown in ["", "unknown = [\"damping_n_s_per_m\"]\n", "unknown = [\"mass_kg\", \"damping_n_s_per_m\"]\n"] {
-        let friction = EffectEntry::new("viscous-friction", &[("damping_n_s_per_m", 4.0)]);
+        let friction = EffectEntry::new(EffectKind::ViscousFriction, &[(ParameterKey::DampingNSPerM, 4.0)]);
         let finding = diagnosed(&testing::rig(&(none.clone() + unknown)), &[friction], 50);
-        assert_eq!(names(&finding), ["viscous-friction"]);
+        assert_eq!(names(&finding), [EffectKind::ViscousFriction]);
         assert!((finding.causes[0].parameters[0].value / 4.0 - 1.0).abs() < 0.05, "{:?}", finding.causes);
     }
 }
@@ -93,10 +92,10 @@ fn invariant_a_baseline_tells_a_change_of_what_is_unknown() {
     let nominal = testing::rig(testing::LINEAR);
     let guessed = testing::rig(&(testing::LINEAR.to_owned() + "unknown = [\"stiffness_n_per_m\"]\n"));
     let baseline = testing::recordings(&nominal, "q", 1.0, 0.01, 3000, 60);
-    let changed = nominal.with_effect(EffectEntry::new("stiffness-change", &[("value", 880.0)]));
+    let changed = nominal.with_effect(EffectEntry::new(EffectKind::StiffnessChange, &[(ParameterKey::Value, 880.0)]));
     let recordings = testing::recordings(&changed, "q", 1.0, 0.01, 3000, 61);
     let finding = diagnose_sdof(&guessed, Some(&baseline), &recordings, 1).unwrap();
-    assert_eq!(names(&finding), ["stiffness-change"]);
+    assert_eq!(names(&finding), [EffectKind::StiffnessChange]);
     let quiet = diagnose_sdof(&guessed, Some(&baseline[..2]), &baseline[2..], 1).unwrap();
     assert_eq!(quiet.verdict, Verdict::NoMismatch);
 }
@@ -133,15 +132,15 @@ fn swinging(seed: u64) -> Recording {
 fn null_a_healthy_pendulum_is_quiet_and_its_drag_is_found() {
     let nominal = testing::rig(&pendulum());
     assert_eq!(diagnosed(&nominal, &[], 80).verdict, Verdict::NoMismatch);
-    let drag = EffectEntry::new("quadratic-drag", &[("drag_n_s2_per_m2", 0.1)]);
-    assert_eq!(names(&diagnosed(&nominal, &[drag], 81)), ["quadratic-drag"]);
+    let drag = EffectEntry::new(EffectKind::QuadraticDrag, &[(ParameterKey::DragNS2PerM2, 0.1)]);
+    assert_eq!(names(&diagnosed(&nominal, &[drag], 81)), [EffectKind::QuadraticDrag]);
 }
 
 /// Same recordings, same seed: the same bits, whatever the number of threads.
 #[test]
 fn invariant_same_seed_same_finding() {
     let nominal = testing::rig(testing::LINEAR);
-    let friction = EffectEntry::new("coulomb-friction", &[("force_n", 0.5)]);
+    let friction = EffectEntry::new(EffectKind::CoulombFriction, &[(ParameterKey::ForceN, 0.5)]);
     let [a, b] =
         [(); 2].map(|()| serde_json::to_string(&diagnosed(&nominal, std::slice::from_ref(&friction), 90)).unwrap());
     assert_eq!(a, b);
@@ -157,10 +156,11 @@ fn literature_emps_friction_is_found() {
                 unknown = [\"mass_kg\", \"damping_n_s_per_m\"]\n";
     for recording in recordings {
         let finding = diagnose_sdof(&testing::rig(text), None, &[recording], 1).unwrap();
-        let number = |name: &str| finding.causes.iter().find(|c| c.name == name).map(|c| c.parameters[0].value);
+        let number =
+            |kind: EffectKind| finding.causes.iter().find(|c| c.entry.kind == kind).map(|c| c.parameters[0].value);
         let near = |value: Option<f64>, published: f64| value.is_some_and(|v| (v / published - 1.0).abs() < 0.1);
-        assert!(near(number("coulomb-friction"), 20.39), "{:?}", finding.causes);
-        assert!(near(number("viscous-friction"), 203.5), "{:?}", finding.causes);
+        assert!(near(number(EffectKind::CoulombFriction), 20.39), "{:?}", finding.causes);
+        assert!(near(number(EffectKind::ViscousFriction), 203.5), "{:?}", finding.causes);
         assert!(near(Some(finding.own[0].value), 95.11), "{:?}", finding.own);
     }
 }

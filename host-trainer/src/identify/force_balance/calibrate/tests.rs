@@ -1,4 +1,5 @@
 use super::{super::testing, *};
+use crate::rig::effect::{EffectKind, ParameterKey};
 
 const TRUTH: [(&str, f64); 3] = [("mass_kg", 2.0), ("damping_n_s_per_m", 4.0), ("stiffness_n_per_m", 800.0)];
 
@@ -38,7 +39,7 @@ fn literature_emps_without_friction_and_with_it() {
          input_gain_n_per_unit = 35.15\nrestoring = \"linear\"\ngravity_n = 0.0\n\
          unknown = [\"mass_kg\", \"damping_n_s_per_m\", \"gravity_n\"]\n",
     );
-    let friction = crate::rig::EffectEntry::new("coulomb-friction", &[("force_n", 20.39)]);
+    let friction = crate::rig::EffectEntry::new(EffectKind::CoulombFriction, &[(ParameterKey::ForceN, 20.39)]);
     let found = calibrate_sdof(&rig.with_effect(friction), &recordings[..1]).unwrap();
     eprintln!("{:?} by {:?}; held out {:?}", found.estimates, found.method, found.held_out);
     for (key, published) in [("mass_kg", 95.11), ("damping_n_s_per_m", 203.5)] {

@@ -8,6 +8,7 @@
 mod shift;
 mod spin;
 
+use crate::rig::effect::{EffectKind, ParameterKey};
 use std::f64::consts::TAU;
 
 use rayon::prelude::*;
@@ -94,8 +95,8 @@ pub fn latched(
     noise: &[Noise],
     angles: Vec<[f64; 2]>,
 ) -> Result<Vec<[f64; 2]>, RigError> {
-    let wavy = rig.effects.iter().find(|e| e.name == "inner-race-waviness");
-    let Some(lobes) = wavy.and_then(|e| e.number("lobes")) else { return Ok(angles) };
+    let wavy = rig.effects.iter().find(|e| e.kind == EffectKind::InnerRaceWaviness);
+    let Some(lobes) = wavy.and_then(|e| e.number(ParameterKey::Lobes)) else { return Ok(angles) };
     let turned = |k: usize| angles.iter().map(|[cage, shaft]| [*cage, shaft + TAU * k as f64 / lobes]).collect();
     best_of(rig, observed, noise, &(0..lobes as usize).map(turned).collect::<Vec<_>>())
 }
@@ -196,7 +197,7 @@ pub fn angles_of_many(
 /// The rig without what changes its speed: recordings are brought to an even one instead.
 fn at_even_speed(rig: &Rig) -> (Rig, f64) {
     let mut even = rig.clone();
-    even.effects.retain(|e| e.name != "speed-drift");
+    even.effects.retain(|e| e.kind != EffectKind::SpeedDrift);
     (even, assemble(rig).speed_rate_per_s)
 }
 

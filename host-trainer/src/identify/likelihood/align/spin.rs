@@ -1,5 +1,6 @@
 //! The angles of a rig with a pit on a ball: they bring the ball's spin with them.
 
+use crate::rig::effect::{EffectKind, ParameterKey};
 use std::f64::consts::TAU;
 
 use rayon::prelude::*;
@@ -16,7 +17,7 @@ const SPINS: usize = 8;
 
 /// Whether the balls' spin shows in an effect.
 pub fn spins(effect: &EffectEntry) -> bool {
-    effect.name == "ball-defect"
+    effect.kind == EffectKind::BallDefect
 }
 
 /// The same spin of the balls with the shaft where `known` has it, as near as some thousand turns bring both together. A
@@ -54,8 +55,8 @@ pub fn spun(
     let respun = |spin: usize| {
         let mut rig = rig.clone();
         rig.effects.iter_mut().filter(|e| spins(e)).for_each(|effect| {
-            let now = effect.number("spin_rad").unwrap_or_default();
-            effect.set_number("spin_rad", now + turned(spin));
+            let now = effect.number(ParameterKey::SpinRad).unwrap_or_default();
+            effect.set_number(ParameterKey::SpinRad, now + turned(spin));
         });
         rig
     };
