@@ -1,4 +1,4 @@
-//! Puts a model and samples into the image, and states the memory that the model needs.
+//! Puts a model, samples and a board into the image, and states the memory that the model needs.
 
 use std::env;
 use std::fs;
@@ -31,13 +31,32 @@ fn embed() -> Result<(), String> {
     write(&out.join("scratch_len.rs"), constant.as_bytes())?;
     write(&out.join("model.bin"), &bytes)?;
     write(&out.join("samples.f32"), &samples)?;
-    write(&out.join("memory.x"), include_bytes!("memory.x"))?;
+    board(&out)?;
     println!("cargo::rustc-link-search={}", out.display());
-    println!("cargo::rerun-if-changed=memory.x");
     if env::var_os("CARGO_FEATURE_DEFMT").is_some() {
         println!("cargo::rustc-link-arg=-Tdefmt.x");
     }
     Ok(())
+}
+
+/// The memory map and the module of the board that `BALLRACE_BOARD` names.
+fn board(out: &Path) -> Result<(), String> {
+    println!("cargo::rerun-if-env-changed=BALLRACE_BOARD");
+    let name = env::var("BALLRACE_BOARD").unwrap_or("mps2_an386".into());
+    let boards = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").ok_or("no CARGO_MANIFEST_DIR")?).join("boards");
+    let folder = boards.join(&name);
+    let module = folder.join("board.rs");
+    println!("cargo::rerun-if-changed={}", folder.display());
+    if !module.is_file() {
+        let there = fs::read_dir(&boards).map_err(|error| format!("{}: {error}", boards.display()))?;
+        let names: Vec<_> = there.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+        return Err(format!("BALLRACE_BOARD: found {name:?}, expected one of {}", names.join(", ")));
+    }
+    let text = format!("/// The board.\n#[path = {:?}]\npub mod board;\n", module.display());
+    write(&out.join("board_module.rs"), text.as_bytes())?;
+    let memory = folder.join("memory.x");
+    let bytes = fs::read(&memory).map_err(|error| format!("{}: {error}", memory.display()))?;
+    write(&out.join("memory.x"), &bytes)
 }
 
 /// The file that a variable names.

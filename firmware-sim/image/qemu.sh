@@ -1,10 +1,12 @@
 #!/usr/bin/env bash
-# Runs an image on an emulated Cortex-M4F: qemu.sh ELF. The exit code is the image's.
+# Runs an image on the emulated board that BALLRACE_BOARD names: qemu.sh ELF. The exit code is the image's.
 set -euo pipefail
 # A fixed time for each instruction makes the board's timer count instructions. An image that hangs
 # is ended after BALLRACE_QEMU_SECONDS, and no input, since QEMU would take the terminal's.
+here=$(cd "$(dirname "$0")" && pwd)
+read -ra machine <"$here/boards/${BALLRACE_BOARD:-mps2_an386}/qemu.args"
 exec timeout "${BALLRACE_QEMU_SECONDS:-300}" qemu-system-arm \
-    -machine mps2-an386 -cpu cortex-m4 -icount shift=10 \
+    "${machine[@]}" -icount shift=10 \
     -display none -monitor none -serial none \
     -semihosting-config enable=on,target=native \
     -kernel "${1:?usage: qemu.sh ELF}" </dev/null

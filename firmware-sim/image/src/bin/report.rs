@@ -9,8 +9,9 @@ use core::panic::PanicInfo;
 use ballrace_core::device::{Device, ScratchTooSmall};
 use ballrace_core::model::Model;
 use ballrace_firmware_sim::intermediates::{self, JSON_LEN};
-use ballrace_image::board::{self, InstructionCounter};
+use ballrace_image::board::InstructionCounter;
 use ballrace_image::embedded::{self, SCRATCH_LEN};
+use ballrace_image::semihosted;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 
 /// What a run costs.
@@ -31,10 +32,10 @@ fn main() -> ! {
         Err(_) => Err("model"),
     };
     match result {
-        Ok(()) => board::exit(true),
+        Ok(()) => semihosted::exit(true),
         Err(what) => {
-            board::say(what);
-            board::exit(false)
+            semihosted::say(what);
+            semihosted::exit(false)
         }
     }
 }
@@ -55,7 +56,7 @@ fn measure<'a>(model: &'a Model<'a>, scratch: &mut [f32]) -> Result<Cost, Scratc
     Ok(Cost {
         instructions: InstructionCounter::instructions(ticks),
         worst: InstructionCounter::instructions(worst.into()),
-        stack: board::stack_high_water(),
+        stack: semihosted::stack_high_water(),
     })
 }
 
@@ -75,7 +76,7 @@ fn report<'a>(model: &'a Model<'a>, scratch: &mut [f32], cost: &Cost) -> Result<
         json.strip_suffix('}').unwrap_or_default(),
         size_of_val(scratch),
     );
-    board::say(if written.is_ok() { line.text() } else { "report too long" });
+    semihosted::say(if written.is_ok() { line.text() } else { "report too long" });
     Ok(())
 }
 
@@ -110,8 +111,8 @@ impl Write for Line {
 fn panic(info: &PanicInfo<'_>) -> ! {
     let mut line = Line::default();
     let _ = write!(line, "{info}");
-    board::say(line.text());
-    board::exit(false)
+    semihosted::say(line.text());
+    semihosted::exit(false)
 }
 
 /// Without it a fault would hang until the emulator's time is over.
@@ -119,6 +120,6 @@ fn panic(info: &PanicInfo<'_>) -> ! {
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     let mut line = Line::default();
     let _ = write!(line, "hard fault at {:#010x}", frame.pc());
-    board::say(line.text());
-    board::exit(false)
+    semihosted::say(line.text());
+    semihosted::exit(false)
 }
