@@ -1,13 +1,13 @@
-//! The emulated board: its timer, its stack, its way out. All of the images' `unsafe` is here.
+//! Emulated board: timer, stack, output, exit. All of the images' `unsafe` is here.
 
 use core::ptr;
 
 use cortex_m_semihosting::debug;
 
-/// The board's 25 MHz CMSDK timer, counting instructions.
+/// Instruction counter by the board's 25 MHz CMSDK timer.
 ///
 /// Under `-icount shift=10` an instruction takes 1024 ns and a tick 40 ns, so that one instruction is
-/// 25.6 ticks: exact to one reading, and the same in every run.
+/// 25.6 ticks: exact to one reading, and reproducible.
 #[derive(Debug)]
 pub struct InstructionCounter {
     last: u32,
@@ -40,14 +40,14 @@ impl InstructionCounter {
         ticks
     }
 
-    /// Instructions that a number of ticks stands for.
+    /// Number of instructions of a number of ticks.
     pub const fn instructions(ticks: u64) -> u64 {
         // 1 / 25.6 = 5 / 128.
         (ticks * 5 + 64) / 128
     }
 }
 
-/// Most bytes of stack that were in use so far: what is left of the paint that the start-up put there.
+/// Greatest stack use so far, bytes, by the rest of the start-up's paint.
 pub fn stack_high_water() -> usize {
     unsafe extern "C" {
         static _stack_start: u32;
@@ -61,17 +61,17 @@ pub fn stack_high_water() -> usize {
     top as usize - at as usize
 }
 
-/// Says a line of text.
+/// Prints a line of text.
 #[cfg(not(feature = "defmt"))]
 pub fn say(line: &str) {
     if let Ok(mut out) = cortex_m_semihosting::hio::hstdout() {
-        // Nowhere to report an error of the only output to.
+        // An error of the only output cannot be reported.
         let _ = out.write_all(line.as_bytes());
         let _ = out.write_all(b"\n");
     }
 }
 
-/// Says a line of text, through defmt.
+/// Prints a line of text, through defmt.
 #[cfg(feature = "defmt")]
 pub fn say(line: &str) {
     defmt::println!("{=str}", line);
@@ -80,7 +80,7 @@ pub fn say(line: &str) {
 /// Ends the emulator.
 pub fn exit(success: bool) -> ! {
     debug::exit(if success { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE });
-    // A debugger may go on; there is nothing to go on with.
+    // A debugger may continue from here.
     loop {
         cortex_m::asm::wfi();
     }

@@ -1,7 +1,7 @@
-//! What the images share: the embedded model and samples, and the board.
+//! Shared parts of the images: the embedded model and samples, and the board.
 #![no_std]
 
-// Only its logger is wanted.
+// Linked for its logger.
 #[cfg(feature = "defmt")]
 use defmt_semihosting as _;
 
