@@ -177,7 +177,7 @@ mod tests {
         }
     }
 
-    /// What a device that saw well says of these samples, and its status afterwards.
+    /// Steps of these samples on a device after a healthy recording, and its final status.
     fn after_good_ones(then: &[f32]) -> (Vec<Option<Vec<u32>>>, Status) {
         let parts = Parts::new(spec(Alignment::Half));
         let model = parts.model();

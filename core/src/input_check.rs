@@ -9,11 +9,11 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[serde(rename_all = "kebab-case")]
 pub enum Quality {
-    /// Usable.
+    /// Good: is evaluated.
     Good,
     /// NaN or infinite.
     NonFinite,
-    /// At or beyond the sensor's full scale.
+    /// Saturated: at or beyond the sensor's full scale.
     Saturated,
     /// Equal to too many samples before it.
     Stuck,

@@ -2,7 +2,7 @@
 
 use super::sindy_nn::real::Real;
 
-/// Rows of states x and targets ẋ; standardised by theory (6) where they are fitted to.
+/// Rows of states x and targets ẋ; standardised by theory (6) before a fit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Samples<T> {
     /// Values in a row of x, and of ẋ.

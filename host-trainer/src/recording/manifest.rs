@@ -72,8 +72,8 @@ impl Manifest {
     ///
     /// # Errors
     ///
-    /// A file that cannot be read, and unknown, missing and wrong keys, each with its table, such as `recording[2].unit`
-    /// (counted from 1).
+    /// A file that cannot be read, and unknown, missing and wrong keys, each with its table, such as
+    /// `recording[2].unit` (counted from 1).
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let bytes = fs::read(path).map_err(|source| match source.kind() {
             std::io::ErrorKind::NotFound => ReadError::NotFound { path: path.into() },

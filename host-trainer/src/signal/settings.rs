@@ -155,6 +155,24 @@ impl Default for OrderSettings {
     }
 }
 
+/// Settings of the spectra.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpectrumSettings {
+    /// Share of the band up to Nyquist's frequency within a converter's passband. Not tuned: chosen by hand.
+    pub passband_share: f64,
+}
+
+impl SpectrumSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self { passband_share: 0.8 };
+}
+
+impl Default for SpectrumSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
 /// Settings of the overview of one recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpectraSettings {

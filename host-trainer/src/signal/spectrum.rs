@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::Sample;
+use super::settings::SpectrumSettings;
 use super::transform::{forward_plan, hann};
 
 /// A quantity over evenly spaced frequencies from 0 on.
@@ -27,7 +28,7 @@ impl Spectrum {
 }
 
 /// Share of the band up to Nyquist's frequency within a converter's passband.
-pub const USABLE: f64 = 0.8;
+pub const USABLE: f64 = SpectrumSettings::DEFAULT.passband_share;
 
 fn windowed<S: Sample>(samples: &[S], window: &[f64]) -> Vec<f64> {
     let mean = samples.iter().map(|v| (*v).into()).sum::<f64>() / samples.len().max(1) as f64;

@@ -181,7 +181,7 @@ mod tests {
                 let difference = autocovariance(&recording, lag) - autocovariance(&surrogate, lag);
                 assert!(difference.abs() < 0.05 * power, "{n} {lag} {difference} {power}");
             }
-            // The pulses are gone: fourth moments tell.
+            // The pulses are gone from the fourth moment.
             let kurtosis = |v: &[f32]| {
                 let m = v.iter().sum::<f32>() / n as f32;
                 let moment = |k: i32| v.iter().map(|v| f64::from(v - m).powi(k)).sum::<f64>() / n as f64;

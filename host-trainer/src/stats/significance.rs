@@ -119,7 +119,7 @@ mod tests {
             0.7590, 1.0,
         ];
         assert_eq!(discoveries(&p, 0.05).iter().filter(|d| **d).count(), 4);
-        // The fourth stands at 15/4 of its p, whatever the order.
+        // The fourth q-value is 15/4 of its p, in any order.
         let turned: Vec<f64> = p.iter().rev().copied().collect();
         assert!((false_discovery_rates(&turned)[11] - 0.0095 * 15.0 / 4.0).abs() < 1e-12);
         assert_eq!(false_discovery_rates(&[]), Vec::<f64>::new());

@@ -40,7 +40,7 @@ impl<T: Real> Engine<T> {
         self.blocks.len() * BLOCK
     }
 
-    /// Losses of the samples `chosen` (at most [`Engine::capacity`]), theory (13); leaves the gradient of the total
+    /// Losses of the samples `chosen` (at most [`Engine::capacity`]), theory (13); stores the gradient of the total
     /// loss, theory (14), in [`Engine::gradient`]. A coefficient of Ξ that is exactly zero is masked: L_reg skips it.
     pub fn evaluate(&mut self, parameters: &[T], samples: &Samples<T>, chosen: &[u32], lambdas: Lambdas) -> Losses {
         self.packed.pack(&self.layout, parameters);

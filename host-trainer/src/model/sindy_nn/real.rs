@@ -82,7 +82,7 @@ macro_rules! arithmetic {
     };
 }
 
-/// Rounding constant 1.5·2²³: added to a small float, it leaves the nearest integer in the low mantissa bits.
+/// Rounding constant 1.5·2²³: added to a small float, it puts the nearest integer into the low mantissa bits.
 const ROUNDER: f32 = 12_582_912.0;
 
 impl Real for f32 {

@@ -1,4 +1,4 @@
-//! Settings of SINDy-NN beside [`TrainConfig`](super::train::TrainConfig).
+//! Settings of SINDy-NN in addition to [`TrainConfig`](super::train::TrainConfig).
 
 /// Settings of Adam, theory (15): those of Kingma and Ba 2015.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -266,7 +266,7 @@ impl Run {
     }
 }
 
-/// Up to `max_judged` indices spread evenly over `len`.
+/// Indices spread evenly over `len`, at most `max_judged`.
 fn spread(len: usize) -> Vec<u32> {
     let count = len.min(SETTINGS.max_judged);
     (0..count).map(|i| (i * len / count) as u32).collect()

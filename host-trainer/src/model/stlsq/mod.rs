@@ -21,7 +21,8 @@ use settings::GridSettings;
 /// Options of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StlsqConfig {
-    /// Share of the target's variance below which a term is dropped; `None`: chosen per equation on held-out recordings.
+    /// Share of the target's variance below which a term is dropped; `None`: chosen per equation on held-out
+    /// recordings.
     pub threshold: Option<f64>,
     /// Ridge penalty μ on scaled coefficients, theory (18).
     pub ridge: f64,

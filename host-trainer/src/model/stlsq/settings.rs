@@ -1,4 +1,4 @@
-//! Settings of STLSQ beside [`StlsqConfig`](super::StlsqConfig).
+//! Settings of STLSQ in addition to [`StlsqConfig`](super::StlsqConfig).
 
 /// Settings of the thresholds that are tried, theory (20).
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -14,9 +14,9 @@
 //! # Accuracy
 //! Nine CWRU recordings from 2 % off: within 0.06 % of the stated speed, of which one revolution a minute is 0.056 %.
 //! Recordings of 1 s of the 5-DoF rig, five seeds of the test, 400 in all: an estimate in 97, and 14 of these wrong by
-//! 1.8 to 2.9 %, many standard errors. All 14 are of a nine-ball rig that shows little but passes of the outer race, some
-//! of which fall on sidebands of the inner race's at another speed and slip. The p-value is too small there: some 5 % of
-//! such recordings pass at a stated 0.5 %, a level that was itself chosen on these recordings, as 1 % let more through.
+//! 1.8 to 2.9 %, many standard errors. All 14 are of a nine-ball rig that shows little but passes of the outer race,
+//! some of which fall on sidebands of the inner race's at another speed and slip. The p-value is too small there: some
+//! 5 % of such recordings pass at a stated 0.5 %, a level that was itself chosen on these recordings: 1 % lets more pass.
 //! In a short recording a tachometer's or a stated speed is better than an estimate that differs from it.
 //!
 //! Related methods: S. Lu and others, "Tacholess speed estimation in order tracking: a review with application to

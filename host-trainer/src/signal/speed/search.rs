@@ -11,7 +11,7 @@ use crate::signal::characteristic::{Characteristic, Family, Speeds, list};
 
 const SETTINGS: CombSettings = CombSettings::DEFAULT;
 
-/// The shaft's lines, with a family's where there is one.
+/// Comb of the shaft's lines and, except for one, a family's.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Comb {
     pub(super) family: Option<Family>,

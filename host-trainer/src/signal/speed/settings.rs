@@ -38,7 +38,7 @@ pub struct CombSettings {
     pub merge_steps: f64,
     /// Trials as good as the comb after which the sequential test ends. Not tuned: chosen by hand.
     pub max_exceedances: usize,
-    /// Trials between two looks at the sequential test. Not tuned: chosen by hand.
+    /// Trials between two checks of the sequential test. Not tuned: chosen by hand.
     pub trials_at_once: usize,
     /// Range of the slip to either side, standard deviations. Not tuned: chosen by hand.
     pub slip_range: f64,
