@@ -1,14 +1,13 @@
-//! CRC-32 of IEEE 802.3: guards a model in flash, and folds a run's numbers into one word to compare.
+//! CRC-32 of IEEE 802.3, for models in flash and for the comparison of runs.
 
-/// A CRC-32 that takes its bytes piece by piece. Written bit by bit; at opt-level 3
-/// LLVM makes a 1 kB table of it all the same, at "s" and "z" it does not.
+/// Streaming CRC-32, bit by bit: at opt-levels "s" and "z" without a table; at 3 LLVM makes one of 1 kB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crc32 {
     register: u32,
 }
 
 impl Crc32 {
-    /// Of no bytes yet.
+    /// CRC-32 of no bytes.
     pub const fn new() -> Self {
         Self { register: !0 }
     }
@@ -20,7 +19,7 @@ impl Crc32 {
         });
     }
 
-    /// The CRC-32 of the bytes so far.
+    /// CRC-32 of the bytes so far.
     pub const fn value(&self) -> u32 {
         !self.register
     }

@@ -1,6 +1,6 @@
-//! What the firmware calls: a sample in, everything it may act on out.
+//! Device of one channel, the firmware's interface: screen, evaluator and monitor, theory (85).
 //!
-//! The same code runs on the microcontroller, in the host's `monitor` command and in the tests.
+//! This code runs on the microcontroller, in the host's `monitor` command and in the tests.
 
 use serde::Serialize;
 
@@ -17,13 +17,13 @@ pub struct Device<'a, 's> {
     monitor: Monitor,
 }
 
-/// The scratch slice is shorter than [`Device::scratch_len`] says.
+/// Error of a scratch slice shorter than [`Device::scratch_len`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ScratchTooSmall {
     /// Floats needed.
     pub needed: usize,
-    /// Floats there.
+    /// Floats found.
     pub found: usize,
 }
 
@@ -35,14 +35,14 @@ impl core::fmt::Display for ScratchTooSmall {
 
 impl core::error::Error for ScratchTooSmall {}
 
-/// What one sample brought.
+/// Result of one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleResult<'e> {
-    /// What the sample is worth. Anything but [`Quality::Good`] was not evaluated.
+    /// Quality of the sample; only [`Quality::Good`] samples are evaluated.
     pub quality: Quality,
-    /// The model's step; `None` for a broken sample and while the differences fill.
+    /// Step of the model; `None` for a broken sample and while the differences fill.
     pub step: Option<Step<'e>>,
-    /// The monitor's report, where the sample ended a block.
+    /// Report of the monitor, if the sample ended a block.
     pub block: Option<BlockReport>,
 }
 
@@ -50,19 +50,19 @@ pub struct SampleResult<'e> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Summary {
-    /// Status now.
+    /// Current status.
     pub status: Status,
-    /// Broken samples.
+    /// Counts of broken samples.
     pub faults: FaultCounts,
 }
 
 impl<'a, 's> Device<'a, 's> {
-    /// Floats of scratch that a model needs.
+    /// Number of floats of scratch that a model needs.
     pub fn scratch_len(model: &Model<'_>) -> usize {
         evaluator::scratch_len(model)
     }
 
-    /// A device that has seen nothing.
+    /// Device before the first sample.
     ///
     /// # Errors
     /// [`ScratchTooSmall`] with the length needed.
@@ -76,10 +76,10 @@ impl<'a, 's> Device<'a, 's> {
     pub fn push(&mut self, sample: f32) -> SampleResult<'_> {
         let quality = self.screen.check(sample);
         if quality != Quality::Good {
-            // What follows a hole does not continue what came before it.
+            // The next sample does not continue the last good one.
             self.evaluator.reset();
             if quality == Quality::Stuck {
-                // The samples that made the run were taken for good ones.
+                // The first samples of the run were counted as good.
                 self.monitor.discard();
             }
             let block = self.monitor.broken(1);
@@ -96,7 +96,7 @@ impl<'a, 's> Device<'a, 's> {
         SampleResult { quality, step, block }
     }
 
-    /// Tells of samples that never arrived.
+    /// Takes the number of samples not received; returns a report at the end of a block.
     pub fn missing(&mut self, count: u32) -> Option<BlockReport> {
         if count == 0 {
             return None;
@@ -106,14 +106,14 @@ impl<'a, 's> Device<'a, 's> {
         self.monitor.broken(count)
     }
 
-    /// Ends a recording: the next sample comes from another time, and that is no fault.
+    /// Ends a recording: the next sample does not continue it, which is no fault.
     pub fn end_of_recording(&mut self) -> Option<BlockReport> {
         self.evaluator.reset();
         self.screen.end_of_recording();
         self.monitor.end_of_recording()
     }
 
-    /// Status and counts.
+    /// Current status and counts of broken samples.
     pub fn summary(&self) -> Summary {
         Summary { status: self.monitor.status(), faults: self.screen.counts() }
     }
@@ -177,7 +177,7 @@ mod tests {
         }
     }
 
-    /// What a device that saw well says of these samples, and its status afterwards.
+    /// Steps of these samples on a device after a healthy recording, and its final status.
     fn after_good_ones(then: &[f32]) -> (Vec<Option<Vec<u32>>>, Status) {
         let parts = Parts::new(spec(Alignment::Half));
         let model = parts.model();

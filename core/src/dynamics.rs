@@ -1,21 +1,21 @@
-//! The sparse dynamics ż = Θ(z) Ξ (method: equation of the sparse dynamics).
+//! Sparse dynamics ż = Θ(z) Ξ, theory (10).
 //!
 //! Ξ is stored term by term: only terms that some equation uses, and of each only its nonzero
-//! coefficients. A step costs one evaluation a used term and one multiply-add a nonzero.
+//! coefficients. A step costs one evaluation per used term and one multiply-add per nonzero.
 
 use crate::library::{Library, MAX_DEGREE, Monomial, Term};
 use crate::{Floats, Word};
 
-/// Words that one used term takes: its code.
+/// Words of a term's code.
 pub const TERM_WORDS: usize = 3;
 
 const MONOMIAL: u8 = 0;
 const SIN: u8 = 1;
 const COS: u8 = 2;
-/// Fills the places of factors that a monomial does not have.
+/// Padding in a monomial's code after its last factor.
 const NO_FACTOR: u8 = 0xff;
 
-/// A term's 12-byte code: kind; for a monomial its factors, for sin and cos variable and harmonic.
+/// Code of a term, 12 bytes: kind; for a monomial its factors, for sin and cos variable and harmonic.
 pub fn encode_term(term: Term) -> [Word; TERM_WORDS] {
     let mut code = [NO_FACTOR; 4 * TERM_WORDS];
     match term {
@@ -33,7 +33,7 @@ pub fn encode_term(term: Term) -> [Word; TERM_WORDS] {
     [[a, b, c, d], [e, f, g, h], [i, j, k, l]]
 }
 
-/// The term of a code, if it is one of `library`'s.
+/// Term of a code; `None` if it is not one of `library`'s.
 pub fn decode_term(code: &[Word; TERM_WORDS], library: &Library) -> Option<Term> {
     let [kind, rest @ ..] = code.as_flattened() else { return None };
     let harmonic = u16::from_le_bytes([*rest.get(1)?, *rest.get(2)?]);
@@ -55,21 +55,21 @@ pub fn decode_term(code: &[Word; TERM_WORDS], library: &Library) -> Option<Term>
     }
 }
 
-/// Ξ without its zeros, in flash.
+/// Coefficients Ξ without zeros, in flash.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dynamics<'a> {
     /// Codes of the used terms.
     pub terms: &'a [[Word; TERM_WORDS]],
-    /// For each used term, the end of its run in `equations` and `coefficients` (u32).
+    /// End of each used term's run in `equations` and `coefficients` (u32).
     pub ends: &'a [Word],
-    /// Index of the equation (the output) each coefficient belongs to (u32).
+    /// Index of each coefficient's equation (the output) (u32).
     pub equations: &'a [Word],
-    /// The nonzero coefficients, in scaled units.
+    /// Nonzero coefficients, in scaled units.
     pub coefficients: Floats<'a>,
 }
 
 impl<'a> Dynamics<'a> {
-    /// rate = Θ(z) Ξ; `rate` has one entry an equation.
+    /// Computes rate = Θ(z) Ξ, theory (10); `rate` has one entry for each equation.
     pub fn rate(&self, z: &[f32], rate: &mut [f32]) {
         rate.fill(0.0);
         let mut start = 0;
@@ -87,7 +87,7 @@ impl<'a> Dynamics<'a> {
         }
     }
 
-    /// Every nonzero: term, equation, coefficient.
+    /// Nonzero coefficients: term, equation, coefficient.
     pub fn nonzeros(&self, library: Library) -> impl Iterator<Item = (Term, usize, f32)> + use<'a> {
         let Dynamics { terms, ends, equations, coefficients } = *self;
         let mut start = 0;
@@ -103,7 +103,7 @@ impl<'a> Dynamics<'a> {
     }
 }
 
-/// A term's value straight from its code, without building the term.
+/// Value of a term from its code, without building the term.
 fn value(code: &[Word; TERM_WORDS], z: &[f32]) -> f32 {
     let [kind, rest @ ..] = code.as_flattened() else { return f32::NAN };
     let z = |i: u8| z.get(usize::from(i)).copied();

@@ -1,13 +1,13 @@
-//! One step of the model: x → z → ż → ẋ, in memory whose size is known beforehand.
+//! Evaluation of a model step by step, x → z → ż → ẋ, theory (6), (10), (11) and (23), in fixed memory.
 
 use crate::model::{Input, Model};
 use crate::states::{Alignment, VirtualStates};
 
-/// Evaluates a model. All memory is a caller's slice of [`scratch_len`] floats.
+/// Evaluator of a model. All memory is a caller's slice of [`scratch_len`] floats.
 #[derive(Debug)]
 pub struct Evaluator<'a, 's> {
     model: &'a Model<'a>,
-    /// `None` for models whose states are given directly.
+    /// Virtual states; `None` for models whose states are given directly.
     virtual_states: Option<VirtualStates<'s>>,
     /// Raw states of the newest evaluation.
     states: &'s mut [f32],
@@ -17,45 +17,45 @@ pub struct Evaluator<'a, 's> {
     latent: &'s mut [f32],
     latent_rate: &'s mut [f32],
     predicted: &'s mut [f32],
-    /// Causal models: the prediction made one sample ago, for the derivatives measured now.
+    /// Prediction of causal models made one sample ago, for the derivatives measured now.
     awaited: &'s mut [f32],
     hidden: &'s mut [f32],
-    /// Causal models: `awaited` holds a prediction.
+    /// Whether `awaited` of a causal model holds a prediction.
     awaiting: bool,
-    /// Causal models: the newest prediction of the sample to come.
+    /// Predicted next sample of a causal model.
     next_sample: Option<f32>,
 }
 
-/// What one step gives; all in the model's scaled units unless said otherwise.
+/// Result of one step, in the model's scaled units unless stated otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step<'e> {
     /// Virtual states x, in physical units.
     pub states: &'e [f32],
     /// Latent variables z = φ(x).
     pub latent: &'e [f32],
-    /// Their rates ż = Θ(z) Ξ.
+    /// Rates ż = Θ(z) Ξ of the latent variables.
     pub latent_rate: &'e [f32],
     /// Predicted derivatives ∇ψ(z) ż of `states`. A causal model's belong to the next sample.
     pub predicted: &'e [f32],
     /// Measured derivatives of this step's target instant.
     pub measured: &'e [f32],
-    /// The prediction that `measured` is to be compared with: for a causal model that of the step before.
+    /// Prediction of `measured`: for a causal model that of the step before.
     pub expected: &'e [f32],
     /// Whether `measured` and `expected` belong together; false in the first step of a causal model.
     pub comparable: bool,
-    /// Causal models of virtual states: the predicted next sample, in physical units.
+    /// Predicted next sample, theory (23), m/s²; only for causal models of virtual states.
     pub next_sample: Option<f32>,
 }
 
 impl Step<'_> {
-    /// Residuals measured − expected; none where they are not comparable.
+    /// Residuals measured − expected; empty if not comparable.
     pub fn residuals(&self) -> impl ExactSizeIterator<Item = f32> + '_ {
         let count = if self.comparable { self.measured.len() } else { 0 };
         self.measured.iter().zip(self.expected).take(count).map(|(m, e)| m - e)
     }
 }
 
-/// Floats that [`Evaluator::new`] needs for a model.
+/// Number of floats that [`Evaluator::new`] needs for a model.
 pub fn scratch_len(model: &Model<'_>) -> usize {
     let delays = match model.input {
         Input::VirtualStates(spec) => spec.delay_len(),
@@ -69,7 +69,7 @@ fn hidden_len(model: &Model<'_>) -> usize {
 }
 
 impl<'a, 's> Evaluator<'a, 's> {
-    /// `None` where `scratch` has fewer than [`scratch_len`] floats.
+    /// Evaluator before the first sample; `None` if `scratch` has fewer than [`scratch_len`] floats.
     pub fn new(model: &'a Model<'a>, scratch: &'s mut [f32]) -> Option<Self> {
         let scratch = scratch.get_mut(..scratch_len(model))?;
         scratch.fill(0.0);
@@ -100,12 +100,12 @@ impl<'a, 's> Evaluator<'a, 's> {
         })
     }
 
-    /// The model that is evaluated.
+    /// Model that is evaluated.
     pub fn model(&self) -> &'a Model<'a> {
         self.model
     }
 
-    /// Forgets the past: the next sample does not continue the last.
+    /// Resets the states: the next sample does not continue the last.
     pub fn reset(&mut self) {
         if let Some(states) = &mut self.virtual_states {
             states.reset();
@@ -114,8 +114,8 @@ impl<'a, 's> Evaluator<'a, 's> {
         self.next_sample = None;
     }
 
-    /// One sample of the acceleration, m/s². `None` while the differences fill, and for a model whose
-    /// states are given directly. The sample must be finite ([`crate::input_check`] sees to that).
+    /// One step with a sample of the acceleration, m/s². `None` while the differences fill, and for a model whose
+    /// states are given directly. The sample must be finite ([`crate::input_check`] ensures it).
     pub fn step(&mut self, sample: f32) -> Option<Step<'_>> {
         let streaming = self.virtual_states.as_mut()?;
         if !streaming.push(sample, self.states, self.derivatives) {
@@ -125,8 +125,8 @@ impl<'a, 's> Evaluator<'a, 's> {
         let Input::VirtualStates(spec) = self.model.input else { return None };
         let causal = spec.alignment == Alignment::Causal;
         if causal {
-            // Evaluated once a sample, at the newest states: the prediction of the last step is what
-            // the derivatives measured now are compared with.
+            // Evaluated once per sample, at the newest states; the derivatives measured now belong to the prediction of
+            // the last step.
             streaming.present(self.states);
             core::mem::swap(&mut self.awaited, &mut self.predicted);
         }
@@ -140,8 +140,8 @@ impl<'a, 's> Evaluator<'a, 's> {
         Some(self.result(if causal { Compare::Awaited } else { Compare::Predicted }, comparable))
     }
 
-    /// One step with states and measured derivatives given, both in physical units. Missing values
-    /// read as zero.
+    /// One step with given states and measured derivatives, both in physical units. Missing values
+    /// are 0.
     pub fn step_with(&mut self, states: &[f32], derivatives: &[f32]) -> Step<'_> {
         let fill = |to: &mut [f32], from: &[f32]| {
             to.iter_mut().enumerate().for_each(|(i, to)| *to = from.get(i).copied().unwrap_or(0.0));
@@ -176,7 +176,7 @@ impl<'a, 's> Evaluator<'a, 's> {
         }
     }
 
-    /// `states` → `latent`, `latent_rate`, `predicted`.
+    /// Evaluates `states` → `latent`, `latent_rate`, `predicted`.
     fn evaluate(&mut self) {
         let scaling = &self.model.states;
         let parameters = scaling.mean.iter().zip(scaling.scale.iter());
@@ -188,7 +188,7 @@ impl<'a, 's> Evaluator<'a, 's> {
         self.model.decoder.tangent(self.latent, self.latent_rate, self.predicted, self.hidden);
     }
 
-    /// a\[t+1\] = a\[t\] + ∇a\[t+1\], the latter being the first derivative of a causal model.
+    /// Predicted sample a\[t+1\] = a\[t\] + ∇a\[t+1\], theory (23); ∇a is the first derivative of a causal model.
     fn predict_sample(&self, sample: f32) -> Option<f32> {
         let scaling = &self.model.derivatives;
         let increment = self.predicted.first()? * scaling.scale.get(0)? + scaling.mean.get(0)?;

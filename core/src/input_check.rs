@@ -1,33 +1,32 @@
-//! Looks at every raw sample before any arithmetic: what is broken is counted and never evaluated.
+//! Check of every raw sample before any arithmetic: broken samples are counted and never evaluated.
 //!
-//! Before arithmetic, because afterwards it is too late: `NaN.max(0.0)` is 0, and a NaN in a
-//! difference is in all later ones.
+//! Afterwards is too late: `NaN.max(0.0)` is 0, and a NaN in a difference is in all later ones.
 
 use serde::{Deserialize, Serialize};
 
-/// What a sample is worth.
+/// Quality of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[serde(rename_all = "kebab-case")]
 pub enum Quality {
-    /// Usable.
+    /// Good: is evaluated.
     Good,
     /// NaN or infinite.
     NonFinite,
-    /// At or beyond the sensor's full scale.
+    /// Saturated: at or beyond the sensor's full scale.
     Saturated,
-    /// The same value for too many samples in a row.
+    /// Equal to too many samples before it.
     Stuck,
-    /// Never arrived.
+    /// Not received.
     Missing,
 }
 
 /// Limits of the sensor and its converter.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScreenConfig {
-    /// A magnitude at or above this is saturated, m/s²; 0 where the full scale is unknown.
+    /// Full scale, m/s²: a magnitude at or above it is saturated; 0 if unknown.
     pub full_scale: f32,
-    /// This many equal samples in a row are stuck; 0 never.
+    /// Number of equal samples in a row that are stuck; 0 never.
     pub stuck_after: u32,
 }
 
@@ -41,18 +40,18 @@ pub struct FaultCounts {
     pub saturated: u32,
     /// Samples in stuck runs, counted from the one that made the run too long.
     pub stuck: u32,
-    /// Samples that never arrived.
+    /// Samples not received.
     pub missing: u32,
 }
 
 impl FaultCounts {
-    /// All broken samples.
+    /// Number of all broken samples.
     pub fn total(&self) -> u32 {
         [self.non_finite, self.saturated, self.stuck, self.missing].iter().fold(0, |sum, &n| sum.saturating_add(n))
     }
 }
 
-/// Screens a stream of samples.
+/// Check of a stream of samples.
 #[derive(Clone, Debug)]
 pub struct Screen {
     config: ScreenConfig,
@@ -62,12 +61,12 @@ pub struct Screen {
 }
 
 impl Screen {
-    /// A screen that has seen nothing.
+    /// Screen before the first sample.
     pub fn new(config: ScreenConfig) -> Self {
         Self { config, counts: FaultCounts::default(), last: f32::NAN, run: 0 }
     }
 
-    /// Judges and counts a sample.
+    /// Quality of the next sample, counted.
     pub fn check(&mut self, sample: f32) -> Quality {
         // NaN equals nothing, so a run never survives one.
         self.run = if sample == self.last { self.run.saturating_add(1) } else { 1 };
@@ -86,13 +85,13 @@ impl Screen {
         quality
     }
 
-    /// The next sample does not continue the last, and neither does a run of equal ones.
+    /// Ends a recording: the next sample begins a new run of equal ones.
     pub fn end_of_recording(&mut self) {
         self.run = 0;
         self.last = f32::NAN;
     }
 
-    /// Counts samples that never arrived.
+    /// Counts samples not received.
     pub fn missing(&mut self, count: u32) {
         self.end_of_recording();
         self.counts.missing = self.counts.missing.saturating_add(count);

@@ -4,17 +4,17 @@
 //!
 //! | module | holds | takes → gives |
 //! |---|---|---|
-//! | [`math`] | exp, sigmoid, sin, cos, sqrt: one place for host and device | |
+//! | [`math`] | exp, sigmoid, sin, cos, sqrt, for host and device | |
 //! | [`crc`] | CRC-32 | |
 //! | [`states`] | virtual states, the finite differences of the acceleration | sample → x, ẋ |
-//! | [`library`] | candidate functions Θ(z), their order and their names | z → θ |
+//! | [`library`] | candidate functions Θ(z), their order and names | z → θ |
 //! | [`network`] | dense layers: encoder φ and decoder ψ | x → z |
 //! | [`dynamics`] | the sparse Ξ | z → ż = Θ(z) Ξ |
 //! | [`model`] | all of the above as one value; binary form used in place from flash; JSON | bytes → model |
 //! | [`evaluator`] | one step: states, z, ż, predicted derivatives, predicted next sample | sample → prediction |
 //! | [`input_check`] | non-finite, saturated, stuck and missing samples, counted | sample → quality |
 //! | [`monitor`] | EWMA and CUSUM of the normalised residual, votes, hysteresis | residual → status |
-//! | [`device`] | screen, evaluator and monitor in one call a sample | sample → what the firmware acts on |
+//! | [`device`] | screen, evaluator and monitor in one call per sample | sample → result, status |
 //!
 //! The arithmetic is plain `f32` multiplications and additions in a stated order and the functions of
 //! [`math`], so a host and a Cortex-M agree to the bit. Nothing allocates and nothing panics; all
@@ -38,8 +38,8 @@ pub mod states;
 #[cfg(test)]
 mod testing;
 
-/// A 32-bit little-endian word as it lies in flash; `f32` and `u32` are read from it without any
-/// demand on alignment, which is what lets a model be used in place without `unsafe`.
+/// A 32-bit little-endian word in flash; `f32` and `u32` are read from it at any alignment, so that a model is used in
+/// place without `unsafe`.
 pub type Word = [u8; 4];
 
 /// A borrowed array of `f32` stored as little-endian [`Word`]s.
@@ -57,7 +57,7 @@ impl<'a> Floats<'a> {
         self.0.is_empty()
     }
 
-    /// The values in order.
+    /// Values in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = f32> + Clone + use<'a> {
         self.0.iter().map(|w| f32::from_le_bytes(*w))
     }

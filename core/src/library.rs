@@ -1,9 +1,9 @@
-//! The library Θ(z) of candidate functions: one definition of the terms and their order for host and device.
+//! Library Θ(z) of candidate functions, theory (7): the terms and their order for host and device.
 //!
 //! Order: the polynomial part by degree (constant, z_i, z_i z_j, …), within a degree in lexicographic
 //! order of the sorted factors; then for each harmonic k = 1…n_F all sin(k z_i), then all cos(k z_i).
-//! Counts are those of the paper: C(n + n_D, n_D) and 2 n_F n; n_D = 0 means no polynomial part.
-//! A monomial is multiplied from left to right over its sorted factors, everywhere.
+//! Counts are those of the paper, theory (8): C(n + n_D, n_D) and 2 n_F n; n_D = 0 means no polynomial part.
+//! A monomial is always multiplied from left to right over its sorted factors.
 
 use core::fmt;
 
@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 use crate::math;
 use crate::states::MAX_DIMENSION;
 
-/// Largest polynomial degree n_D.
+/// Greatest polynomial degree n_D.
 pub const MAX_DEGREE: usize = 11;
 
-/// Which candidate functions there are: polynomial, Fourier, or both (the paper's "custom").
+/// Sizes of a library: polynomial, Fourier, or both (the paper's "custom").
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Library {
@@ -32,14 +32,14 @@ pub struct Library {
 pub enum Term {
     /// Product of variables.
     Monomial(Monomial),
-    /// sin(k z_i).
+    /// Sine sin(k z_i).
     Sin {
         /// Index i of the variable.
         variable: u8,
         /// Harmonic k.
         harmonic: u16,
     },
-    /// cos(k z_i).
+    /// Cosine cos(k z_i).
     Cos {
         /// Index i of the variable.
         variable: u8,
@@ -56,7 +56,7 @@ pub struct Monomial {
 }
 
 impl Monomial {
-    /// From sorted variable indices; `None` where there are too many or they are not sorted.
+    /// Monomial of sorted variable indices; `None` if there are too many or they are not sorted.
     pub fn new(factors: &[u8]) -> Option<Self> {
         let mut out = Self { factors: [0; MAX_DEGREE], degree: u8::try_from(factors.len()).ok()? };
         out.factors.get_mut(..factors.len())?.copy_from_slice(factors);
@@ -68,15 +68,15 @@ impl Monomial {
         self.factors.get(..usize::from(self.degree)).unwrap_or(&[])
     }
 
-    /// Value at `z`; a factor that `z` does not have gives NaN.
+    /// Value at `z`; NaN for a factor that `z` does not have.
     pub fn eval(&self, z: &[f32]) -> f32 {
         let mut factors = self.factors().iter().map(|&i| z.get(usize::from(i)).copied().unwrap_or(f32::NAN));
         let first = factors.next().unwrap_or(1.0);
         factors.fold(first, |product, z| product * z)
     }
 
-    /// The next monomial of the same degree in `n` variables; false after the last. `changed` is the
-    /// first factor that differs, so running products can be kept.
+    /// Advances to the next monomial of equal degree in `n` variables; returns the first factor that differs, so that
+    /// running products can be kept, or `None` after the last.
     fn advance(&mut self, n: u8) -> Option<usize> {
         let degree = usize::from(self.degree);
         let changed = self.factors().iter().rposition(|&f| f + 1 < n)?;
@@ -86,7 +86,7 @@ impl Monomial {
     }
 }
 
-/// C(n, k), saturating.
+/// Binomial coefficient C(n, k), saturating.
 pub const fn binomial(n: usize, k: usize) -> usize {
     let mut value: usize = 1;
     let mut i = 0;
@@ -109,7 +109,7 @@ const fn monomials(n: usize, degree: usize) -> usize {
 }
 
 impl Library {
-    /// A library, or `None` where a size is out of range or there would be no term at all.
+    /// Library of these sizes; `None` if a size is out of range or there is no term.
     pub fn new(variables: usize, degree: usize, harmonics: usize) -> Option<Self> {
         let library = Self {
             variables: u8::try_from(variables).ok()?,
@@ -138,13 +138,13 @@ impl Library {
         }
     }
 
-    /// Number of terms: C(n + n_D, n_D) + 2 n_F n.
+    /// Number of terms, theory (8): C(n + n_D, n_D) + 2 n_F n.
     #[allow(clippy::len_without_is_empty)] // a valid library is never empty
     pub fn len(&self) -> usize {
         self.polynomial_len() + 2 * usize::from(self.harmonics) * self.n()
     }
 
-    /// Term `index` of the order above.
+    /// Term of an index in the module's order.
     pub fn term(&self, index: usize) -> Option<Term> {
         let polynomial = self.polynomial_len();
         if index < polynomial {
@@ -181,7 +181,7 @@ impl Library {
         Some(m)
     }
 
-    /// Position of a term in the order above; `None` where it is not one of this library's.
+    /// Index of a term; `None` if it is not one of this library's.
     pub fn index_of(&self, term: Term) -> Option<usize> {
         let n = self.n();
         let fourier = |variable: u8, harmonic: u16, offset: usize| {
@@ -213,7 +213,7 @@ impl Library {
         }
     }
 
-    /// All terms in order, with their values at `z` (which has [`Library::variables`] entries).
+    /// Visits all terms in order, with their values at `z` (which has [`Library::variables`] entries).
     pub fn for_each(&self, z: &[f32], mut visit: impl FnMut(usize, Term, f32)) {
         let mut index = 0;
         if self.degree > 0 {
@@ -250,7 +250,7 @@ impl Library {
         }
     }
 
-    /// The whole row Θ(z); `out` takes [`Library::len`] values.
+    /// Computes the row Θ(z), theory (7); `out` takes [`Library::len`] values.
     pub fn row(&self, z: &[f32], out: &mut [f32]) {
         self.for_each(z, |index, _, value| {
             if let Some(out) = out.get_mut(index) {
@@ -261,7 +261,7 @@ impl Library {
 }
 
 impl Term {
-    /// Value at `z`; a variable that `z` does not have gives NaN.
+    /// Value at `z`; NaN for a variable that `z` does not have.
     pub fn eval(&self, z: &[f32]) -> f32 {
         let angle = |variable: u8, harmonic: u16| {
             f32::from(harmonic) * z.get(usize::from(variable)).copied().unwrap_or(f32::NAN)

@@ -1,8 +1,8 @@
-//! The one place for transcendental functions.
+//! Transcendental functions of host and device.
 //!
-//! Exact by default: `libm`, the same code on host and device, so that both agree to the bit
-//! (`std`'s `exp` differs from it in one value of ten). The feature `approx` swaps in faster forms;
-//! its largest absolute errors, measured by the tests of this module over the stated ranges:
+//! By default `libm` on host and device, so that both agree to the bit (`std`'s `exp` differs in one
+//! value of ten). The feature `approx` selects faster forms; the largest absolute errors, measured by
+//! the tests of this module over the stated ranges:
 //!
 //! | function | exact | `approx` | range |
 //! |---|---|---|---|
@@ -18,7 +18,7 @@ pub fn exp(x: f32) -> f32 {
     libm::expf(x)
 }
 
-/// Natural exponential; micromath's, with its wrong ends (`exp(NaN)` is +∞, `exp(89)` NaN) guarded.
+/// Natural exponential, micromath's with guards: its `exp(NaN)` is +∞, its `exp(89)` NaN.
 #[cfg(feature = "approx")]
 pub fn exp(x: f32) -> f32 {
     if x.is_nan() {
@@ -76,7 +76,7 @@ mod table {
         t
     }
 
-    /// e⁻ˣ for 0 ≤ x ≤ 12 at compile time: the series of e^(−x/64), squared six times.
+    /// Exponential e⁻ˣ for 0 ≤ x ≤ 12 at compile time: the series of e^(−x/64), squared six times.
     const fn exp_minus(x: f64) -> f64 {
         let y = -x / 64.0;
         let mut term = 1.0;
@@ -120,7 +120,7 @@ pub fn cos(x: f32) -> f32 {
     if x.is_finite() { micromath::F32(x).cos().0 } else { f32::NAN }
 }
 
-/// Square root; correctly rounded in both builds, since IEEE 754 leaves no choice.
+/// Square root, correctly rounded in both builds.
 pub fn sqrt(x: f32) -> f32 {
     libm::sqrtf(x)
 }

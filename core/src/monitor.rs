@@ -1,4 +1,4 @@
-//! From residuals to a status: healthy, anomalous, or blind.
+//! Monitor of the residuals, theory (85) to (89): healthy, anomalous, or blind.
 //!
 //! The residual of each derivative is divided by its healthy spread; its square, averaged over the
 //! derivatives and over a block of samples, is the block's level, 1 for a healthy machine. The level's
@@ -7,19 +7,19 @@
 //! the last n blocks raise the anomaly, and only n blocks in a row below the release limits clear it.
 //!
 //! A level far *below* the healthy one (a loose sensor, a lost gain) is an anomaly as well, so both
-//! statistics are kept on both sides. A block with too few good samples has no level: it votes for
-//! neither, and the status becomes [`Status::Blind`].
+//! statistics are two-sided. A block with too few good samples has no level and no vote, and the status becomes
+//! [`Status::Blind`].
 
 use serde::{Deserialize, Serialize};
 
-/// Blocks that a vote can look back on.
+/// Greatest number of blocks that votes are counted over.
 pub const MAX_VOTES: u32 = 32;
-/// u is clamped here, so that one wild block can neither poison the slow statistic nor overflow.
+/// Clamp of u, so that one block can neither dominate the slow statistic nor overflow.
 const U_LIMIT: f32 = 10.0;
-/// A squared normalised residual is clamped here for the same reason.
+/// Clamp of a squared normalised residual, so that a block's sum cannot overflow.
 const SQUARE_LIMIT: f32 = 1e12;
 
-/// How residuals become a status. The units of the limits are healthy spreads of a block's level.
+/// Settings of the monitor. The units of the limits are healthy spreads of a block's level.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MonitorConfig {
     /// Evaluated samples in a block.
@@ -30,24 +30,24 @@ pub struct MonitorConfig {
     pub healthy_spread: f32,
     /// Weight of the newest block in the EWMA, 0 to 1.
     pub ewma_weight: f32,
-    /// EWMA limit.
+    /// Limit of the EWMA.
     pub ewma_limit: f32,
-    /// CUSUM slack: deviation that is still taken for healthy drift.
+    /// Slack of the CUSUM: deviation that counts as healthy drift.
     pub cusum_slack: f32,
-    /// CUSUM limit.
+    /// Limit of the CUSUM.
     pub cusum_limit: f32,
-    /// Votes that raise the anomaly, k of …
+    /// Votes k among the last n blocks that raise the anomaly.
     pub votes: u32,
-    /// … the last n blocks.
+    /// Number n of blocks that votes are counted over.
     pub of_blocks: u32,
-    /// Share of the limits below which both statistics must stay for n blocks to clear it.
+    /// Share of the limits below which both statistics must stay for n blocks to clear the anomaly.
     pub release: f32,
 }
 
 impl MonitorConfig {
     /// Textbook settings for a block length and a healthy level (Montgomery, *Introduction to
-    /// Statistical Quality Control*: EWMA λ = 0.2 and limit near 3). Healthy levels of a machine are
-    /// correlated from block to block, which the textbook's CUSUM slack of 0.5 is not made for: 2.
+    /// Statistical Quality Control*: EWMA λ = 0.2 and limit near 3), but a CUSUM slack of 2: the textbook's 0.5 is for
+    /// uncorrelated levels, and those of a machine are correlated from block to block.
     pub const fn new(block: u32, healthy_mean: f32, healthy_spread: f32) -> Self {
         Self {
             block,
@@ -77,22 +77,22 @@ impl MonitorConfig {
     }
 }
 
-/// What the monitor holds of the machine.
+/// Status of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
-    /// Not enough blocks yet to say anything.
+    /// Too few blocks so far.
     Starting,
-    /// The residual is that of the healthy machine.
+    /// Residual of the healthy machine.
     Healthy,
-    /// The residual differs from the healthy machine's.
+    /// Residual that differs from the healthy machine's.
     Anomalous,
-    /// Too many broken samples to say anything.
+    /// Too many broken samples.
     Blind,
 }
 
-/// The statistics after a block.
+/// Statistics after a block.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BlockReport {
@@ -110,7 +110,7 @@ pub struct BlockReport {
     pub vote: bool,
     /// Status after this block.
     pub status: Status,
-    /// Status before it; a change is an event.
+    /// Status before this block; a change is an event.
     pub was: Status,
 }
 
@@ -127,7 +127,7 @@ pub struct Monitor {
     ewma: f32,
     above: f32,
     below: f32,
-    /// One bit a block with a level, newest lowest.
+    /// One bit for each block with a level, newest lowest.
     votes: u32,
     /// Blocks with a level since the start or since blindness, saturating at [`MAX_VOTES`].
     seen: u32,
@@ -138,7 +138,7 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// A monitor that has seen nothing.
+    /// Monitor before the first sample.
     pub fn new(config: MonitorConfig) -> Self {
         Self {
             config,
@@ -163,7 +163,7 @@ impl Monitor {
         self.status
     }
 
-    /// Takes the normalised residuals of a sample; a report when that ends a block. A residual that
+    /// Takes the normalised residuals of a sample; returns a report at the end of a block. A residual that
     /// is not finite counts as a broken sample.
     pub fn residual(&mut self, residuals: impl ExactSizeIterator<Item = f32>) -> Option<BlockReport> {
         let count = residuals.len().max(1) as f32;
@@ -176,14 +176,14 @@ impl Monitor {
         if self.good >= self.config.block { Some(self.close()) } else { None }
     }
 
-    /// Takes samples that could not be evaluated; a report when there were as many as a block holds.
+    /// Takes samples that could not be evaluated; returns a report once they are a block.
     pub fn broken(&mut self, count: u32) -> Option<BlockReport> {
         self.broken = self.broken.saturating_add(count);
         self.close_where_lost()
     }
 
-    /// Takes a good sample that the model could not be evaluated for, because the differences were
-    /// filling: a sensor that breaks again before they have filled must not keep the last status.
+    /// Takes a good sample that the model was not evaluated for while the differences fill: a sensor that breaks again
+    /// before they have filled must not keep the last status. Returns a report once such samples are a block.
     pub fn idle(&mut self) -> Option<BlockReport> {
         self.idle = self.idle.saturating_add(1);
         self.close_where_lost()
@@ -197,14 +197,14 @@ impl Monitor {
         if self.lost() >= self.config.block { Some(self.close()) } else { None }
     }
 
-    /// Throws the open block's residuals away: they turned out to be of broken samples.
+    /// Discards the open block's residuals as those of broken samples.
     pub fn discard(&mut self) {
         self.broken = self.broken.saturating_add(self.good);
         self.good = 0;
         self.sum = 0.0;
     }
 
-    /// Ends a recording: a block at least half full is judged, a smaller one stays open.
+    /// Ends a recording: a block at least half full is closed, a smaller one stays open.
     pub fn end_of_recording(&mut self) -> Option<BlockReport> {
         let held = self.good.saturating_add(self.lost());
         if held > 0 && held >= self.config.block.div_ceil(2) { Some(self.close()) } else { None }
@@ -220,7 +220,7 @@ impl Monitor {
         self.blocks = self.blocks.saturating_add(1);
         let was = self.status;
         let (deviation, vote) = if blind {
-            // An anomaly that was there before is remembered, and so are its statistics.
+            // The anomaly and its statistics persist.
             self.seen = 0;
             self.calm = 0;
             self.status = Status::Blind;
@@ -249,8 +249,7 @@ impl Monitor {
     fn judge(&mut self, u: f32) -> bool {
         let c = &self.config;
         self.ewma += c.ewma_weight * (u - self.ewma);
-        // Bounded above, so that a long anomaly does not take as long to clear. Not `clamp`, which
-        // would panic for a bound below 0.
+        // Bounded above, or a long anomaly takes as long to clear. Not `clamp`, which panics for a bound below 0.
         let bound = 2.0 * c.cusum_limit;
         self.above = (self.above + u - c.cusum_slack).max(0.0).min(bound);
         self.below = (self.below - u - c.cusum_slack).max(0.0).min(bound);

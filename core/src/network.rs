@@ -1,8 +1,8 @@
-//! Dense layers: encoder φ and decoder ψ. Sigmoid on hidden layers, linear output.
+//! Dense layers of encoder φ and decoder ψ, theory (9) and (12): sigmoid on hidden layers, linear output.
 //!
 //! Parameters lie layer by layer: weights, then biases. A layer's weights lie in panels of
 //! [`PANEL`] outputs, each panel input by input, so that a step over one input reads its panel's
-//! weights in a row ([`weight_index`] is the whole definition). An output is its bias plus its
+//! weights in sequence ([`weight_index`] is the definition). An output is its bias plus its
 //! products in the order of the inputs, whatever the panel, so the layout never changes a bit.
 
 use heapless::Vec;
@@ -10,11 +10,11 @@ use heapless::Vec;
 use crate::math;
 use crate::{Floats, Word};
 
-/// Most layers of a network.
+/// Greatest number of layers of a network.
 pub const MAX_LAYERS: usize = 6;
-/// Widest layer.
+/// Greatest width of a layer.
 pub const MAX_WIDTH: usize = 1024;
-/// Outputs computed side by side.
+/// Outputs of a panel, computed at once.
 pub const PANEL: usize = 8;
 
 /// Position of the weight from input `i` to output `o` within a layer of `inputs` × `outputs`.
@@ -41,8 +41,8 @@ struct Layer<'a> {
 }
 
 impl<'a> Network<'a> {
-    /// `widths` from input to output (empty for the identity), `parameters` as above; `None` where
-    /// a width is 0 or over [`MAX_WIDTH`], the layers are too many, or the parameters' count differs.
+    /// Network of `widths` from input to output (empty for the identity) with `parameters` in this module's order;
+    /// `None` if a width is 0 or over [`MAX_WIDTH`], the layers are too many, or the parameters' count differs.
     pub fn new(widths: &[u16], parameters: Floats<'a>) -> Option<Self> {
         let in_range = widths.iter().all(|&w| (1..=MAX_WIDTH).contains(&usize::from(w)));
         let shape = widths.len() != 1 && in_range && parameter_count(widths) == parameters.len();
@@ -55,13 +55,13 @@ impl<'a> Network<'a> {
         &self.widths
     }
 
-    /// The parameters in their stored order.
+    /// Parameters in their stored order.
     pub fn parameters(&self) -> Floats<'a> {
         self.parameters
     }
 
-    /// Widest hidden layer: what [`Network::forward`] needs twice and [`Network::tangent`] four
-    /// times as scratch.
+    /// Width of the widest hidden layer; [`Network::forward`] needs twice and [`Network::tangent`] four
+    /// times as many floats of scratch.
     pub fn hidden_width(&self) -> usize {
         let hidden = self.widths.get(1..self.widths.len().saturating_sub(1)).unwrap_or(&[]);
         hidden.iter().map(|&w| usize::from(w)).max().unwrap_or(0)
@@ -89,7 +89,7 @@ impl<'a> Network<'a> {
         })
     }
 
-    /// y = network(x).
+    /// Computes y = network(x), theory (9).
     pub fn forward(&self, x: &[f32], y: &mut [f32], scratch: &mut [f32]) {
         let layers = self.layers();
         let count = layers.len();
@@ -111,7 +111,7 @@ impl<'a> Network<'a> {
         }
     }
 
-    /// dy = (∂network/∂x)(x) dx, without the value itself.
+    /// Computes dy = (∂network/∂x)(x) dx, theory (11) and (12), without the value itself.
     pub fn tangent(&self, x: &[f32], dx: &[f32], dy: &mut [f32], scratch: &mut [f32]) {
         let layers = self.layers();
         let count = layers.len();
@@ -149,19 +149,19 @@ pub fn parameter_count(widths: &[u16]) -> usize {
 }
 
 impl Layer<'_> {
-    /// y = W x + b.
+    /// Computes y = W x + b.
     fn affine(&self, x: &[f32], y: &mut [f32]) {
         y.iter_mut().zip(self.biases.iter()).for_each(|(y, b)| *y = b);
         self.accumulate(x, y);
     }
 
-    /// y = W x.
+    /// Computes y = W x.
     fn linear(&self, x: &[f32], y: &mut [f32]) {
         y.iter_mut().take(self.outputs).for_each(|y| *y = 0.0);
         self.accumulate(x, y);
     }
 
-    /// y += W x, each output in the order of the inputs.
+    /// Adds W x to y, each output in the order of the inputs.
     fn accumulate(&self, x: &[f32], y: &mut [f32]) {
         let Some(y) = y.get_mut(..self.outputs) else { return };
         let (full, last) = y.as_chunks_mut::<PANEL>();

@@ -1,22 +1,22 @@
-//! Virtual states: the measured acceleration's finite differences (paper, section on virtual states).
+//! Virtual states, theory (3) to (5): finite differences of the measured acceleration.
 //!
 //! A model of dimension n_MD has n_MD inputs x and n_MD outputs ẋ, each a finite difference of the
-//! acceleration. Which orders they have is [`Orders`], which instants they belong to [`Alignment`].
+//! acceleration, of orders [`Orders`] at instants [`Alignment`].
 //! Differences are per sample, not per second: a^(k) has the unit of the acceleration.
 
 use serde::{Deserialize, Serialize};
 
-/// Largest model dimension n_MD.
+/// Greatest model dimension n_MD.
 pub const MAX_DIMENSION: usize = 16;
 
-/// Which differences are states and which are targets.
+/// Orders of the differences that are states and targets, theory (4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[serde(rename_all = "kebab-case")]
 pub enum Orders {
-    /// States a^(0), a^(2), …, a^(2(n−1)); targets a^(1), a^(3), …, a^(2n−1).
+    /// Even orders: states a^(0), a^(2), …, a^(2(n−1)); targets a^(1), a^(3), …, a^(2n−1).
     Even,
-    /// States a^(0), a^(1), …, a^(n−1); targets one order higher.
+    /// Consecutive orders: states a^(0), a^(1), …, a^(n−1); targets one order higher.
     Consecutive,
 }
 
@@ -35,22 +35,22 @@ impl Orders {
     }
 }
 
-/// The instants at which states and targets are taken. With Δ the forward difference of sample a\[t\]:
+/// Instants of states and targets, theory (5), with Δ the forward and ∇ the backward difference of sample a\[t\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[serde(rename_all = "kebab-case")]
 pub enum Alignment {
-    /// All forward differences at one index: x_i = Δ^k a\[t\], ẋ_i = Δ^(k+1) a\[t\].
+    /// Forward differences at one index: x_i = Δ^k a\[t\], ẋ_i = Δ^(k+1) a\[t\].
     Forward,
-    /// Each difference centred: order k starts at t − ⌊k/2⌋, so even orders are centred on t and
+    /// Centred differences: order k starts at t − ⌊k/2⌋, so even orders are centred on t and
     /// odd ones half a sample later.
     Half,
-    /// States are backward differences of samples up to t, targets those of sample t + 1, which are
+    /// Backward differences of samples up to t as states, of sample t + 1 as targets, which are
     /// the states' increments: ẋ_i = ∇^(k+1) a\[t+1\] = ∇^k a\[t+1\] − ∇^k a\[t\].
     Causal,
 }
 
-/// What a model's states are made of.
+/// Specification of a model's virtual states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StateSpec {
     /// Model dimension n_MD, 1 (SISO) to [`MAX_DIMENSION`].
@@ -62,13 +62,13 @@ pub struct StateSpec {
 }
 
 impl StateSpec {
-    /// Whether the dimension is one this crate can stream.
+    /// Whether the dimension is in range.
     pub const fn is_valid(&self) -> bool {
         self.dimension >= 1 && self.dimension <= MAX_DIMENSION
     }
 
-    /// Delay, in samples, between the newest sample and the newest one that Δ^order at the model's
-    /// instant reaches (for the causal alignment: 1 for states, 0 for targets).
+    /// Delay, in samples, from the newest sample that Δ^order at the model's instant uses to the newest sample
+    /// (for the causal alignment: 1 for states, 0 for targets).
     const fn delay(&self, order: usize, target: bool) -> usize {
         match self.alignment {
             Alignment::Forward => self.orders.highest(self.dimension) - order,
@@ -98,7 +98,7 @@ impl StateSpec {
         samples + 1
     }
 
-    /// Floats that the delay lines of [`VirtualStates`] take.
+    /// Number of floats of the delay lines of [`VirtualStates`].
     pub const fn delay_len(&self) -> usize {
         let mut total = 0;
         let mut i = 0;
@@ -111,7 +111,7 @@ impl StateSpec {
     }
 }
 
-/// Streams samples into virtual states; ring buffers in caller-supplied memory.
+/// Stream of virtual states from samples; ring buffers in caller-supplied memory.
 #[derive(Debug)]
 pub struct VirtualStates<'s> {
     spec: StateSpec,
@@ -123,8 +123,8 @@ pub struct VirtualStates<'s> {
 }
 
 impl<'s> VirtualStates<'s> {
-    /// `delays` needs [`StateSpec::delay_len`] floats; `None` where it is shorter or the dimension
-    /// is out of range.
+    /// Stream before the first sample; `None` if `delays` has fewer than [`StateSpec::delay_len`] floats or the
+    /// dimension is out of range.
     pub fn new(spec: StateSpec, delays: &'s mut [f32]) -> Option<Self> {
         if !spec.is_valid() {
             return None;
@@ -133,13 +133,13 @@ impl<'s> VirtualStates<'s> {
         Some(Self { spec, differences: [0.0; 2 * MAX_DIMENSION], delays, seen: 0 })
     }
 
-    /// Forgets every sample: what follows does not continue what came before.
+    /// Resets the differences: the next sample does not continue the last.
     pub fn reset(&mut self) {
         self.seen = 0;
     }
 
-    /// Takes a sample; true once `states` and `targets` (n_MD values each) have been filled, which is
-    /// from sample [`StateSpec::warm_up`] after a reset on.
+    /// Takes a sample; true once `states` and `targets` (n_MD values each) are valid, from sample
+    /// [`StateSpec::warm_up`] after a reset on.
     pub fn push(&mut self, sample: f32, states: &mut [f32], targets: &mut [f32]) -> bool {
         let highest = self.spec.orders.highest(self.spec.dimension);
         let mut difference = sample;
@@ -168,7 +168,7 @@ impl<'s> VirtualStates<'s> {
                 }
             }
         }
-        // Wraps after 2^32 samples on the device, two days at 25.6 kHz: then it just warms up again.
+        // Wraps after 2^32 samples on the device, two days at 25.6 kHz, and then warms up again.
         self.seen = self.seen.wrapping_add(1);
         self.seen >= self.spec.warm_up()
     }
@@ -178,7 +178,7 @@ impl<'s> VirtualStates<'s> {
         self.differences.get(order).copied().unwrap_or(0.0)
     }
 
-    /// The causal states of the newest sample itself (no target yet): ∇^k a\[t\].
+    /// Causal states ∇^k a\[t\] of the newest sample, whose targets are not known yet.
     pub fn present(&self, states: &mut [f32]) {
         for (i, state) in states.iter_mut().take(self.spec.dimension).enumerate() {
             *state = self.newest(self.spec.orders.state(i));

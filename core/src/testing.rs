@@ -1,4 +1,4 @@
-//! A small model with every part in use, for this crate's tests.
+//! Test model: small, with every part in use.
 
 extern crate std;
 use std::vec::Vec;
@@ -17,7 +17,7 @@ pub fn samples(count: usize) -> Vec<f32> {
     (0..count).map(|i| (i as f32 * 0.37).sin() + 0.3 * (i as f32 * 1.9).cos()).collect()
 }
 
-/// Owns what a [`Model`] borrows.
+/// Owned storage of a [`Model`].
 pub struct Parts {
     spec: StateSpec,
     /// Whether the states are given rather than streamed.

@@ -1,34 +1,34 @@
-//! What a device tells of. Each event serialises to one flat JSON object whose `event` is `starting`,
-//! `healthy`, `anomalous`, `blind`, `block`, `fault` or `summary`; a number that does not exist is `null`.
+//! Events of a device. Each serialises to one flat JSON object whose `event` is `starting`,
+//! `healthy`, `anomalous`, `blind`, `block`, `fault` or `summary`; a missing number is `null`.
 
 use ballrace_core::input_check::{FaultCounts, Quality};
 use ballrace_core::monitor::{BlockReport, Status};
 use serde::Serialize;
 
-/// Something that a person may want to know of.
+/// Event of a device.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Event<'n> {
-    /// The device holds something else of the machine than before.
+    /// Change of the status.
     Status(StatusChange<'n>),
-    /// A block of the monitor ended: the trend, mostly of interest to a plot.
+    /// End of a block of the monitor, for trends.
     Block(BlockEnd<'n>),
-    /// The first broken sample of a run of one kind.
+    /// First broken sample of a run of one kind.
     Fault(FaultStart<'n>),
-    /// The last event.
+    /// Totals, the last event.
     Summary(Summary),
 }
 
-/// Where in the recordings something happened.
+/// Place of an event in the recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Place<'n> {
     /// Name of the recording.
     pub recording: &'n str,
-    /// Its place among the recordings, from 0.
+    /// Index of the recording, from 0.
     pub recording_index: u32,
     /// Sample periods since the recording's start; samples known to be missing count.
     pub sample: u64,
-    /// The same in seconds.
+    /// Time since the recording's start, s.
     pub time_s: f64,
 }
 
@@ -40,29 +40,29 @@ pub struct StatusChange<'n> {
     pub status: Status,
     /// Status before; `None` at the very start.
     pub was: Option<Status>,
-    /// The sample that ended the block.
+    /// Place of the sample that ended the block.
     #[serde(flatten)]
     pub at: Place<'n>,
-    /// What led to it; `None` at the very start.
+    /// Statistics of the block; `None` at the very start.
     #[serde(flatten)]
     pub statistics: Option<Statistics>,
 }
 
-/// A block of the monitor ended.
+/// End of a block of the monitor.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "event", rename = "block")]
 pub struct BlockEnd<'n> {
-    /// Status after it.
+    /// Status after the block.
     pub status: Status,
-    /// The sample that ended it.
+    /// Place of the sample that ended the block.
     #[serde(flatten)]
     pub at: Place<'n>,
-    /// The statistics after it.
+    /// Statistics after the block.
     #[serde(flatten)]
     pub statistics: Statistics,
 }
 
-/// The monitor's statistics after a block.
+/// Statistics of the monitor after a block.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Statistics {
     /// Blocks so far.
@@ -71,9 +71,9 @@ pub struct Statistics {
     pub level: f32,
     /// Distance from the healthy mean in healthy spreads; NaN for a blind block.
     pub deviation: f32,
-    /// Slow statistic.
+    /// Slow statistic, EWMA.
     pub ewma: f32,
-    /// Fast statistic.
+    /// Fast statistic, CUSUM.
     pub cusum: f32,
 }
 
@@ -84,51 +84,51 @@ impl From<&BlockReport> for Statistics {
     }
 }
 
-/// A run of broken samples began.
+/// Start of a run of broken samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "event", rename = "fault")]
 pub struct FaultStart<'n> {
-    /// How it is broken.
+    /// Kind of the fault.
     pub kind: Quality,
-    /// The sample, m/s²; `None` where it is missing.
+    /// Value of the sample, m/s²; `None` if it is missing.
     pub value: Option<f32>,
-    /// Where the run began, as far as the device can tell.
+    /// Place of the first sample that the device detected.
     #[serde(flatten)]
     pub at: Place<'n>,
 }
 
-/// The totals of a run over recordings.
+/// Totals of a run over recordings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "event", rename = "summary")]
 pub struct Summary {
-    /// Recordings.
+    /// Number of recordings.
     pub recordings: u32,
-    /// Samples that arrived, broken ones included.
+    /// Number of samples that arrived, broken ones included.
     pub samples: u64,
-    /// Samples that the model was evaluated for.
+    /// Number of samples that the model was evaluated for.
     pub evaluated: u64,
-    /// Blocks of the monitor.
+    /// Number of the monitor's blocks.
     pub blocks: u32,
     /// Broken samples by kind.
     pub faults: FaultCounts,
     /// Status at the end.
     pub status: Status,
-    /// Anomalies raised. One that outlasts blindness is still the same.
+    /// Number of anomalies raised; one that outlasts blindness counts once.
     pub alarms: u32,
-    /// Where the first one was raised.
+    /// Place of the first anomaly raised.
     pub first_alarm: Option<Alarm>,
 }
 
-/// Where an anomaly was raised: a [`Place`] that outlives the recording.
+/// Place of an anomaly, as [`Place`] with an owned name.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Alarm {
     /// Name of the recording.
     pub recording: String,
-    /// Its place among the recordings, from 0.
+    /// Index of the recording, from 0.
     pub recording_index: u32,
     /// Sample periods since the recording's start.
     pub sample: u64,
-    /// The same in seconds.
+    /// Time since the recording's start, s.
     pub time_s: f64,
 }
 

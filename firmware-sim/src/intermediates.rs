@@ -1,8 +1,7 @@
-//! Every number of a run in one CRC-32: what holds host and device to the same bits.
+//! CRC-32 over all intermediates of a run, to compare host and device bit by bit.
 //!
-//! Comparing outputs alone would let two wrong numbers cancel, and comparing within a tolerance would
-//! let a difference grow unseen. Here all intermediates of each step are folded, so that one differing
-//! bit anywhere shows.
+//! Comparing outputs alone lets two wrong numbers cancel, and comparing within a tolerance lets a difference grow
+//! unseen.
 
 use core::fmt;
 
@@ -13,22 +12,22 @@ use ballrace_core::model::Model;
 use ballrace_core::monitor::{BlockReport, Status};
 use serde::{Serialize, Serializer};
 
-/// Bytes that [`Report::to_json`] needs at most.
+/// Greatest number of bytes that [`Report::to_json`] needs.
 pub const JSON_LEN: usize = 512;
 
-/// What a run comes down to. Equal reports mean equal bits in every intermediate.
+/// Report of a run. Equal reports mean equal bits in every intermediate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Report {
     /// CRC-32 of all intermediates; in JSON eight hexadecimal digits.
     #[serde(serialize_with = "hexadecimal")]
     pub crc: u32,
-    /// Samples.
+    /// Number of samples.
     pub samples: u32,
-    /// Samples that the model was evaluated for.
+    /// Number of samples that the model was evaluated for.
     pub evaluated: u32,
-    /// Blocks of the monitor.
+    /// Number of the monitor's blocks.
     pub blocks: u32,
-    /// Blocks after which the status was anomalous.
+    /// Number of blocks after which the status was anomalous.
     pub anomalous_blocks: u32,
     /// Status at the end.
     pub status: Status,
@@ -36,10 +35,10 @@ pub struct Report {
     pub faults: FaultCounts,
 }
 
-/// Runs a model over the samples of one recording, m/s². Non-finite and other broken samples are welcome.
+/// Runs a model over the samples of one recording, m/s², broken ones included.
 ///
 /// # Errors
-/// [`ScratchTooSmall`] as for [`Device::new`].
+/// [`ScratchTooSmall`] of [`Device::new`].
 pub fn run<'a>(
     model: &'a Model<'a>,
     scratch: &mut [f32],
@@ -77,15 +76,14 @@ pub fn run<'a>(
 }
 
 impl Report {
-    /// One line of JSON without a line end, in `buffer` of [`JSON_LEN`] bytes; `None` where it is shorter
-    /// than needed.
+    /// One line of JSON without a line end, in `buffer` of [`JSON_LEN`] bytes; `None` if it is too short.
     pub fn to_json<'b>(&self, buffer: &'b mut [u8]) -> Option<&'b str> {
         let length = serde_json_core::to_slice(self, buffer).ok()?;
         core::str::from_utf8(buffer.get(..length)?).ok()
     }
 }
 
-/// Folds numbers, each as four bytes, little-endian.
+/// CRC-32 of numbers, each as four bytes, little-endian.
 struct Fold(Crc32);
 
 impl Fold {
@@ -94,7 +92,7 @@ impl Fold {
     }
 
     fn float(&mut self, value: f32) {
-        // The sign of the NaN that ∞ − ∞ makes is the processor's choice (set on x86, clear on Arm).
+        // The sign of the NaN of ∞ − ∞ depends on the processor (set on x86, clear on Arm).
         self.word(if value.is_nan() { f32::NAN } else { value }.to_bits());
     }
 

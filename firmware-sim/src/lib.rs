@@ -1,14 +1,14 @@
-//! The ballrace device on the host, and what it shares with the bare-metal image.
+//! The ballrace device on the host, and the code shared with the bare-metal image.
 //!
 //! Data flows one way, and each module knows only the ones before it:
 //!
 //! | module | holds | takes → gives |
 //! |---|---|---|
-//! | [`source`] | what arrives at a device; recordings in memory, as fast as it goes or paced | recording → arrivals |
-//! | [`faults`] | broken sensors and lost samples, put between a source and the device | arrivals → arrivals |
-//! | [`runner`] | the device itself ([`ballrace_core::device`]), fed with arrivals | arrivals → events |
-//! | [`event`] | what a device tells of: its status, its faults, its totals | |
-//! | [`intermediates`] | every number of a run in one CRC-32, to hold host and device to the same bits | samples → report |
+//! | [`source`] | samples and notices of missing ones, from memory, paced or not | recording → arrivals |
+//! | [`faults`] | injection of broken and lost samples | arrivals → arrivals |
+//! | [`runner`] | the device itself ([`ballrace_core::device`]) | arrivals → events |
+//! | [`event`] | status changes, blocks, faults, totals | |
+//! | [`intermediates`] | CRC-32 over all numbers of a run, to compare host and device | samples → report |
 //!
 //! ```
 //! # fn doc(model: &ballrace_core::model::Model<'_>, samples: &[f32]) -> Result<(), Box<dyn std::error::Error>> {
@@ -24,8 +24,7 @@
 //! # Ok(()) }
 //! ```
 //!
-//! Without the feature `std` only [`intermediates`] remains, `no_std` and without `alloc`; that the
-//! image links for a bare-metal target is the proof.
+//! Without the feature `std` only [`intermediates`] remains, `no_std` and without `alloc`, for the bare-metal image.
 #![cfg_attr(not(feature = "std"), no_std)]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

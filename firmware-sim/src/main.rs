@@ -34,7 +34,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// What to print, or what is wrong with what was given.
+/// Text to print, or the error of the arguments or files.
 fn run(mut arguments: impl Iterator<Item = OsString>) -> Result<String, String> {
     let (mut model, mut samples) = (None, None);
     while let Some(argument) = arguments.next() {

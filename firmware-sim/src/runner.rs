@@ -1,4 +1,4 @@
-//! The device, fed with arrivals: what an application's main loop does, with events for its actions.
+//! Runner of the device over arrivals: an application's main loop, with events for its actions.
 
 use std::fmt;
 
@@ -10,15 +10,15 @@ use ballrace_core::monitor::{BlockReport, Status};
 use crate::event::{Alarm, BlockEnd, Event, FaultStart, Place, StatusChange, Summary};
 use crate::source::{Arrival, SampleSource};
 
-/// What a device cannot run.
+/// Error of a model that the device cannot run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RunnerError {
-    /// The model wants its states given; a device has only samples of one acceleration.
+    /// Model whose states are given directly; a device has only samples of one acceleration.
     StatesGiven {
-        /// States it wants.
+        /// Number of states.
         states: usize,
     },
-    /// Too little memory.
+    /// Too little scratch memory.
     Scratch(ScratchTooSmall),
 }
 
@@ -35,16 +35,16 @@ impl fmt::Display for RunnerError {
 
 impl std::error::Error for RunnerError {}
 
-/// A recording's name and its samples' rate.
+/// Name and sample rate of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Recording<'n> {
-    /// What events call it.
+    /// Name of the recording in events.
     pub name: &'n str,
-    /// Samples a second; times of events come from it.
+    /// Sample rate, Hz, for the times of events.
     pub sample_rate_hz: f64,
 }
 
-/// One device and what it has seen, over as many recordings as there are.
+/// Runner of one device over recordings, with its totals.
 #[derive(Debug)]
 pub struct Runner<'a, 's> {
     device: Device<'a, 's>,
@@ -54,21 +54,20 @@ pub struct Runner<'a, 's> {
     blocks: u32,
     alarms: u32,
     first_alarm: Option<Alarm>,
-    /// An anomaly was raised and not cleared since; blindness does not clear it.
+    /// Whether an anomaly was raised and not cleared since; blindness does not clear it.
     alarmed: bool,
 }
 
 impl<'a, 's> Runner<'a, 's> {
-    /// Floats of scratch that a model needs.
+    /// Number of floats of scratch that a model needs.
     pub fn scratch_len(model: &Model<'_>) -> usize {
         Device::scratch_len(model)
     }
 
-    /// A device that has seen nothing. It allocates nothing itself: its memory is `scratch`, as on
-    /// the microcontroller.
+    /// Runner before the first recording. The device's memory is `scratch`, as on the microcontroller.
     ///
     /// # Errors
-    /// What it cannot run.
+    /// [`RunnerError`]: a model with directly given states, or too little scratch.
     pub fn new(model: &'a Model<'a>, scratch: &'s mut [f32]) -> Result<Self, RunnerError> {
         if let Input::Direct(states) = model.input {
             return Err(RunnerError::StatesGiven { states });
@@ -86,7 +85,7 @@ impl<'a, 's> Runner<'a, 's> {
         })
     }
 
-    /// Runs one recording from start to end; the device goes on from the one before.
+    /// Runs one recording from start to end; the device keeps its state between recordings.
     pub fn run(
         &mut self,
         recording: &Recording<'_>,
@@ -134,7 +133,7 @@ impl<'a, 's> Runner<'a, 's> {
         self
     }
 
-    /// Ends the run: the totals, as the last event and as a value.
+    /// Ends the run; the totals are the last event and the return value.
     pub fn finish(self, mut on_event: impl FnMut(Event<'_>)) -> Summary {
         let device = self.device.summary();
         let summary = Summary {

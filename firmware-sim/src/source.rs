@@ -1,22 +1,21 @@
-//! What arrives at a device: samples, and the news that some did not come.
+//! Sources of a device's samples and of notices of missing ones.
 //!
-//! A source is an iterator over the [`Arrival`]s of one recording, and the recording ends where the
-//! iterator does: there is nothing that could arrive after an end. Everything that stands between a
-//! source and the device (pacing, [faults](crate::faults)) is a source again.
+//! A source is an iterator over the [`Arrival`]s of one recording, which ends with the iterator. Pacing and
+//! [faults](crate::faults) are sources over a source.
 
 use std::time::{Duration, Instant};
 
-/// What the converter's interrupt hands to the device.
+/// Input of the device from the converter's interrupt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Arrival {
     /// A sample, m/s².
     Sample(f32),
-    /// So many samples never came, and the hardware noticed (an overrun flag, a sequence number).
+    /// Number of missing samples that the hardware detected (an overrun flag, a sequence number).
     Missing(u32),
 }
 
 impl Arrival {
-    /// Sample periods that this stands for.
+    /// Number of sample periods.
     pub const fn periods(self) -> u32 {
         match self {
             Self::Sample(_) => 1,
@@ -25,10 +24,10 @@ impl Arrival {
     }
 }
 
-/// The arrivals of one recording; every iterator over them is one.
+/// Arrivals of one recording; every iterator over them is a source.
 pub trait SampleSource: Iterator<Item = Arrival> + Sized {
-    /// Lets arrivals come no faster than at this rate, samples a second: the recording's sample rate
-    /// times how many times faster than the machine it is to run. No pace where it is not a positive number.
+    /// Source paced to at most a rate, samples per second: the recording's sample rate times a speed-up. Not paced if
+    /// the rate is not a positive number.
     fn paced(self, rate_hz: f64) -> Paced<Self> {
         Paced { source: self, rate_hz, periods: 0, block: pace_block(rate_hz), start: None }
     }
@@ -36,12 +35,12 @@ pub trait SampleSource: Iterator<Item = Arrival> + Sized {
 
 impl<S: Iterator<Item = Arrival>> SampleSource for S {}
 
-/// A recording in memory, as fast as it goes; m/s².
+/// Source of samples in memory, m/s², not paced.
 pub fn in_memory(samples: &[f32]) -> impl SampleSource + '_ {
     samples.iter().map(|sample| Arrival::Sample(*sample))
 }
 
-/// See [`SampleSource::paced`].
+/// Source of [`SampleSource::paced`].
 #[derive(Debug)]
 pub struct Paced<S> {
     source: S,
@@ -52,7 +51,7 @@ pub struct Paced<S> {
     start: Option<Instant>,
 }
 
-/// About 5 ms of samples, in which a reader of events sees no steps.
+/// Samples of about 5 ms, too short to be seen as steps.
 fn pace_block(rate_hz: f64) -> u64 {
     (rate_hz * 5e-3).max(1.0) as u64
 }
@@ -66,7 +65,7 @@ impl<S: SampleSource> Iterator for Paced<S> {
         let before = self.periods;
         self.periods += u64::from(arrival.periods());
         if before / self.block != self.periods / self.block && self.rate_hz > 0.0 {
-            // Against the start, not the last sleep: errors of the sleeps do not add up.
+            // From the start, not the last sleep, so that errors of the sleeps do not add up.
             let due = Duration::try_from_secs_f64(self.periods as f64 / self.rate_hz).unwrap_or_default();
             std::thread::sleep(due.saturating_sub(start.elapsed()));
         }

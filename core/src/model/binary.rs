@@ -1,4 +1,4 @@
-//! The binary form: little-endian 32-bit words, a header, the arrays, a CRC-32.
+//! Binary form of a model: little-endian 32-bit words, a header, the arrays, a CRC-32.
 //!
 //! | words | content |
 //! |---|---|
@@ -31,10 +31,10 @@ pub const MAGIC: [u8; 4] = *b"BRMD";
 /// Version of the binary form that this crate reads and writes.
 pub const FORMAT_VERSION: u32 = 1;
 const HEADER_WORDS: usize = 26;
-/// Far above any model that fits, far below any overflow of the sums over sizes.
+/// Greatest count in a header: above any model that fits, below any overflow of the sums over sizes.
 const MAX_COUNT: usize = 1 << 24;
 
-/// Hands out words one after the other.
+/// Sequential reader of words.
 struct Reader<'a> {
     words: &'a [Word],
     at: usize,

@@ -1,4 +1,4 @@
-//! Each way for a model to be wrong.
+//! Errors of a model.
 
 use core::fmt;
 
@@ -30,7 +30,7 @@ pub enum Array {
     Coefficients,
 }
 
-/// Why bytes, text or parts are not a model.
+/// Error of bytes, text or parts that are not a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ModelError {
@@ -38,48 +38,48 @@ pub enum ModelError {
     Truncated {
         /// Bytes needed.
         needed: usize,
-        /// Bytes there.
+        /// Bytes found.
         found: usize,
     },
     /// The first four bytes are not [`super::MAGIC`].
     Magic {
-        /// What they are.
+        /// Bytes found.
         found: [u8; 4],
     },
-    /// Written by another version of the format.
+    /// Another version of the format.
     Version {
-        /// That version.
+        /// Version found.
         found: u32,
     },
     /// The CRC-32 differs: the bytes were changed after they were written.
     Checksum {
-        /// As stored.
+        /// Checksum stored.
         stored: u32,
-        /// Of the bytes.
+        /// Checksum of the bytes.
         computed: u32,
     },
-    /// A header word has a value that means nothing.
+    /// A header word out of range.
     HeaderWord {
         /// Index of the word.
         index: usize,
-        /// Its value.
+        /// Value found.
         found: u32,
     },
     /// The arrays do not fill the bytes exactly.
     ArraySizes,
     /// Model dimension or input count out of range.
     Dimension {
-        /// What was found.
+        /// Number of inputs found.
         found: usize,
     },
     /// Sample rate not a positive number.
     SampleRate {
-        /// What was found, Hz.
+        /// Sample rate found, Hz.
         found: f32,
     },
     /// Library sizes out of range.
     Library {
-        /// What was found.
+        /// Library found.
         found: Library,
     },
     /// Widths out of range, too many layers, or parameters that do not fill them.
@@ -87,36 +87,36 @@ pub enum ModelError {
         /// Encoder or decoder.
         network: Array,
     },
-    /// A network does not lead from where it should to where it should.
+    /// A network with the wrong number of inputs or outputs.
     NetworkShape {
         /// Encoder or decoder.
         network: Array,
-        /// Inputs and outputs the model needs.
+        /// Inputs and outputs of the model.
         expected: (usize, usize),
-        /// Inputs and outputs it has.
+        /// Inputs and outputs of the network.
         found: (usize, usize),
     },
     /// An array has the wrong length.
     Length {
-        /// Which.
+        /// Array of the wrong length.
         array: Array,
         /// Length needed.
         expected: usize,
         /// Length found.
         found: usize,
     },
-    /// NaN or infinity where a number is needed.
+    /// NaN or infinity in an array.
     NotFinite {
-        /// Which array.
+        /// Array with the value.
         array: Array,
-        /// Where in it.
+        /// Index of the value.
         index: usize,
     },
     /// A scale or spread is zero or negative.
     ScaleNotPositive {
-        /// Which array.
+        /// Array with the value.
         array: Array,
-        /// Where in it.
+        /// Index of the value.
         index: usize,
     },
     /// A used term is not one of the library's.
@@ -134,13 +134,13 @@ pub enum ModelError {
         /// Index of the coefficient.
         index: usize,
     },
-    /// Limits of screen or monitor that mean nothing.
+    /// Limits of screen or monitor out of range.
     Monitor,
     /// The buffer to write to is too short.
     BufferTooSmall {
         /// Bytes needed.
         needed: usize,
-        /// Bytes there.
+        /// Bytes found.
         found: usize,
     },
     /// The buffer for JSON text is too short.

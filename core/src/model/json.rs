@@ -1,7 +1,6 @@
-//! The JSON form, through serde-json-core: for people and for tools that are not Rust.
+//! JSON form of a model, through serde-json-core, with the content of the binary form.
 //!
-//! The same content as the binary form. `terms` are indices into the library's order. NaN would be
-//! written as `null` by serde-json-core and come back as an error here, never as a number.
+//! `terms` are indices into the library's order. serde-json-core writes NaN as `null`, which is an error to the reader.
 
 use core::fmt;
 
@@ -29,7 +28,7 @@ struct Header<'a> {
     schema: &'a str,
     sample_rate_hz: f32,
     inputs: usize,
-    /// `None`: the states are given directly.
+    /// Orders of the states; `None`: the states are given directly.
     orders: Option<Orders>,
     alignment: Alignment,
     library: Library,
@@ -39,7 +38,7 @@ struct Header<'a> {
     decoder_widths: Widths,
 }
 
-/// The arrays, in the order in which they are written.
+/// Names of the arrays, in the order in which they are written.
 const ARRAYS: [&str; 10] = [
     "state_mean",
     "state_scale",
@@ -154,14 +153,14 @@ pub(super) fn read<'a>(text: &str, storage: &'a mut [Word]) -> Result<Model<'a>,
     }
 }
 
-/// Hands out the caller's storage piece by piece.
+/// Allocator over the caller's storage.
 struct Arena<'a> {
     free: &'a mut [Word],
     full: bool,
 }
 
 impl<'a> Arena<'a> {
-    /// Puts words down for as long as `next` gives any, and hands out the run.
+    /// Stores words for as long as `next` gives any, and returns them.
     fn fill<E>(
         &mut self,
         mut next: impl FnMut() -> Result<Option<Word>, E>,
@@ -183,7 +182,7 @@ impl<'a> Arena<'a> {
     }
 }
 
-/// What a document says, before it is checked.
+/// Contents of a document, before they are checked.
 struct Parsed<'a> {
     header: ParsedHeader,
     terms: &'a [Word],

@@ -1,8 +1,7 @@
-//! The model: one value for host and device, borrowed from flash, a file or a buffer.
+//! Model of host and device, borrowed from flash, a file or a buffer.
 //!
 //! Two written forms: [binary](Model::from_bytes) (used in place, CRC-32) and [JSON](Model::from_json)
-//! (read into a caller's buffer). Whatever the form, a model that exists has passed
-//! [`Model::new`]'s checks, so that the evaluator need not ask again.
+//! (read into a caller's buffer). Every model has passed [`Model::new`]'s checks, which the evaluator relies on.
 
 mod binary;
 mod error;
@@ -20,15 +19,15 @@ use crate::network::Network;
 use crate::states::StateSpec;
 use crate::{Floats, Word};
 
-/// Most inputs of a model that is given its states directly.
+/// Greatest number of inputs of a model whose states are given directly.
 pub const MAX_INPUTS: usize = crate::network::MAX_WIDTH;
 
-/// Where a model's input x comes from.
+/// Source of a model's input x.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
     /// Virtual states of one acceleration channel, streamed from samples.
     VirtualStates(StateSpec),
-    /// This many states, given with each step.
+    /// Number of states that are given with each step.
     Direct(usize),
 }
 
@@ -47,7 +46,7 @@ impl Input {
     }
 }
 
-/// Mean and scale an array is standardised with: (x − mean) / scale.
+/// Mean and scale of a standardisation, theory (6): (x − mean) / scale.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Scaling<'a> {
     /// Means, in physical units.
@@ -56,24 +55,24 @@ pub struct Scaling<'a> {
     pub scale: Floats<'a>,
 }
 
-/// A SINDy-NN model: x → φ → z, ż = Θ(z) Ξ, ẋ = ∇ψ(z) ż.
+/// A SINDy-NN model, theory (10) and (11): z = φ(x), ż = Θ(z) Ξ, ẋ = ∇ψ(z) ż.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model<'a> {
-    /// Sample rate of the recordings it was fitted to, Hz.
+    /// Sample rate of the recordings fitted to, Hz.
     pub sample_rate_hz: f32,
-    /// Where x comes from.
+    /// Source of the inputs x.
     pub input: Input,
     /// Scaling of the inputs x.
     pub states: Scaling<'a>,
-    /// Scaling of their derivatives ẋ.
+    /// Scaling of the derivatives ẋ, which differs from that of the states.
     pub derivatives: Scaling<'a>,
     /// Encoder φ.
     pub encoder: Network<'a>,
     /// Decoder ψ.
     pub decoder: Network<'a>,
-    /// The candidate functions Ξ was chosen from.
+    /// Library of candidate functions.
     pub library: Library,
-    /// Ξ.
+    /// Coefficients Ξ.
     pub dynamics: Dynamics<'a>,
     /// Healthy standard deviation of each derivative's residual, in scaled units.
     pub residual_spread: Floats<'a>,
@@ -87,16 +86,16 @@ impl<'a> Model<'a> {
     /// Checks that the parts fit together and every number is usable.
     ///
     /// # Errors
-    /// The first thing that is wrong.
+    /// [`ModelError`] of the first part that fails.
     pub fn new(model: Self) -> Result<Self, ModelError> {
         model.check()?;
         Ok(model)
     }
 
-    /// Reads the binary form; everything large stays where it is.
+    /// Reads the binary form; the arrays stay in place.
     ///
     /// # Errors
-    /// What is wrong with the bytes or with the model in them.
+    /// [`ModelError`] of the bytes or of the model in them.
     pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, ModelError> {
         binary::read(bytes)
     }
@@ -117,7 +116,7 @@ impl<'a> Model<'a> {
     /// Reads the JSON form; the arrays go to `storage`. As many words as `text` has bytes are always enough.
     ///
     /// # Errors
-    /// What is wrong with the text or with the model in it.
+    /// [`ModelError`] of the text or of the model in it.
     pub fn from_json(text: &str, storage: &'a mut [Word]) -> Result<Self, ModelError> {
         json::read(text, storage)
     }

@@ -1,8 +1,8 @@
-//! What the images share: the embedded model and samples, and the board, a folder of `boards` that `BALLRACE_BOARD` names.
+//! Shared parts of the images: the embedded model and samples, and the board, a folder of `boards` that `BALLRACE_BOARD` names.
 //! All of the images' `unsafe` is in [`board`] and [`semihosted`].
 #![no_std]
 
-// Only its logger is wanted.
+// Linked for its logger.
 #[cfg(feature = "defmt")]
 use defmt_semihosting as _;
 

@@ -1,7 +1,7 @@
-//! Broken sensors and lost samples, put between a source and the device.
+//! Injection of broken and lost samples between a source and the device.
 //!
 //! Every fault is a stage with its own random numbers, seeded from the seed and the stage's place,
-//! so that the same seed breaks the same samples, and a fault added at the end changes none before it.
+//! so that a seed always breaks the same samples, and a fault added at the end changes none before it.
 //! [`FaultPlan`] has the written form.
 
 mod parse;
@@ -18,69 +18,69 @@ use crate::source::{Arrival, SampleSource};
 /// One way for samples to be broken. Probabilities are per sample, 0 to 1; runs are samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
-    /// `drop:P`: a sample is lost and nobody notices; what follows closes up.
+    /// `drop:P`: a sample is lost without notice; the next follows directly.
     Drop {
-        /// Chance of a sample to be lost.
+        /// Probability of a sample to be lost.
         probability: f64,
     },
-    /// `gap:PxN`: a run of samples never comes, and the device is told.
+    /// `gap:PxN`: a run of samples is lost with notice to the device.
     Gap {
-        /// Chance of a sample to begin a gap.
+        /// Probability of a sample to begin a gap.
         probability: f64,
         /// Samples in a gap.
         run: u32,
     },
     /// `stuck:PxN`: the value of a sample is held.
     Stuck {
-        /// Chance of a sample to be held.
+        /// Probability of a sample to be held.
         probability: f64,
-        /// Samples after it that have its value.
+        /// Samples after it with its value.
         run: u32,
     },
-    /// `saturate:LEVEL`: samples are clipped to ±LEVEL. A device sees a level at or above the full
-    /// scale of its model; clipping below it looks like a machine that shakes less.
+    /// `saturate:LEVEL`: samples are clipped to ±LEVEL. A device detects a level at or above the full
+    /// scale of its model; clipping below it looks like a machine that vibrates less.
     Saturate {
-        /// m/s².
+        /// Clipping level, m/s².
         level: f32,
     },
     /// `nan:P`: a sample is NaN.
     Nan {
-        /// Chance of a sample to be NaN.
+        /// Probability of a sample to be NaN.
         probability: f64,
     },
     /// `flip:P`: one of the 32 bits of a sample's `f32` is inverted. Most such errors, like most of a
-    /// converter's, leave a plausible number: no screen can see those, only the residual can.
+    /// converter's, leave a plausible number, which only the residual can show.
     Flip {
-        /// Chance of a sample to have a bit inverted.
+        /// Probability of a sample to have a bit inverted.
         probability: f64,
     },
 }
 
-/// Faults in the order in which samples meet them.
+/// Faults in the order in which they are applied.
 ///
 /// The written form is a list such as `nan:0.001,stuck:1e-4x50,saturate:30,flip:1e-5,drop:1e-3,gap:1e-5x200`;
 /// an empty text is no faults.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FaultPlan(pub Vec<Fault>);
 
-/// Samples that an injector has broken so far.
+/// Counts of the samples that an injector has broken so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Injected {
-    /// Lost without notice.
+    /// Samples lost without notice.
     pub dropped: u64,
-    /// Lost with notice.
+    /// Samples lost with notice.
     pub missing: u64,
-    /// Held at an earlier value.
+    /// Samples held at an earlier value.
     pub stuck: u64,
-    /// Clipped.
+    /// Samples clipped.
     pub saturated: u64,
-    /// Made NaN.
+    /// Samples made NaN.
     pub nan: u64,
-    /// One bit inverted.
+    /// Samples with one bit inverted.
     pub flipped: u64,
 }
 
-/// Stages in a row, and their counts.
+/// Injector of a plan's faults, with their counts.
 #[derive(Clone, Debug)]
 pub struct Injector {
     stages: Vec<Stage>,
@@ -88,30 +88,30 @@ pub struct Injector {
 }
 
 impl Injector {
-    /// The faults of a plan; the same seed gives the same faults.
+    /// Injector of a plan; reproducible from the seed.
     pub fn new(plan: FaultPlan, seed: u64) -> Self {
         let stages = plan.0.into_iter().zip(0..).map(|(fault, place)| Stage::new(fault, seed, place)).collect();
         Self { stages, injected: Injected::default() }
     }
 
-    /// Samples broken so far.
+    /// Counts of the samples broken so far.
     pub fn injected(&self) -> Injected {
         self.injected
     }
 
-    /// Breaks what arrives from a source. The injector outlives the source, so that its random numbers
-    /// and its counts go on from one recording to the next.
+    /// Source with faults injected. The injector outlives the source, so that its random numbers
+    /// and its counts continue from one recording to the next.
     pub fn over<S: SampleSource>(&mut self, source: S) -> Faulty<'_, S> {
         Faulty { source, injector: self }
     }
 
-    /// What the device gets for what arrived; nothing for a sample lost without notice.
+    /// Arrival at the device for one from the source; `None` for a sample lost without notice.
     pub fn pass(&mut self, arrival: Arrival) -> Option<Arrival> {
         self.stages.iter_mut().try_fold(arrival, |arrival, stage| stage.pass(arrival, &mut self.injected))
     }
 }
 
-/// See [`Injector::over`].
+/// Source of [`Injector::over`].
 #[derive(Debug)]
 pub struct Faulty<'i, S> {
     source: S,

@@ -1,27 +1,27 @@
-//! The written form of faults, with errors that say where, what was found and what was expected.
+//! Parser of the written form of faults, with errors that state where, what was found and what was expected.
 
 use std::fmt;
 use std::str::FromStr;
 
 use super::{Fault, FaultPlan};
 
-/// Longest run that can be asked for, samples; a typing error should not silence a whole recording.
+/// Greatest run, samples: guards against typing errors.
 const MAX_RUN: u32 = 1_000_000_000;
 
-/// Why a text is no list of faults.
+/// Error of a text that is no list of faults.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlanError {
     /// Place of the fault in the list, from 1.
     pub place: usize,
-    /// Characters of the text before what is wrong.
+    /// Characters of the text before the error.
     pub column: usize,
-    /// What stands there.
+    /// Text found.
     pub found: String,
-    /// What should.
+    /// Form expected.
     pub problem: Problem,
 }
 
-/// What should have been there.
+/// Form expected in place of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Problem {
     /// A fault with a name and a value.
@@ -69,7 +69,7 @@ impl FromStr for FaultPlan {
         }
         let faults = text.split(',').zip(1..).map(|(entry, place)| {
             fault(entry).map_err(|(found, problem)| {
-                // Both are slices of `text`, so their distance is where the wrong part begins.
+                // Both are slices of `text`, so their distance is the error's offset.
                 let bytes = found.as_ptr() as usize - text.as_ptr() as usize;
                 let column = text.get(..bytes).map_or(0, |before| before.chars().count());
                 PlanError { place, column, found: found.to_owned(), problem }
@@ -79,7 +79,7 @@ impl FromStr for FaultPlan {
     }
 }
 
-/// The fault of one entry, or the part of it that is wrong.
+/// Fault of one entry, or the wrong part of it.
 fn fault(entry: &str) -> Result<Fault, (&str, Problem)> {
     let entry = entry.trim();
     let (name, value) = entry.split_once(':').ok_or((entry, Problem::Form))?;

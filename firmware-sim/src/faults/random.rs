@@ -1,13 +1,13 @@
-//! Random numbers for faults: small, reproducible, and not a dependency that may change its stream.
+//! Random numbers for faults, reproducible: a dependency may change its stream.
 
-/// SplitMix64 (Steele, Lea and Flood 2014).
+/// Generator SplitMix64 (Steele, Lea and Flood 2014).
 #[derive(Clone, Debug)]
 pub struct Random(u64);
 
 impl Random {
     /// Stream `stream` of a seed.
     pub fn new(seed: u64, stream: u64) -> Self {
-        // The first number of a seed is far from that of the next, so streams do not overlap in practice.
+        // First numbers of neighbouring seeds are far apart, so streams do not overlap in practice.
         let mut of_seed = Self(seed);
         Self(of_seed.next() ^ Self(!stream).next())
     }
@@ -19,7 +19,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// True with this probability.
+    /// Draws true with a probability.
     pub fn happens(&mut self, probability: f64) -> bool {
         // The upper 53 bits are a uniform number below 1.
         ((self.next() >> 11) as f64) < probability * (1_u64 << 53) as f64

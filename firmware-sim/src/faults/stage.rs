@@ -1,10 +1,10 @@
-//! One fault at work.
+//! Injection of one fault.
 
 use super::random::Random;
 use super::{Fault, Injected};
 use crate::source::Arrival;
 
-/// One fault with its random numbers and, where it goes on for a while, how much of it is left.
+/// One fault with its random numbers and the rest of its current run.
 #[derive(Clone, Debug)]
 pub struct Stage {
     fault: Fault,
@@ -14,13 +14,13 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// A stage at a place in the row.
+    /// Stage at a place in the list of faults.
     pub(super) fn new(fault: Fault, seed: u64, place: u64) -> Self {
         Self { fault, random: Random::new(seed, place), left: 0, held: 0.0 }
     }
 
-    /// Takes what arrived, gives what goes on. What is already missing stays so; it neither begins
-    /// nor shortens a run.
+    /// Passes an arrival on, broken or not; `None` for a sample lost without notice. Missing samples stay missing and
+    /// neither begin nor shorten a run.
     pub(super) fn pass(&mut self, arrival: Arrival, injected: &mut Injected) -> Option<Arrival> {
         let Arrival::Sample(sample) = arrival else { return Some(arrival) };
         let broken = match self.fault {
@@ -55,7 +55,7 @@ impl Stage {
                 }
             }
             Fault::Saturate { level } => {
-                // Not `clamp` alone: it would count samples that it leaves as they are, and NaN passes.
+                // Not `clamp`, which does not show whether it changed a sample; NaN passes.
                 if sample.abs() >= level {
                     injected.saturated += 1;
                     level.copysign(sample)

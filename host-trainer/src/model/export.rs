@@ -1,4 +1,4 @@
-//! The device's model as a file: JSON, binary, Rust, C.
+//! Export of the device's model: JSON, binary, Rust, C.
 
 use std::fmt::Write;
 
@@ -9,20 +9,20 @@ use serde::Serialize;
 
 use crate::model::OwnedModel;
 
-/// A form of the model.
+/// Format of an exported model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// For tools; read by `Model::from_json`.
+    /// JSON for tools; read by `Model::from_json`.
     Json,
-    /// For flash; read in place by `Model::from_bytes`.
+    /// Binary form for flash; read in place by `Model::from_bytes`.
     Bin,
-    /// The binary form as a Rust static.
+    /// Binary form as a Rust static.
     Rust,
-    /// The binary form as a C array.
+    /// Binary form as a C array.
     C,
 }
 
-/// What a model takes on the device.
+/// Memory and operations of a model on the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Sizes {
     /// Bytes of flash for the binary form.
@@ -41,7 +41,7 @@ pub struct Sizes {
     pub coefficients: usize,
 }
 
-/// What the device has for a model. Dimension, widths, degree and the rest are limited by core itself.
+/// Memory of the device for a model; core itself limits dimension, widths and degree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Bytes of flash.
@@ -57,23 +57,23 @@ impl Default for Limits {
     }
 }
 
-/// A limit that a model breaks.
+/// Limit of the device that a model breaks.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the model breaks the device's {limit} limit: found {found} bytes, expected at most {most}")]
 pub struct BreaksLimit {
-    /// Its name.
+    /// Name of the limit.
     pub limit: &'static str,
-    /// What the model takes.
+    /// Bytes that the model takes.
     pub found: usize,
-    /// What there is.
+    /// Bytes of the device.
     pub most: usize,
 }
 
 impl Limits {
-    /// Whether a model fits.
+    /// Checks that a model fits.
     ///
     /// # Errors
-    /// The first limit it breaks.
+    /// [`BreaksLimit`] of the first limit broken.
     pub fn check(&self, sizes: &Sizes) -> Result<(), BreaksLimit> {
         for (limit, found, most) in
             [("flash", sizes.flash_bytes, self.flash_bytes), ("RAM", sizes.ram_bytes, self.ram_bytes)]
@@ -86,7 +86,7 @@ impl Limits {
     }
 }
 
-/// What a model takes.
+/// Memory and operations of a model.
 pub fn sizes(model: &Model<'_>) -> Sizes {
     let dynamics = &model.dynamics;
     let sines = dynamics.terms.iter().filter(|code| {
@@ -113,7 +113,7 @@ fn last_layer(widths: &[u16]) -> usize {
     }
 }
 
-/// The model in one form.
+/// Bytes of the model in a format.
 ///
 /// # Errors
 /// None in practice.

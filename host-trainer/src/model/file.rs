@@ -1,8 +1,7 @@
-//! The file that `fit` writes: the device's model beside everything a person wants to know of it.
+//! Model file of `fit`: the device's model with its report.
 //!
 //! `{"schema", "checksum", "content": {"device", "training", "scores", …}}`. The checksum is the
-//! CRC-32 of the text of `content`, so that any later change shows. The device's part is read by
-//! core's own reader.
+//! CRC-32 of the text of `content`. The device's part is read by core's own reader.
 
 use std::path::{Path, PathBuf};
 
@@ -15,49 +14,49 @@ use crate::model::fit::report::Report;
 /// Schema of the file.
 pub const SCHEMA: &str = "ballrace-model/1";
 
-/// Why a model file could not be read or written.
+/// Failure to read or write a model file.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
-    /// The operating system refused.
+    /// Error of the operating system.
     #[error("{path}: {source}")]
     Io {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What it said.
+        /// Cause.
         source: std::io::Error,
     },
     /// Not JSON, or not of this shape.
     #[error("{path}: {source}; expected a model file of schema {SCHEMA}, as `ballrace fit` writes it")]
     Json {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong.
+        /// Cause.
         source: serde_json::Error,
     },
     /// Another schema.
     #[error("{path}, key `schema`: found {found:?}, expected {SCHEMA:?}")]
     Schema {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What it says.
+        /// Schema found.
         found: String,
     },
-    /// The content was changed after it was written.
+    /// Content changed after it was written.
     #[error("{path}, key `checksum`: found {stored}, expected {computed} of its content: it was changed after the fit")]
     Checksum {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// As stored.
+        /// Checksum stored.
         stored: String,
-        /// Of the content.
+        /// Checksum of the content.
         computed: String,
     },
-    /// The device's part is not a model.
+    /// Device part that is not a model.
     #[error("{path}: {source}")]
     Model {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong.
+        /// Cause.
         source: ballrace_core::model::ModelError,
     },
 }
@@ -76,10 +75,10 @@ struct Content {
     report: Report,
 }
 
-/// The whole file as text.
+/// Text of the file.
 ///
 /// # Errors
-/// What of the model or the report cannot be written as JSON.
+/// A model or report that cannot be written as JSON.
 fn to_text(path: &Path, model: &OwnedModel, report: &Report) -> Result<String, FileError> {
     let json = |source| FileError::Json { path: path.to_owned(), source };
     let device = model.to_json().map_err(|source| FileError::Model { path: path.to_owned(), source })?;
@@ -89,17 +88,17 @@ fn to_text(path: &Path, model: &OwnedModel, report: &Report) -> Result<String, F
     serde_json::to_string(&envelope).map_err(json)
 }
 
-/// Writes the file: to a temporary one first, then renamed.
+/// Writes the file atomically.
 ///
 /// # Errors
-/// Those of [`to_text`], and the operating system's.
+/// A model or report that cannot be written as JSON, or the operating system's error.
 pub fn write(path: &Path, model: &OwnedModel, report: &Report) -> Result<(), FileError> {
     let text = to_text(path, model, report)?;
     crate::recording::atomic_write::write_atomically(path, text.as_bytes())
         .map_err(|source| FileError::Io { path: path.to_owned(), source })
 }
 
-/// A file that `fit` wrote; each way to be wrong is its own variant.
+/// Parses a file of `fit`.
 fn parse(path: &Path, text: &str) -> Result<(OwnedModel, Report), FileError> {
     let json = |source| FileError::Json { path: path.to_owned(), source };
     let envelope: Envelope = serde_json::from_str(text).map_err(json)?;
@@ -119,13 +118,13 @@ fn parse(path: &Path, text: &str) -> Result<(OwnedModel, Report), FileError> {
 /// Reads a model for the device: the binary form, the device's JSON, or a file that `fit` wrote.
 ///
 /// # Errors
-/// Those of the form that the file starts like.
+/// [`FileError`] of the form that the file starts like.
 pub fn read(path: &Path) -> Result<(OwnedModel, Option<Report>), FileError> {
     let bytes = std::fs::read(path).map_err(|source| FileError::Io { path: path.to_owned(), source })?;
     let model_error = |source| FileError::Model { path: path.to_owned(), source };
     let text = std::str::from_utf8(&bytes).ok().filter(|text| text.trim_start().starts_with('{'));
     let Some(text) = text else { return Ok((OwnedModel::from_bytes(bytes).map_err(model_error)?, None)) };
-    // A file of `fit` holds the device's schema as well, in its content.
+    // A file of `fit` holds the device's schema too, in its content.
     if text.contains("\"ballrace-device-model/") && !text.contains("\"content\"") {
         return Ok((OwnedModel::from_json(text).map_err(model_error)?, None));
     }

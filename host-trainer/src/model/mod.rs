@@ -1,4 +1,4 @@
-//! The model.
+//! Models of a recording's dynamics: virtual states, SINDy-NN, STLSQ, scores, export, replay.
 
 pub mod export;
 pub mod file;

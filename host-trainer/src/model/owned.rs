@@ -1,4 +1,4 @@
-//! The model on the host: assembled from a fit's parts, held in the binary form that the device uses.
+//! Model on the host: assembled from a fit's parts, held in the binary form that the device uses.
 
 use ballrace_core::dynamics::{Dynamics, TERM_WORDS, encode_term};
 use ballrace_core::input_check::ScreenConfig;
@@ -17,28 +17,28 @@ pub struct OwnedModel {
 }
 
 impl OwnedModel {
-    /// From the binary form.
+    /// Model from the binary form.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// [`ModelError`] of the bytes.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, ModelError> {
         Model::from_bytes(&bytes)?;
         Ok(Self { bytes })
     }
 
-    /// From the device's JSON form.
+    /// Model from the device's JSON form.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// [`ModelError`] of the text.
     pub fn from_json(text: &str) -> Result<Self, ModelError> {
         let mut storage = vec![Word::default(); text.len()];
         Self::from_model(&Model::from_json(text, &mut storage)?)
     }
 
-    /// A copy of a borrowed model.
+    /// Copy of a borrowed model.
     ///
     /// # Errors
-    /// None that a checked model has.
+    /// None for a checked model.
     pub fn from_model(model: &Model<'_>) -> Result<Self, ModelError> {
         let mut bytes = vec![0; model.byte_len()];
         model.to_bytes(&mut bytes)?;
@@ -62,26 +62,26 @@ impl OwnedModel {
         String::from_utf8(buffer).map_err(|_| ModelError::JsonBufferTooSmall)
     }
 
-    /// The model.
+    /// Core's model over the bytes.
     pub fn view(&self) -> Model<'_> {
         Model::from_bytes(&self.bytes).expect("checked when it was made")
     }
 }
 
-/// What a fit found, before it is a model.
+/// Parts of a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parts {
     /// Sample rate, Hz.
     pub sample_rate_hz: f64,
-    /// Where x comes from.
+    /// Source of the inputs x.
     pub input: Input,
     /// Scaling of states and derivatives.
     pub scales: Scales,
-    /// Encoder.
+    /// Encoder φ.
     pub encoder: OwnedNetwork,
-    /// Decoder.
+    /// Decoder ψ.
     pub decoder: OwnedNetwork,
-    /// Library.
+    /// Library of candidate functions.
     pub library: Library,
     /// Ξ, terms × equations, row-major.
     pub xi: Vec<f32>,
@@ -94,10 +94,10 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// Puts the parts together, Ξ without its zeros.
+    /// Assembles the model, Ξ without its zeros.
     ///
     /// # Errors
-    /// The first thing that does not fit.
+    /// [`ModelError`] of the first part that does not fit.
     pub fn assemble(&self) -> Result<OwnedModel, ModelError> {
         let words = |values: &mut dyn Iterator<Item = f32>| values.map(f32::to_le_bytes).collect::<Vec<Word>>();
         let arrays = [
@@ -126,7 +126,7 @@ impl Parts {
     }
 }
 
-/// Owns what [`Dynamics`] borrows.
+/// Owned storage of [`Dynamics`].
 struct Sparse {
     terms: Vec<[Word; TERM_WORDS]>,
     ends: Vec<Word>,

@@ -1,4 +1,4 @@
-//! The device's own code over recordings.
+//! Replay of recordings through the device's own code.
 
 use ballrace_core::monitor::Status;
 use ballrace_firmware_sim::event::{Event, Statistics, Summary};
@@ -9,14 +9,14 @@ use ballrace_firmware_sim::source::{Arrival, SampleSource};
 use crate::model::OwnedModel;
 use crate::recording::input::Input;
 
-/// How to run the device.
+/// Options of a replay.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// What to break of the samples.
+    /// Faults to inject into the samples.
     pub plan: FaultPlan,
-    /// Seed of that.
+    /// Seed of the faults.
     pub seed: u64,
-    /// Play at the recordings' rate times this; `None` as fast as it goes.
+    /// Speed in multiples of real time; `None`: as fast as possible.
     pub pace: Option<f64>,
     /// Keep every sample that reached the device, faults included.
     pub keep_samples: bool,
@@ -27,45 +27,45 @@ pub struct Options {
 pub struct Block {
     /// Index of its recording.
     pub recording: usize,
-    /// Status after it.
+    /// Status after the block.
     pub status: Status,
-    /// Statistics after it.
+    /// Statistics after the block.
     pub statistics: Statistics,
 }
 
-/// What a run over recordings gave.
+/// Result of a replay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Replayed {
-    /// The totals.
+    /// Totals over the run.
     pub summary: Summary,
     /// Every block of the monitor.
     pub blocks: Vec<Block>,
     /// Every other event as a JSON object, in order.
     pub events: Vec<serde_json::Value>,
-    /// What was broken on purpose.
+    /// Faults injected.
     pub injected: Injected,
-    /// The samples that reached the device, where they were to be kept.
+    /// Samples that reached the device; empty unless `keep_samples`.
     pub samples: Vec<f32>,
-    /// How long it took.
+    /// Wall-clock time, s.
     pub seconds: f64,
 }
 
-/// Why a model cannot watch recordings.
+/// Failure of a replay.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReplayError {
     /// Another sample rate.
     #[error("recordings: found {found} Hz, expected the model's {expected} Hz; --resample {expected} makes them so")]
     Rate {
-        /// Of the recordings.
+        /// Sample rate of the recordings, Hz.
         found: f64,
-        /// Of the model.
+        /// Sample rate of the model, Hz.
         expected: f64,
     },
-    /// Not a model for a device.
+    /// Model that the runner refuses.
     #[error("{0}")]
     Runner(RunnerError),
-    /// An event that is no JSON.
+    /// Event that cannot be written as JSON.
     #[error("an event cannot be written: {0}")]
     Event(#[from] serde_json::Error),
 }
@@ -73,7 +73,7 @@ pub enum ReplayError {
 /// Runs the device over recordings; `on_event` gets each event and the recordings done.
 ///
 /// # Errors
-/// What does not fit together.
+/// Another sample rate than the model's, a model that the runner refuses, an event that is no JSON.
 pub fn replay(
     model: &OwnedModel,
     input: &Input,
@@ -130,8 +130,8 @@ pub fn replay(
     }
 }
 
-/// A recording as it reaches the device: after each gap it hears that a sample is missing. How many
-/// are, the recording does not always say; one is enough to start anew.
+/// Arrivals of a recording at the device, with one missing sample at each gap: the recording does not always state how
+/// many are missing, and one is enough to restart the differences.
 fn with_gaps<'a>(samples: &'a [f32], gaps: &'a [usize]) -> impl Iterator<Item = Arrival> + 'a {
     samples.iter().enumerate().flat_map(move |(index, sample)| {
         let missing = gaps.binary_search(&index).is_ok().then_some(Arrival::Missing(1));

@@ -1,15 +1,15 @@
-//! Training samples, as both solvers take them.
+//! Training samples of both solvers.
 
 use super::sindy_nn::real::Real;
 
-/// Training samples, standardised: rows of x and of ẋ.
+/// Rows of states x and targets ẋ; standardised by theory (6) before a fit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Samples<T> {
-    /// Values in a row.
+    /// Values in a row of x, and of ẋ.
     pub inputs: usize,
-    /// Rows of x, one sample after the other.
+    /// Rows of x, row-major.
     pub x: Vec<T>,
-    /// Rows of ẋ.
+    /// Rows of ẋ, row-major.
     pub dx: Vec<T>,
 }
 
@@ -24,7 +24,7 @@ impl<T: Real> Samples<T> {
         self.x.is_empty()
     }
 
-    /// x and ẋ of one sample.
+    /// States x and targets ẋ of one sample.
     pub fn row(&self, s: usize) -> (&[T], &[T]) {
         let range = s * self.inputs..(s + 1) * self.inputs;
         (&self.x[range.clone()], &self.dx[range])

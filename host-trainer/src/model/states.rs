@@ -1,13 +1,13 @@
-//! Recordings turned into virtual states, by core's own code, and their scaling.
+//! Virtual states of recordings by core's own code, and their standardisation, theory (6).
 
 use ballrace_core::states::{StateSpec, VirtualStates};
 
 use crate::model::samples::Samples;
 
-/// States x and targets ẋ of one recording, in physical units; none where it is too short.
+/// States x and targets ẋ of one recording, in physical units; no rows if it is too short.
 ///
 /// # Panics
-/// Where `spec` is not valid.
+/// If `spec` is not valid.
 pub fn rows(recording: &[f32], spec: StateSpec) -> Samples<f32> {
     let n = spec.dimension;
     let mut delays = vec![0.0; spec.delay_len()];
@@ -24,17 +24,19 @@ pub fn rows(recording: &[f32], spec: StateSpec) -> Samples<f32> {
     out
 }
 
-/// Means and standard deviations of states and derivatives, physical units.
+/// Means and standard deviations of states and derivatives, physical units, theory (6).
+///
+/// x and ẋ have different scales: the standardised ẋ is not the derivative of the standardised x.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scales {
-    /// Of each state: mean and standard deviation.
+    /// Mean and standard deviation of each state.
     pub states: Vec<(f32, f32)>,
-    /// Of each derivative: mean and standard deviation.
+    /// Mean and standard deviation of each derivative.
     pub derivatives: Vec<(f32, f32)>,
 }
 
 impl Scales {
-    /// Of all rows together. A column that does not vary keeps scale 1.
+    /// Scales over all rows together; 1 for a column that does not vary.
     pub fn from_rows(rows: &[Samples<f32>]) -> Self {
         let inputs = rows.first().map_or(0, |r| r.inputs);
         let column = |pick: fn(&Samples<f32>) -> &[f32], i: usize| {
@@ -50,7 +52,7 @@ impl Scales {
         }
     }
 
-    /// Standardises rows in place, by the device's own expression.
+    /// Standardises rows in place, theory (6), by the device's own expression.
     pub fn apply(&self, rows: &mut Samples<f32>) {
         for (values, scales) in [(&mut rows.x, &self.states), (&mut rows.dx, &self.derivatives)] {
             for row in values.chunks_exact_mut(rows.inputs.max(1)) {
@@ -62,7 +64,7 @@ impl Scales {
     }
 }
 
-/// All rows in one.
+/// Concatenates rows.
 pub fn concatenate(rows: &[Samples<f32>]) -> Samples<f32> {
     Samples {
         inputs: rows.first().map_or(0, |r| r.inputs),

@@ -1,29 +1,28 @@
-//! A model on a short stretch of a recording, number by number, by core's evaluator.
+//! Trace of a model over a short stretch of a recording, by core's evaluator.
 
 use std::ops::Range;
 
 use ballrace_core::evaluator::{Evaluator, scratch_len};
 use ballrace_core::model::{Input, Model};
 
-/// A stretch of evaluated samples.
+/// Evaluated rows of a stretch.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trace {
-    /// Time of each row in the recording, s: of the sample that completed it.
+    /// Time in the recording of the sample that completed each row, s.
     pub times_s: Vec<f64>,
     /// Names of the derivatives.
     pub names: Vec<String>,
-    /// Of each derivative: as measured, scaled as the model has it.
+    /// Measured derivatives, a column each, in the model's scaled units.
     pub measured: Vec<Vec<f32>>,
-    /// Of each derivative: as predicted, scaled as well.
+    /// Predicted derivatives, a column each, in the model's scaled units.
     pub predicted: Vec<Vec<f32>>,
     /// Root mean square over the derivatives of the residual in healthy spreads; its square averaged
-    /// over a block is the level that the monitor judges.
+    /// over a block is the monitor's level, theory (85).
     pub residual: Vec<f32>,
 }
 
 impl Trace {
-    /// The stretch of a recording that begins at a sample and has at most so many rows; the model has
-    /// seen everything before it.
+    /// Trace over a range of samples, after running over all samples before it.
     pub fn record(model: &Model<'_>, samples: &[f32], sample_rate_hz: f64, range: Range<usize>) -> Self {
         let count = model.input.len();
         let names = match model.input {
@@ -55,7 +54,7 @@ impl Trace {
         1e3 * first..1e3 * last.max(first + 1e-3)
     }
 
-    /// Time in ms and value of one of the columns.
+    /// Time in ms and value of a column.
     pub fn points<'s>(&'s self, values: &'s [f32]) -> impl Iterator<Item = (f64, f64)> + 's {
         self.times_s.iter().zip(values).map(|(t, v)| (1e3 * t, f64::from(*v)))
     }

@@ -1,4 +1,4 @@
-//! From the raw columns of a file to a [`Recording`]: units, rate, locations, resampling.
+//! Assembly of a [`Recording`] from a file's raw columns: units, rate, locations, resampling.
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -10,7 +10,7 @@ use super::{
     unit::{Quantity, Unit, default_location},
 };
 
-/// A column as a file stores it.
+/// A column as stored in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Column {
     pub name: String,
@@ -24,7 +24,7 @@ pub(super) struct TimeColumn {
     pub time_s: Vec<f64>,
 }
 
-/// What a file says, before anyone else has had a say. All columns are equally long.
+/// Contents of a file alone, without manifest and options. All columns are equally long.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Raw {
     pub columns: Vec<Column>,
@@ -36,7 +36,7 @@ pub(super) struct Raw {
     pub load_n: Option<f64>,
     pub start_s: Option<f64>,
     pub unit: Option<Unit>,
-    /// Of each bad row that was dropped, how many rows were kept before it.
+    /// Number of rows kept before each bad row that was dropped.
     pub dropped: Vec<usize>,
 }
 
@@ -57,8 +57,8 @@ impl Default for Raw {
 }
 
 impl Raw {
-    /// Refuses the first row that holds NaN or an infinity, or drops all such rows and counts
-    /// them. For formats that store numbers in binary; text is checked as it is parsed.
+    /// Drops all rows with NaN or an infinity, or reports the first as an error. For binary formats; text is checked as
+    /// it is parsed.
     pub(super) fn drop_non_finite(&mut self, path: &Path, skip_bad: bool) -> Result<(), ReadError> {
         let time = self.time.iter().map(|t| (&t.name, &t.time_s));
         let all = self.columns.iter().map(|c| (&c.name, &c.samples)).chain(time);
@@ -95,12 +95,12 @@ impl Raw {
     }
 }
 
-/// Which channels to read, and where they are.
+/// Channels to read, and their locations.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Selection<'a> {
     wanted: Option<&'a [String]>,
     locations: Option<&'a BTreeMap<String, String>>,
-    /// Every key of `locations` must be a channel.
+    /// Whether every key of `locations` must be a channel.
     strict: bool,
 }
 
@@ -123,7 +123,7 @@ impl<'a> Selection<'a> {
         self.wanted.is_none_or(|wanted| wanted.iter().any(|w| w == name || Some(w.as_str()) == self.location(name)))
     }
 
-    /// Whether everything that is wanted or located is `available`.
+    /// Checks that every wanted or located channel is `available`.
     pub(super) fn check(&self, path: &Path, available: &[&str]) -> Result<(), ReadError> {
         let is_there =
             |wanted: &str| available.iter().any(|name| *name == wanted || self.location(name) == Some(wanted));
@@ -140,8 +140,7 @@ impl<'a> Selection<'a> {
     }
 }
 
-/// Puts a recording together. What the options state goes before the manifest, and that before
-/// the file.
+/// Assembles a recording. Options override the manifest, and the manifest the file.
 pub(super) fn assemble(
     raw: Raw,
     job: &Job,

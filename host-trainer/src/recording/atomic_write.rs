@@ -1,4 +1,4 @@
-//! Files appear under their names only once they are whole.
+//! Atomic writes: a file appears under its name only once it is complete.
 
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -6,11 +6,11 @@ use std::path::Path;
 /// Writes to a temporary file in the same folder, then renames it.
 ///
 /// # Errors
-/// The operating system's, or `write`'s.
+/// Error of the operating system, or of `write`.
 pub fn write_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
-    // A temporary file is private by default; what is kept is as readable as any new file.
+    // A temporary file is private by default.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let mut out = BufWriter::new(builder.tempfile_in(folder)?);
@@ -19,10 +19,10 @@ pub fn write_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<
     file.persist(path).map(|_| ()).map_err(|error| error.error)
 }
 
-/// [`write_with`] for bytes that are there already.
+/// Writes bytes as [`write_with`].
 ///
 /// # Errors
-/// The operating system's.
+/// Error of the operating system.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> io::Result<()> {
     write_with(path, |out| out.write_all(bytes))
 }

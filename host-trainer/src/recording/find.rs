@@ -1,4 +1,4 @@
-//! From paths to jobs: which files to read, and what is stated about them.
+//! Jobs from paths: the files to read, and what is stated about them.
 
 use std::{
     cmp::Ordering,
@@ -13,7 +13,7 @@ use super::{
     manifest::{Entry, FILE_NAME, Manifest},
 };
 
-/// The recordings of all paths, in the order of the paths and of the files in them.
+/// Jobs of all paths, in the order of the paths and of the files in them.
 pub(super) fn jobs(paths: &[PathBuf], options: &LoadOptions) -> Result<Vec<Job>, ReadError> {
     let mut jobs = Vec::new();
     for (group, path) in paths.iter().enumerate() {
@@ -56,7 +56,7 @@ fn entries(path: &Path) -> Result<Vec<Entry>, ReadError> {
     Err(ReadError::NoRecordings { path: path.into() })
 }
 
-/// The files of a folder, so ordered that `r2` stands before `r10`.
+/// Files of a folder in natural order: `r2` before `r10`.
 fn list_files(folder: &Path) -> Result<Vec<PathBuf>, ReadError> {
     let io = |source| ReadError::Io { path: folder.into(), source };
     let mut files = Vec::new();
@@ -73,7 +73,7 @@ fn list_files(folder: &Path) -> Result<Vec<PathBuf>, ReadError> {
     Ok(files)
 }
 
-/// Orders names by their text, and numbers in them by value.
+/// Natural order of names: text by bytes, numbers by value.
 fn natural(mut a: &[u8], mut b: &[u8]) -> Ordering {
     fn take_number<'a>(text: &mut &'a [u8]) -> &'a [u8] {
         let digits = text.iter().take_while(|b| b.is_ascii_digit()).count();
@@ -96,7 +96,7 @@ fn natural(mut a: &[u8], mut b: &[u8]) -> Ordering {
             (a, b) = (&a[1..], &b[1..]);
         }
     }
-    // What is left decides; `r01` and `r1` are then told apart by their bytes.
+    // The longer rest comes later; `r01` and `r1` differ by their bytes only.
     a.len().cmp(&b.len()).then_with(|| all_a.cmp(all_b))
 }
 

@@ -1,11 +1,14 @@
-//! One channel of every recording, as fit and monitor take it.
+//! One channel of every recording, for fit and monitor.
 
 use super::Recording;
+use super::settings::InputSettings;
 
-/// One recording of the channel that is modelled.
+const SETTINGS: InputSettings = InputSettings::DEFAULT;
+
+/// One recording of the modelled channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// What to call it.
+    /// Name of the recording.
     pub name: String,
     /// Samples, m/s².
     pub samples: Vec<f32>,
@@ -14,56 +17,56 @@ pub struct Series {
 /// One channel of every recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input {
-    /// The recordings.
+    /// One series for each recording.
     pub series: Vec<Series>,
-    /// Of each recording the samples after which at least one is missing, sorted.
+    /// Samples of each recording after which at least one is missing, sorted.
     pub gaps: Vec<Vec<usize>>,
     /// Name of the channel.
     pub channel: String,
-    /// Their common sample rate, Hz.
+    /// Common sample rate, Hz.
     pub sample_rate_hz: f64,
-    /// Whether they are one machine's life in order of time.
+    /// Whether the recordings are one machine's life in order of time.
     pub run_to_failure: bool,
-    /// Bad rows that were dropped.
+    /// Number of bad rows dropped.
     pub skipped_rows: usize,
 }
 
-/// Why recordings cannot be taken together.
+/// Failure to take recordings together.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum InputError {
     /// No recordings.
     #[error("no recording could be read")]
     Empty,
-    /// One has not the channel.
+    /// Recording without the channel.
     #[error("{recording}: found channels {found}, expected `{expected}`")]
     Channel {
-        /// The recording.
+        /// Name of the recording.
         recording: String,
-        /// Its channels.
+        /// Names of its channels.
         found: String,
-        /// The channel.
+        /// Name of the channel.
         expected: String,
     },
-    /// One has another rate than the first.
+    /// Recording of another rate than the first.
     #[error("{recording}: found {found} Hz, expected {expected} Hz as {first} has; --resample makes them equal")]
     Rate {
-        /// The recording.
+        /// Name of the recording.
         recording: String,
-        /// Its rate.
+        /// Sample rate of the recording, Hz.
         found: f64,
-        /// The first one's.
+        /// Sample rate of the first recording, Hz.
         expected: f64,
-        /// The first one.
+        /// Name of the first recording.
         first: String,
     },
 }
 
 impl Input {
-    /// One channel of each recording; the first of the first where none is named.
+    /// One channel of each recording; by default the first channel of the first recording.
     ///
     /// # Errors
-    /// A recording without the channel, or of another rate.
+    /// No recordings, a recording without the channel, or of another rate.
     pub fn from_recordings(recordings: &[Recording], channel: Option<&str>) -> Result<Self, InputError> {
         let first = recordings.first().ok_or(InputError::Empty)?;
         let name = match channel {
@@ -80,7 +83,7 @@ impl Input {
                     expected: name.clone(),
                 }
             })?;
-            if (recording.sample_rate_hz / first.sample_rate_hz - 1.0).abs() > 1e-6 {
+            if (recording.sample_rate_hz / first.sample_rate_hz - 1.0).abs() > SETTINGS.rate_tolerance {
                 return Err(InputError::Rate {
                     recording: recording.source.to_string(),
                     found: recording.sample_rate_hz,
@@ -96,12 +99,13 @@ impl Input {
             gaps: recordings.iter().map(|r| r.gaps.clone()).collect(),
             channel: name,
             sample_rate_hz: first.sample_rate_hz,
-            run_to_failure: recordings.len() >= 20 && recordings.iter().all(|r| r.start_s.is_some()),
+            run_to_failure: recordings.len() >= SETTINGS.min_run_to_failure
+                && recordings.iter().all(|r| r.start_s.is_some()),
             skipped_rows: recordings.iter().map(|r| r.skipped_rows).sum(),
         })
     }
 
-    /// The first `count` recordings without their gaps: what follows a gap is a recording of its own.
+    /// Series of the first `count` recordings, cut at their gaps.
     pub fn continuous(&self, count: usize) -> Vec<Series> {
         let pieces = |(series, gaps): (&Series, &Vec<usize>)| -> Vec<Series> {
             let ends = gaps.iter().map(|gap| gap + 1).chain([series.samples.len()]);

@@ -1,4 +1,4 @@
-//! A recording that is to be read: which file, how, and what is stated about it.
+//! Job of reading one recording: the file, its format, and what is stated about it.
 
 use std::path::Path;
 
@@ -10,14 +10,14 @@ pub(super) struct Job {
     pub entry: Entry,
     pub format: Format,
     pub variable: Option<String>,
-    /// Which of the paths it comes from; the day of its start is counted within these.
+    /// Index of the path that the recording comes from; days are counted within a path.
     pub group: usize,
 }
 
-/// How a file is read.
+/// Format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Format {
-    /// FEMTO or with a header: the contents tell.
+    /// FEMTO or with a header, depending on the contents.
     Csv,
     Mat,
     Npy,
@@ -25,7 +25,7 @@ pub(super) enum Format {
 }
 
 impl Format {
-    /// By the file's ending.
+    /// Format by the file's ending.
     pub fn from_path(path: &Path) -> Result<Self, ReadError> {
         let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
         match ending.as_str() {

@@ -1,4 +1,4 @@
-//! Reads recordings, all cores at work on files of their own.
+//! Loading of recordings, files in parallel.
 
 use std::{
     fs,
@@ -17,21 +17,20 @@ use super::{
     table,
 };
 
-/// What was read.
+/// Result of a [`load`].
 #[derive(Debug, Default)]
 pub struct Loaded {
-    /// The recordings, in the order of the paths and of the files in them.
+    /// Recordings, in the order of the paths and of the files in them.
     pub recordings: Vec<Recording>,
-    /// Recordings left out as unreadable, with the reason (only with
-    /// [`LoadOptions::skip_bad`]).
+    /// Errors of the unreadable recordings left out (only with [`LoadOptions::skip_bad`]).
     pub skipped: Vec<ReadError>,
 }
 
-/// All recordings of a file, a manifest or a folder, as they are.
+/// All recordings of a file, a manifest or a folder, with default options.
 ///
 /// # Errors
 ///
-/// As [`load`].
+/// Errors of [`load`].
 pub fn load_all(path: &Path) -> Result<Vec<Recording>, ReadError> {
     Ok(load(&[path.to_owned()], &LoadOptions::default())?.recordings)
 }
@@ -39,13 +38,12 @@ pub fn load_all(path: &Path) -> Result<Vec<Recording>, ReadError> {
 /// Reads files and folders.
 ///
 /// A folder with `recordings.toml` is read by it; without one, FEMTO `acc_*.csv` are taken, else
-/// all other `.csv`, else all files of a known format. A file is read by its ending, `.toml`
-/// being a manifest.
+/// all `.csv`, else all files of a known format. A file is read by its ending; `.toml` is a manifest.
 ///
 /// # Errors
 ///
-/// The first error in the order of the recordings, whichever thread met one first. With
-/// [`LoadOptions::skip_bad`] bad contents are counted instead, unless nothing readable is left.
+/// The first error in the order of the recordings. With [`LoadOptions::skip_bad`] bad contents are counted instead,
+/// unless no recording is readable.
 pub fn load(paths: &[PathBuf], options: &LoadOptions) -> Result<Loaded, ReadError> {
     options.check()?;
     let mut jobs = find::jobs(paths, options)?;
@@ -121,7 +119,7 @@ fn contents(path: &Path) -> Result<Vec<u8>, ReadError> {
     })
 }
 
-/// Counts the midnights between recordings, of which FEMTO only states the time of day.
+/// Count of the midnights between recordings: FEMTO states only the time of day.
 #[derive(Default)]
 struct Days {
     group: usize,
@@ -132,7 +130,7 @@ struct Days {
 impl Days {
     const DAY_S: f64 = 86_400.0;
 
-    /// `start` plus the days that have passed since the first recording of the group.
+    /// Start time plus the days since the first recording of the group, s.
     fn count(&mut self, start: f64, group: usize) -> f64 {
         if group != self.group {
             *self = Self { group, ..Self::default() };

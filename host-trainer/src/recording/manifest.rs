@@ -1,11 +1,11 @@
-//! `recordings.toml`: what is known about the files of a folder.
+//! Manifest `recordings.toml`: metadata of the files of a folder.
 //!
 //! ```toml
-//! [defaults]                 # any key below can stand here, `file` excepted
+//! [defaults]                 # any key below, `file` excepted
 //! sample_rate_hz = 25600.0
 //! unit = "m/s^2"             # or "g"
 //! [[recording]]
-//! file = "r01.csv"           # beside this manifest; or .mat, .npy, .parquet
+//! file = "r01.csv"           # next to this manifest; or .mat, .npy, .parquet
 //! variable = "bearing.gs"    # .mat only
 //! shaft_hz = 24.5
 //! load_n = 1390.7
@@ -23,20 +23,20 @@ use toml::{Table, Value};
 
 use super::{ReadError, Unit, error::shown};
 
-/// The name under which a folder's manifest is looked for.
+/// File name of a folder's manifest.
 pub const FILE_NAME: &str = "recordings.toml";
 
 /// A manifest.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Manifest {
-    /// The recordings in their order, with the defaults filled in. At least one.
+    /// Entries in their order, with the defaults filled in; at least one.
     pub entries: Vec<Entry>,
 }
 
-/// What is stated about one recording.
+/// Metadata of one recording.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Entry {
-    /// The file, its folder included.
+    /// Path of the file, its folder included.
     pub file: PathBuf,
     /// Sample rate, Hz.
     pub sample_rate_hz: Option<f64>,
@@ -51,14 +51,14 @@ pub struct Entry {
     /// Location of each channel, by name.
     pub channels: Option<BTreeMap<String, String>>,
     /// Whether `channels` is this entry's own, so that each must be in the file; defaults may
-    /// name channels that only other files have.
+    /// name channels of other files.
     pub own_channels: bool,
     /// Rate to resample to, Hz.
     pub resample_hz: Option<f64>,
 }
 
 impl Entry {
-    /// An entry that states nothing.
+    /// Entry without metadata.
     pub fn new(file: PathBuf) -> Self {
         Self { file, ..Self::default() }
     }
@@ -68,12 +68,12 @@ const KEYS: &str = "file, sample_rate_hz, unit, variable, shaft_hz, load_n, chan
 const DEFAULT_KEYS: &str = "sample_rate_hz, unit, variable, shaft_hz, load_n, channels, resample_hz";
 
 impl Manifest {
-    /// Reads a manifest; files are looked for in its folder.
+    /// Reads a manifest; its files are in its folder.
     ///
     /// # Errors
     ///
-    /// Unknown, missing and wrong keys, each with its table, such as `recording[2].unit`
-    /// (counted from 1).
+    /// A file that cannot be read, and unknown, missing and wrong keys, each with its table, such as
+    /// `recording[2].unit` (counted from 1).
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let bytes = fs::read(path).map_err(|source| match source.kind() {
             std::io::ErrorKind::NotFound => ReadError::NotFound { path: path.into() },
@@ -147,7 +147,7 @@ impl Place<'_> {
         ReadError::BadValue { path: self.path.into(), key: self.key(key), found, expected }
     }
 
-    /// Overwrites what `table` states.
+    /// Overwrites the keys that `table` states.
     fn fill(&self, entry: &mut Entry, table: &Table, keys: &'static str) -> Result<(), ReadError> {
         for (key, value) in table {
             if !keys.split(", ").any(|known| known == key) {

@@ -1,7 +1,6 @@
-//! Recordings: what an accelerometer gave, in SI units, with the operating condition.
+//! Recordings of accelerometers, in SI units, with the operating condition.
 //!
-//! [`load`] reads files and folders into [`Recording`]s, [`mod@write`] stores them. One file a
-//! format:
+//! [`load`] reads files and folders into [`Recording`]s, [`mod@write`] stores them.
 //!
 //! | module | format |
 //! |---|---|
@@ -10,10 +9,10 @@
 //! | `mat` | MATLAB v5 (CWRU, MFPT, and others) |
 //! | `npy` | NumPy arrays |
 //! | `parquet` | Parquet columns |
-//! | [`manifest`] | `recordings.toml`, which says what the files do not |
+//! | [`manifest`] | `recordings.toml`: metadata that the files lack |
 //!
-//! Start reading at `load`: `find` turns paths into jobs, a format turns a job into raw columns,
-//! `assemble` turns raw columns into a [`Recording`].
+//! `find` turns paths into jobs, a format turns a job into raw columns, `assemble` turns raw columns into a
+//! [`Recording`].
 
 use std::{fmt, path::PathBuf};
 
@@ -30,6 +29,7 @@ mod options;
 mod parse_number;
 pub mod reference_data;
 pub mod resample;
+pub mod settings;
 mod table;
 mod time_axis;
 mod unit;
@@ -40,12 +40,12 @@ pub use load::{Loaded, load, load_all};
 pub use options::{LoadOptions, Progress, ProgressFn};
 pub use unit::{STANDARD_GRAVITY, Unit};
 
-/// Where a recording comes from.
+/// Source of a recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Source {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
-    /// The variable in it, where a `.mat` file holds several and one was chosen.
+    /// Variable chosen from a `.mat` file.
     pub variable: Option<String>,
 }
 
@@ -61,7 +61,7 @@ impl fmt::Display for Source {
 pub struct Channel {
     /// Column or variable name; `horizontal` and `vertical` for FEMTO; `ch1`, `ch2`, … for NumPy.
     pub name: String,
-    /// Where the sensor sits, such as `outer-x` or `resonator-y`: from the manifest, or the
+    /// Location of the sensor, such as `outer-x` or `resonator-y`: from the manifest, or the
     /// default for `ax` and `ay`.
     pub location: Option<String>,
     /// Samples at the recording's rate. Accelerations are in m/s², everything else
@@ -72,11 +72,11 @@ pub struct Channel {
 /// A recording: channels of equal length on one time axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recording {
-    /// Where it was read from.
+    /// Source of the recording.
     pub source: Source,
-    /// The signals, at least one, in the order of the file.
+    /// Channels, at least one, in the order of the file.
     pub channels: Vec<Channel>,
-    /// Samples per second, Hz.
+    /// Sample rate, Hz.
     pub sample_rate_hz: f64,
     /// Shaft speed, revolutions per second.
     pub shaft_hz: Option<f64>,
@@ -85,10 +85,9 @@ pub struct Recording {
     /// Time of the first sample in seconds after midnight of the day on which the first
     /// recording of its folder began; beyond 86 400 once midnight has passed. FEMTO only.
     pub start_s: Option<f64>,
-    /// Rows that were dropped as bad (only with [`LoadOptions::skip_bad`]).
+    /// Number of bad rows dropped (only with [`LoadOptions::skip_bad`]).
     pub skipped_rows: usize,
-    /// Samples after which at least one is missing: the time column skips a step, or a bad row was
-    /// dropped. Sorted; nothing is filled in.
+    /// Samples after which at least one is missing, sorted: the time column skips a step, or a bad row was dropped.
     pub gaps: Vec<usize>,
 }
 
@@ -103,18 +102,18 @@ impl Recording {
         self.len() == 0
     }
 
-    /// Length in seconds, one sample period for each sample.
+    /// Duration, s: one sample period for each sample.
     pub fn duration_s(&self) -> f64 {
         self.len() as f64 / self.sample_rate_hz
     }
 
-    /// The channel of this name, or else at this location.
+    /// Channel of this name, or else at this location.
     pub fn channel(&self, name: &str) -> Option<&Channel> {
         let by_name = self.channels.iter().find(|c| c.name == name);
         by_name.or_else(|| self.channels.iter().find(|c| c.location.as_deref() == Some(name)))
     }
 
-    /// The file name without its ending, such as `r01`.
+    /// File name without its ending, such as `r01`.
     pub fn name(&self) -> String {
         self.source.path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
     }

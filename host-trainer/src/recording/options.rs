@@ -1,43 +1,42 @@
-//! What to read, and how strictly.
+//! Options of loading recordings.
 
 use std::{fmt, ops::Range, sync::Arc};
 
 use super::{ReadError, Unit};
 
-/// How far a [`load`](super::load) has come.
+/// Progress of a [`load`](super::load).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
     /// Recordings read.
     pub done: usize,
-    /// Recordings there are to read.
+    /// Recordings to read.
     pub total: usize,
 }
 
-/// Called after each recording, from any thread, `done` in no certain order.
+/// Callback after each recording, from any thread, with `done` in no particular order.
 pub type ProgressFn = Arc<dyn Fn(Progress) + Send + Sync>;
 
-/// What [`load`](super::load) reads. The default reads everything and refuses anything wrong.
+/// Options of [`load`](super::load). The default reads everything and accepts no error.
 #[derive(Clone, Default)]
 pub struct LoadOptions {
-    /// Drop bad rows and unreadable recordings instead of failing. Both are counted: rows in
+    /// Drops bad rows and unreadable recordings instead of failing. Both are counted: rows in
     /// [`Recording::skipped_rows`](super::Recording::skipped_rows), recordings in
     /// [`Loaded::skipped`](super::Loaded::skipped). A dropped row shortens the time axis.
     pub skip_bad: bool,
-    /// Sample rate in Hz, over whatever the file, its manifest or its format state.
+    /// Sample rate, Hz; overrides the file, its manifest and its format.
     pub sample_rate_hz: Option<f64>,
-    /// Unit of the accelerations, over whatever the file, its manifest or its format state.
+    /// Unit of the accelerations; overrides the file, its manifest and its format.
     pub unit: Option<Unit>,
     /// Variable of `.mat` files, such as `X130_DE_time` or `bearing.gs`.
     pub variable: Option<String>,
-    /// Only these channels, by name or location; every one must be there. The others are not
-    /// parsed where the format allows.
+    /// Channels to read, by name or location, all of which must exist; `None`: all.
     pub channels: Option<Vec<String>>,
-    /// Only these recordings, counted from 0 over all paths. A range that reaches beyond the
-    /// last one is cut; one with no recording in it is an error.
+    /// Recordings to read, counted from 0 over all paths; `None`: all. A range beyond the last one is cut; an empty one
+    /// is an error.
     pub recordings: Option<Range<usize>>,
-    /// Resample every recording to this rate in Hz ([`resample`](super::resample)).
+    /// Sample rate to resample every recording to, Hz ([`resample`](super::resample)).
     pub resample_hz: Option<f64>,
-    /// Called after each recording.
+    /// Callback after each recording.
     pub progress: Option<ProgressFn>,
 }
 

@@ -1,6 +1,6 @@
-//! Decimal numbers in text, rounded as the standard library rounds them.
+//! Parser of decimal numbers, correctly rounded.
 
-/// The finite decimal number at `at`, and where it ends.
+/// Finite decimal number at `at`, and its end.
 #[inline]
 pub(super) fn number(bytes: &[u8], at: usize) -> Option<(f64, usize)> {
     // Powers of ten up to 10^22 and integers below 2^53 are exact in f64, so that one division
@@ -44,7 +44,7 @@ fn long_number(bytes: &[u8], at: usize) -> Option<(f64, usize)> {
     value.is_finite().then_some((value, at + length))
 }
 
-/// A whole field as a number; NaN and infinities count as numbers here.
+/// Number of a whole field; NaN and infinities count as numbers.
 pub(super) fn parse(field: &[u8]) -> Option<f64> {
     fast_float2::parse(field).ok()
 }

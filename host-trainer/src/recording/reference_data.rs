@@ -1,12 +1,9 @@
-//! Where the real recordings are that tests and benchmarks compare against. They are not part of
-//! this repository.
+//! Location of the real recordings for tests and benchmarks, which are not part of this repository.
 
 use std::{env, path::PathBuf};
 
-/// The folder `name` of the reference data (`femto`, `cwru`, …): in `$BALLRACE_DATA`, else in
-/// `../shared/data` beside the workspace. Where there is none, says on stderr what was skipped.
-///
-/// For tests and benchmarks run by cargo, which states where the crate is.
+/// Folder `name` of the reference data (`femto`, `cwru`, …): in `$BALLRACE_DATA`, else in `../shared/data` next to the
+/// workspace. `None`, with a note on stderr, if it is missing. Only under cargo, which states the crate's folder.
 pub fn folder(name: &str) -> Option<PathBuf> {
     let stated = env::var_os("BALLRACE_DATA").map(PathBuf::from);
     let beside = || Some(PathBuf::from(env::var_os("CARGO_MANIFEST_DIR")?).join("../../shared/data"));

@@ -1,37 +1,36 @@
 //! Band-limited resampling by a rational factor L/M.
 //!
 //! A polyphase Kaiser-windowed sinc (Oppenheim & Schafer, *Discrete-Time Signal Processing*,
-//! §4.6 and §7.5): the signal is taken as L times denser, filtered below the lower of the two
-//! Nyquist frequencies, and every M-th value is kept; only those are computed.
+//! §4.6 and §7.5): the signal is upsampled by L, filtered below the lower of the two Nyquist
+//! frequencies, and every M-th value is kept; only those are computed.
 //!
 //! With f the lower of the two Nyquist frequencies, the pass band ends at 0.9 f and the stop
 //! band begins at f. Measured with sines (`tests` below): within 2e-5 (0.0002 dB) of unit gain
-//! in the pass band, below −100 dB in the stop band. A constant stays exactly what it was.
+//! in the pass band, below −100 dB in the stop band. A constant is preserved exactly.
 
+use super::settings::ResampleSettings;
 use super::{Channel, Recording};
 
-/// Where the pass band ends, relative to the lower Nyquist frequency.
-pub const PASS_BAND: f64 = 0.9;
+const SETTINGS: ResampleSettings = ResampleSettings::DEFAULT;
+/// End of the pass band, relative to the lower Nyquist frequency.
+pub const PASS_BAND: f64 = SETTINGS.pass_band;
 /// Attenuation from the lower Nyquist frequency on, dB.
-pub const STOP_BAND_DB: f64 = 100.0;
+pub const STOP_BAND_DB: f64 = SETTINGS.stop_band_db;
 
-/// Window shape for [`STOP_BAND_DB`] (Kaiser 1974; Oppenheim & Schafer, eq. 7.75), with 3 dB to
-/// spare for the rounding of the formula.
-const KAISER_BETA: f64 = 0.1102 * (STOP_BAND_DB + 3.0 - 8.7);
-/// L and M up to here: the ratio of any two rates is met to better than 1e-8.
-const MAX_FACTOR: u64 = 20_000;
+/// Window shape for [`STOP_BAND_DB`] (Kaiser 1974; Oppenheim & Schafer, eq. 7.75) with a margin.
+const KAISER_BETA: f64 = 0.1102 * (STOP_BAND_DB + SETTINGS.margin_db - 8.7);
 
 /// Half the filter length, in samples of the lower rate: Oppenheim & Schafer, eq. 7.76, for a
 /// transition over (1 − [`PASS_BAND`]) of its Nyquist frequency.
 fn half_width() -> f64 {
     let transition = (1.0 - PASS_BAND) * std::f64::consts::PI;
-    (0.5 * (STOP_BAND_DB + 3.0 - 8.0) / (2.285 * transition)).ceil()
+    (0.5 * (STOP_BAND_DB + SETTINGS.margin_db - 8.0) / (2.285 * transition)).ceil()
 }
 
-/// Resamples all channels. The rate of the result differs from `rate_hz` by less than 1e-8 of it
-/// where the two rates have no common measure, and is stated as it is.
+/// Resamples all channels. The stated rate of the result differs from `rate_hz` by less than 1e-8 of it if the two
+/// rates have no common measure.
 ///
-/// `tacho` is moved pulse by pulse to the nearest sample. Gaps move likewise.
+/// Pulses of `tacho` move to the nearest sample, gaps to the sample before.
 pub fn recording(recording: Recording, rate_hz: f64) -> Recording {
     let (up, down) = ratio(rate_hz / recording.sample_rate_hz);
     if up == down {
@@ -55,14 +54,14 @@ pub fn recording(recording: Recording, rate_hz: f64) -> Recording {
     }
 }
 
-/// Resamples `samples` from one rate to another (Hz); `ceil(n·L/M)` samples. Beyond its ends the
+/// Resamples `samples` from one rate to another (Hz) to `ceil(n·L/M)` samples. Beyond its ends the
 /// signal is continued by reflection in its end points.
 pub fn samples(samples: &[f64], from_hz: f64, to_hz: f64) -> Vec<f64> {
     let (up, down) = ratio(to_hz / from_hz);
     if up == down { samples.to_vec() } else { Filter::new(up, down).apply(samples) }
 }
 
-/// The best fraction with parts up to [`MAX_FACTOR`], by continued fractions.
+/// Best fraction with parts up to `max_factor`, by continued fractions.
 fn ratio(value: f64) -> (u64, u64) {
     let (mut last, mut best) = ((0_u64, 1_u64), (1_u64, 0_u64));
     let mut rest = value;
@@ -73,7 +72,7 @@ fn ratio(value: f64) -> (u64, u64) {
             (whole as u64).saturating_mul(best.0).saturating_add(last.0),
             (whole as u64).saturating_mul(best.1).saturating_add(last.1),
         );
-        if next.0 > MAX_FACTOR || next.1 > MAX_FACTOR {
+        if next.0 > SETTINGS.max_factor || next.1 > SETTINGS.max_factor {
             return if best.0 == 0 || best.1 == 0 { (next.0.max(1), next.1.max(1)) } else { best };
         }
         (last, best) = (best, next);
@@ -86,7 +85,7 @@ fn ratio(value: f64) -> (u64, u64) {
     }
 }
 
-/// One set of taps for each of the L positions between two input samples.
+/// Polyphase filter: taps for each of the L positions between two input samples.
 struct Filter {
     up: u64,
     down: u64,
@@ -110,7 +109,7 @@ impl Filter {
                 let distance = tap as f64 - position;
                 sinc(cutoff * distance) * kaiser(distance / half)
             }));
-            // A constant must pass unchanged through each phase, or the phases beat.
+            // Unit gain at 0 Hz in each phase, or the phases beat.
             let sum: f64 = phases[start..].iter().sum();
             phases[start..].iter_mut().for_each(|tap| *tap /= sum);
         }
@@ -137,7 +136,7 @@ impl Filter {
     }
 }
 
-/// The signal, point-reflected in its first and last sample: no step and no kink at the ends.
+/// Signal continued by point reflection in its first and last sample: no step and no kink at the ends.
 fn extend(samples: &[f64], before: usize, after: usize) -> Vec<f64> {
     let last = samples.len() - 1;
     let (first_value, last_value) = (samples[0], samples[last]);
@@ -148,7 +147,7 @@ fn extend(samples: &[f64], before: usize, after: usize) -> Vec<f64> {
     extended
 }
 
-/// Puts each pulse at the nearest sample of the new rate.
+/// Moves each pulse to the nearest sample of the new rate.
 fn move_pulses(tacho: &[f64], up: u64, down: u64) -> Vec<f64> {
     let count = (tacho.len() as u128 * u128::from(up)).div_ceil(u128::from(down)) as usize;
     let mut moved = vec![0.0; count];
@@ -164,7 +163,7 @@ fn sinc(x: f64) -> f64 {
     if x.abs() < 1e-8 { 1.0 } else { x.sin() / x }
 }
 
-/// The Kaiser window, 1 at `x` = 0 and nothing beyond ±1.
+/// Kaiser window, 1 at `x` = 0 and 0 beyond ±1.
 fn kaiser(x: f64) -> f64 {
     if x.abs() > 1.0 {
         return 0.0;

@@ -1,8 +1,7 @@
-//! Rows of numbers in text, one pass over the bytes.
+//! Parser of rows of numbers in text, one pass over the bytes.
 //!
-//! A row is first read on a fast path that takes only what nearly every row is: plain decimals
-//! between separators. Whatever it does not take, `careful_row` splits and judges, so errors are
-//! found in one place and the fast path needs no error handling.
+//! A row is first read on a fast path for plain decimals between separators. Any other row goes to `careful_row`, so
+//! that errors are found in one place and the fast path needs no error handling.
 
 use std::path::Path;
 
@@ -12,14 +11,14 @@ use super::{
     parse_number::{self, number},
 };
 
-/// What happens to a column.
+/// Use of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
-    /// Its numbers are wanted.
+    /// Numbers that are read.
     Value,
-    /// It must look like a number and is not wanted.
+    /// Numbers that are checked only.
     Number,
-    /// Anything may stand there.
+    /// Any text, not read.
     Ignored,
 }
 
@@ -30,7 +29,7 @@ pub(super) struct ColumnSpec {
     pub role: Role,
 }
 
-/// How a table is laid out.
+/// Layout of a table.
 pub(super) struct Layout<'a> {
     pub path: &'a Path,
     pub separator: u8,
@@ -40,18 +39,18 @@ pub(super) struct Layout<'a> {
     pub skip_bad: bool,
 }
 
-/// The numbers of the columns with [`Role::Value`], in their order.
+/// Numbers of the columns with [`Role::Value`], in their order.
 #[derive(Debug, Default)]
 pub(super) struct Table {
     pub columns: Vec<Vec<f64>>,
-    /// Of each bad row that was dropped, how many rows were kept before it.
+    /// Number of rows kept before each bad row that was dropped.
     pub dropped: Vec<usize>,
 }
 
 /// Reads `bytes`, which begin at the first row. Blank lines may follow the last row.
 pub(super) fn parse(bytes: &[u8], layout: &Layout) -> Result<Table, ReadError> {
     let wanted = layout.columns.iter().filter(|c| c.role == Role::Value).count();
-    // A first guess at the number of rows, from the length of the first.
+    // An estimate of the number of rows from the length of the first.
     let row_length = bytes.iter().position(|&b| b == b'\n').unwrap_or(bytes.len()).max(1);
     let rows = bytes.len() / row_length + 1;
     let mut table = Table { columns: (0..wanted).map(|_| Vec::with_capacity(rows)).collect(), dropped: Vec::new() };
@@ -90,8 +89,8 @@ pub(super) fn parse(bytes: &[u8], layout: &Layout) -> Result<Table, ReadError> {
     Ok(table)
 }
 
-/// Reads the row at `at` and returns where the next one begins, or nothing where the row is not
-/// one of plain numbers; the columns may then hold a part of it.
+/// Reads the row at `at` and returns the start of the next; `None` for a row not of plain numbers, of which the columns
+/// may then hold a part.
 #[inline]
 fn quick_row(bytes: &[u8], mut at: usize, layout: &Layout, columns: &mut [Vec<f64>]) -> Option<usize> {
     let last = layout.columns.len() - 1;
@@ -130,12 +129,12 @@ fn quick_row(bytes: &[u8], mut at: usize, layout: &Layout, columns: &mut [Vec<f6
     }
 }
 
-/// Bytes of a number.
+/// Class of the bytes of a number.
 const NUMERIC: u8 = 1;
-/// Bytes of a field without quotes.
+/// Class of the bytes of a field without quotes.
 const PLAIN: u8 = 2;
 
-/// The classes of each byte; a table, because this is asked of more than half of a FEMTO file.
+/// Classes of each byte; a table, because more than half of a FEMTO file is classified.
 const CLASS: [u8; 256] = {
     let mut class = [PLAIN; 256];
     let mut byte = 0;
@@ -150,7 +149,7 @@ const CLASS: [u8; 256] = {
     class
 };
 
-/// The wanted values of a row, or what is wrong with it.
+/// Values of a row's [`Role::Value`] columns, or the row's error.
 fn careful_row(line: &[u8], row: usize, layout: &Layout) -> Result<Vec<f64>, ReadError> {
     let path = layout.path;
     let fields = split(line, layout.separator);
@@ -181,8 +180,7 @@ fn careful_row(line: &[u8], row: usize, layout: &Layout) -> Result<Vec<f64>, Rea
     Ok(values)
 }
 
-/// The fields of a line, without the blanks and quotes around them. A separator between quotes
-/// separates nothing.
+/// Fields of a line, without the blanks and quotes around them; separators between quotes do not count.
 pub(super) fn split(line: &[u8], separator: u8) -> Vec<&[u8]> {
     let mut quoted = false;
     line.split(|&byte| {
@@ -196,12 +194,12 @@ pub(super) fn split(line: &[u8], separator: u8) -> Vec<&[u8]> {
     .collect()
 }
 
-/// The separator of a line: semicolon or tab where there is one, else comma.
+/// Separator of a line: semicolon or tab if there is one, else comma.
 pub(super) fn separator(line: &[u8]) -> u8 {
     *[b';', b'\t'].iter().find(|s| line.contains(s)).unwrap_or(&b',')
 }
 
-/// The first line, without its end, and where the next one begins.
+/// First line, without its end, and the offset of the next.
 pub(super) fn first_line(bytes: &[u8]) -> (&[u8], usize) {
     let end = bytes.iter().position(|&b| b == b'\n').unwrap_or(bytes.len());
     (bytes[..end].trim_ascii_end(), (end + 1).min(bytes.len()))

@@ -1,15 +1,18 @@
-//! The sample rate from a time column, and the gaps in it.
+//! Sample rate and gaps from a time column.
 
 use std::path::Path;
 
 use super::ReadError;
+use super::settings::TimeAxisSettings;
 
-/// Names under which a column is the time axis and no channel.
+const SETTINGS: TimeAxisSettings = TimeAxisSettings::DEFAULT;
+
+/// Whether a column of this name is the time axis.
 pub(super) fn is_time(name: &str) -> bool {
     matches!(name.to_ascii_lowercase().as_str(), "t" | "time" | "time_s" | "t_s" | "time [s]" | "time (s)" | "seconds")
 }
 
-/// A time column: its rate, and where it skips.
+/// Sample rate and gaps of a time column.
 #[derive(Debug, PartialEq)]
 pub(super) struct TimeAxis {
     pub sample_rate_hz: f64,
@@ -17,7 +20,7 @@ pub(super) struct TimeAxis {
     pub gaps: Vec<usize>,
 }
 
-/// Reads `time` (in s, one finite value a sample). `first_row` is the row of the first sample.
+/// Reads `time` (in s, one finite value per sample). `first_row` is the row of the first sample.
 ///
 /// The rate is the mean over all steps that are not gaps: stored times are rounded, and the mean
 /// over n steps is n times as exact as one step. A gap is a step above 1.5 times the median.
@@ -40,7 +43,7 @@ pub(super) fn read(time: &[f64], column: &str, path: &Path, first_row: usize) ->
     let middle = steps.len() / 2;
     let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
 
-    let is_gap = |pair: &[f64]| pair[1] - pair[0] > 1.5 * median;
+    let is_gap = |pair: &[f64]| pair[1] - pair[0] > SETTINGS.gap_ratio * median;
     let gaps: Vec<usize> = time.windows(2).enumerate().filter(|(_, p)| is_gap(p)).map(|(i, _)| i).collect();
     let lost: f64 = gaps.iter().map(|&i| time[i + 1] - time[i]).sum();
     let regular = time.len() - 1 - gaps.len();

@@ -8,7 +8,7 @@ pub const STANDARD_GRAVITY: f64 = 9.80665;
 /// Unit in which a file stores accelerations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Unit {
-    /// m/s², as everywhere inside.
+    /// Metres per second squared, the unit of all recordings in memory.
     #[default]
     MetrePerSecondSquared,
     /// Multiples of [`STANDARD_GRAVITY`].
@@ -16,7 +16,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// The unit written `g` or `m/s^2`.
+    /// Unit from its text, `g` or `m/s^2`; `None` for any other.
     pub fn parse(text: &str) -> Option<Self> {
         match text {
             "m/s^2" => Some(Self::MetrePerSecondSquared),
@@ -25,7 +25,7 @@ impl Unit {
         }
     }
 
-    /// m/s² per unit.
+    /// Factor to m/s².
     pub fn factor(self) -> f64 {
         match self {
             Self::MetrePerSecondSquared => 1.0,
@@ -43,10 +43,10 @@ impl fmt::Display for Unit {
     }
 }
 
-/// What a column name says about the numbers under it.
+/// Physical quantity of a column, by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quantity {
-    /// An acceleration in whatever unit the file or its manifest states.
+    /// An acceleration in the unit that the file or its manifest states.
     Acceleration,
     /// An acceleration whose name states the unit (`ay_m_s2`, `ax_g`).
     AccelerationIn(Unit),
@@ -55,8 +55,7 @@ pub(super) enum Quantity {
 }
 
 impl Quantity {
-    /// What the columns of this name hold. In a vibration recording a column without a sign to the
-    /// contrary is an acceleration.
+    /// Quantity of the columns of this name; by default an acceleration.
     pub(super) fn from_name(name: &str) -> Self {
         const PLAIN: [&str; 5] = ["tacho", "u", "q", "qd", "qdd"];
         const OTHER_UNIT: [&str; 7] = ["_rad", "_n", "_m", "_m_s", "_s", "_hz", "_rpm"];
@@ -74,8 +73,7 @@ impl Quantity {
     }
 }
 
-/// The location that a column has where no manifest says otherwise: the two sensors of the
-/// 5-DoF rig.
+/// Default location of a column: those of the 5-DoF rig's two sensors.
 pub(super) fn default_location(name: &str) -> Option<&'static str> {
     match name.strip_suffix("_m_s2").or_else(|| name.strip_suffix("_g")).unwrap_or(name) {
         "ax" => Some("outer-x"),

@@ -1,7 +1,6 @@
-//! Writes recordings as CSV with a header, and the manifest that goes with them.
+//! Writer of recordings: CSV with a header, and a manifest.
 //!
-//! Numbers are written with as many digits as it takes to read the same `f64` back. A file
-//! appears under its name only once it is whole.
+//! Numbers have the digits that read the same `f64` back. Writes are atomic.
 
 use std::{
     io::{self, Write},
@@ -13,59 +12,59 @@ use toml::{Table, Value};
 use super::{Recording, manifest, unit::default_location};
 use crate::recording::atomic_write;
 
-/// Why a recording could not be written.
+/// Failure to write a recording.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
-    /// The operating system refused.
+    /// Error of the operating system.
     #[error("{path}: cannot be written: {source}")]
     Io {
         /// File or folder.
         path: PathBuf,
-        /// What the operating system said.
+        /// Cause.
         source: io::Error,
     },
     /// Channels of unequal length.
     #[error("{path}, channel `{channel}`: found {found} samples, expected {expected}")]
     UnequalLengths {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// The channel that differs from the first.
+        /// Channel that differs from the first.
         channel: String,
-        /// Its length.
+        /// Length of the channel.
         found: usize,
-        /// The length of the first.
+        /// Length of the first channel.
         expected: usize,
     },
-    /// A sample that no reader would take.
+    /// A sample that is not finite.
     #[error("{path}, row {row}, channel `{channel}`: found {found}, expected a finite number")]
     NotFinite {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// Line, from 1.
         row: usize,
-        /// The channel.
+        /// Name of the channel.
         channel: String,
-        /// The value.
+        /// Value of the sample.
         found: f64,
     },
-    /// A channel without a name, of another's name, or with a name that a header cannot hold.
+    /// A channel name that is empty, a duplicate, or not possible in a header.
     #[error("{path}: found channel name `{name}`, expected one of its own without `,;\"#` or line ends")]
     BadName {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// The name.
+        /// Name of the channel.
         name: String,
     },
 }
 
-/// Writes one recording as CSV: a line with the channel names, then a line a sample.
+/// Writes one recording as CSV: a line with the channel names, then a line for each sample.
 ///
-/// Rate, speed, load and locations are not in the CSV: [`folder`] writes them too.
+/// Rate, speed, load and locations are not in the CSV; [`folder`] writes them too.
 ///
 /// # Errors
 ///
-/// What [`load`](super::load()) would not read back is refused.
+/// A recording that [`load`](super::load()) would not read back, or the operating system's error.
 pub fn csv(path: &Path, recording: &Recording) -> Result<(), WriteError> {
     check(path, recording)?;
     persist(path, |out| {
@@ -74,8 +73,7 @@ pub fn csv(path: &Path, recording: &Recording) -> Result<(), WriteError> {
         for row in 0..recording.len() {
             for (index, channel) in recording.channels.iter().enumerate() {
                 let separator = if index == 0 { "" } else { "," };
-                // Debug has the shortest digits that give the same number back, and an exponent
-                // where zeros would be many.
+                // Debug has the shortest digits that read back, and an exponent instead of many zeros.
                 write!(out, "{separator}{:?}", channel.samples[row])?;
             }
             writeln!(out)?;
@@ -84,14 +82,12 @@ pub fn csv(path: &Path, recording: &Recording) -> Result<(), WriteError> {
     })
 }
 
-/// Writes recordings into a folder, which is made where there is none, as `r01.csv`, `r02.csv`,
-/// … with `recordings.toml` last: a folder with a manifest is complete.
-///
-/// Returns the path of the manifest.
+/// Writes recordings into a folder, created if missing, as `r01.csv`, `r02.csv`, … with `recordings.toml` last: a
+/// folder with a manifest is complete. Returns the path of the manifest.
 ///
 /// # Errors
 ///
-/// As [`csv`].
+/// Errors of [`csv`].
 pub fn folder(folder: &Path, recordings: &[Recording]) -> Result<PathBuf, WriteError> {
     std::fs::create_dir_all(folder).map_err(|source| WriteError::Io { path: folder.into(), source })?;
     let digits = recordings.len().to_string().len().max(2);

@@ -1,10 +1,10 @@
-//! The band whose envelope shows given frequencies best.
+//! The band whose squared envelope shows given lines best, theory (75).
 //!
-//! Kurtosis asks whether a band is impulsive, and one shock answers for all. This asks for what a fault does:
-//! modulate the power at its own rate. The measure is that of second-order cyclostationarity, lines of the squared
-//! envelope's spectrum over its mean (ICS2: A. Raad, J. Antoni, M. Sidahmed, Mechanical Systems and Signal
-//! Processing 22 (2008) 574–587), each line here over the noise around it. As in J. Antoni, "The infogram", Mechanical
-//! Systems and Signal Processing 74 (2016) 73–94, the band must stand out of what noise gives.
+//! Kurtosis measures impulsiveness, and one shock decides it. A fault modulates the power at its own rate, which
+//! second-order cyclostationarity measures: lines of the squared envelope's spectrum over its mean (ICS2: A. Raad, J.
+//! Antoni, M. Sidahmed, Mechanical Systems and Signal Processing 22 (2008) 574–587), here each line over the noise
+//! around it. As in J. Antoni, "The infogram", Mechanical Systems and Signal Processing 74 (2016) 73–94, the band must
+//! exceed what noise gives.
 
 use std::ops::Range;
 
@@ -14,37 +14,33 @@ use realfft::num_complex::Complex;
 use super::Sample;
 use super::kurtogram::Bank;
 use super::lines::{floor, half_width};
+use super::settings::BandSettings;
 use super::spectrum::{Spectrum, amplitudes};
 
-/// Steps of the common factor that lines are tried at, in the width of a value of the spectrum at the highest line.
-const SCALE_STEP: f64 = 0.5;
-/// Share of a band's width up to which its envelope can show lines.
-const SEEN: f64 = 0.9;
+const SETTINGS: BandSettings = BandSettings::DEFAULT;
 
-/// The band that shows lines best.
+/// Band that shows given lines best.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LineBand {
     /// Level in the kurtogram's tree.
     pub level: f64,
-    /// From edge to edge, Hz.
+    /// Edges of the band, Hz.
     pub band_hz: Range<f64>,
-    /// Common factor from the frequencies asked for to those found.
+    /// Common factor from the requested frequencies to those found.
     pub scale: f64,
     /// Mean over the lines of power over the noise around.
     pub strength: f64,
-    /// ln of the probability that noise gives as much in any of the bands tried, at any of the factors.
+    /// ln of the p-value over all bands and factors tried.
     pub log_p_value: f64,
-    /// Of each line in the order asked for: its power over the noise around, 0 where it is beyond the whole spectrum.
+    /// Power over the noise around of each requested line, in their order; 0 beyond the spectrum.
     pub ratios: Vec<f64>,
 }
 
-/// The band of the kurtogram's tree whose squared envelope shows `lines_hz` most surely; a common factor within
-/// `1 ± tolerance` is allowed for, as balls slip by a percent or so.
+/// Band of the kurtogram's tree whose squared envelope shows `lines_hz` with the least p-value, theory (75), over
+/// common factors within `1 ± tolerance`: balls slip by a percent or so.
 ///
-/// Only bands that can show all the lines and whose middle is above them: where a few of the shaft's own harmonics
-/// make up a band, their beats are lines as well, and no impacts.
-///
-/// `None` for no lines, or a recording too short for a band.
+/// Only bands that can show all the lines and whose middle is above them: in a band of a few shaft harmonics, their
+/// beats are lines without impacts. `None` for no lines, or a recording too short for a band.
 pub fn band_for_lines<S: Sample>(
     samples: &[S],
     sample_rate_hz: f64,
@@ -54,16 +50,16 @@ pub fn band_for_lines<S: Sample>(
     let highest = lines_hz.iter().copied().max_by(f64::total_cmp).filter(|f| *f > 0.0)?;
     let bank = Bank::new(samples, sample_rate_hz)?;
     let step_hz = 1.0 / bank.counted_s();
-    let steps = (tolerance * highest / (SCALE_STEP * step_hz)).ceil() as i32;
+    let steps = (tolerance * highest / (SETTINGS.scale_step * step_hz)).ceil() as i32;
     let scales: Vec<f64> = (-steps..=steps).map(|k| 1.0 + tolerance * f64::from(k) / f64::from(steps.max(1))).collect();
-    let mut tree = bank.tree(highest * (1.0 + tolerance) / SEEN);
+    let mut tree = bank.tree(highest * (1.0 + tolerance) / SETTINGS.usable_share);
     tree.retain(|(_, band)| 0.5 * (band.start + band.end) > highest);
     let trials = (tree.len() * scales.len()) as f64;
     let bands = tree.into_par_iter().filter_map(|(level, band_hz)| {
         let spectrum = squared_envelope(&bank, &band_hz)?;
         let powers: Vec<f64> = spectrum.values.iter().map(|v| v * v).collect();
         let floor = floor(&powers, half_width(spectrum.step_hz));
-        let seen = SEEN * (band_hz.end - band_hz.start);
+        let seen = SETTINGS.usable_share * (band_hz.end - band_hz.start);
         let ratio = |f: f64| {
             let at = (f / spectrum.step_hz).round() as usize;
             if f > seen || floor.get(at).is_none_or(|v| *v <= 0.0) { 0.0 } else { powers[at] / floor[at] }
@@ -75,11 +71,11 @@ pub fn band_for_lines<S: Sample>(
         let log_p_value = (log_gamma_tail(shown, sum(scale)) + trials.ln()).min(0.0);
         Some(LineBand { level, band_hz, scale, strength: sum(scale) / shown.max(1) as f64, log_p_value, ratios })
     });
-    // Ties, at certainty of noise, go to the widest.
+    // Ties, at p = 1, go to the widest.
     bands.min_by(|a, b| a.log_p_value.total_cmp(&b.log_p_value).then(a.level.total_cmp(&b.level)))
 }
 
-/// Amplitudes of the squared envelope of a band, over the recording without its ends.
+/// Amplitude spectrum of a band's squared envelope, without the recording's ends.
 pub(super) fn squared_envelope(bank: &Bank, band_hz: &Range<f64>) -> Option<Spectrum> {
     let envelope = bank.envelope(band_hz, 2);
     let squares: Vec<f64> = envelope.counted().iter().map(Complex::norm_sqr).collect();

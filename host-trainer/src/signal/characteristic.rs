@@ -1,10 +1,10 @@
-//! The frequencies to look for, with their names.
+//! Characteristic frequencies of shaft and bearing with their names, theory (27).
 
 use serde::Serialize;
 
 use crate::signal::kinematics::Geometry;
 
-/// What a frequency belongs to.
+/// Kinematic family of a characteristic frequency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Family {
@@ -16,15 +16,15 @@ pub enum Family {
     Outer,
     /// Ball passes of the inner race: BPFI, modulated once a turn of the shaft.
     Inner,
-    /// Strikes of a spot on a ball: 2 × BSF, modulated once a turn of the cage.
+    /// Strikes of a defect on a ball: 2 × BSF, modulated once a turn of the cage.
     Ball,
 }
 
 impl Family {
-    /// All of them.
+    /// All families.
     pub const ALL: [Self; 5] = [Self::Shaft, Self::Cage, Self::Outer, Self::Inner, Self::Ball];
 
-    /// The usual abbreviation of its first harmonic.
+    /// Usual abbreviation of the first harmonic.
     pub fn name(self) -> &'static str {
         match self {
             Self::Shaft => "shaft",
@@ -36,18 +36,18 @@ impl Family {
     }
 }
 
-/// Speeds that all frequencies follow from.
+/// Speeds and geometry that fix all characteristic frequencies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Speeds {
     /// Turns of the shaft a second.
     pub shaft_hz: f64,
-    /// The bearing, where it is known.
+    /// Bearing geometry, if known.
     pub geometry: Option<Geometry>,
-    /// How much slower than pure rolling the cage turns, a fraction.
+    /// Slip of the cage below pure rolling, a fraction.
     pub slip: f64,
 }
 
-/// How a frequency follows from the speeds: `(shaft + cage·(1 − slip))·shaft_hz`.
+/// Coefficients A and B of a characteristic frequency, theory (27): `(shaft + cage·(1 − slip))·shaft_hz`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Law {
     /// Multiple of the shaft's speed.
@@ -69,10 +69,9 @@ impl Law {
 }
 
 impl Family {
-    /// Law of the first harmonic; `None` for what needs a geometry where there is none.
+    /// Law of the first harmonic; `None` if it needs a missing geometry.
     ///
-    /// Balls pass a race as the cage turns against it, and a ball turns as it rolls on the outer race: slip slows
-    /// passes of the outer race and quickens those of the inner.
+    /// Slip slows ball passes of the outer race and quickens those of the inner; a ball rolls on the outer race.
     pub fn law(self, geometry: Option<&Geometry>) -> Option<Law> {
         if self == Self::Shaft {
             return Some(Law { shaft: 1.0, cage: 0.0 });
@@ -89,39 +88,39 @@ impl Family {
         Some(Law { shaft, cage })
     }
 
-    /// What its impacts are stronger and weaker with, and its sidebands are apart by.
+    /// Family that modulates the impacts and spaces the sidebands.
     pub fn modulation(self) -> Self {
         if self == Self::Ball { Self::Cage } else { Self::Shaft }
     }
 }
 
 impl Speeds {
-    /// First harmonic of a family, Hz; `None` for what needs a geometry where there is none.
+    /// First harmonic of a family, Hz; `None` if it needs a missing geometry.
     pub fn base_hz(&self, family: Family) -> Option<f64> {
         Some(family.law(self.geometry.as_ref())?.frequency_hz(self.shaft_hz, self.slip))
     }
 }
 
-/// A frequency to look for.
+/// A characteristic frequency.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Characteristic {
-    /// Such as `BPFO`, `3×BPFI`, `BPFI − shaft`.
+    /// Name, such as `BPFO`, `3×BPFI`, `BPFI − shaft`.
     pub name: String,
-    /// What it belongs to.
+    /// Kinematic family.
     pub family: Family,
     /// Multiple of the family's first harmonic, from 1.
     pub harmonic: u32,
     /// Multiple of the modulation that is added.
     pub sideband: i32,
-    /// Hz.
+    /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// How that follows from the speeds.
+    /// Dependence of the frequency on the speeds.
     #[serde(skip)]
     pub law: Law,
 }
 
-/// Harmonics of every family up to a frequency, with as many sidebands to either side of those of inner race and
-/// ball (other families have no modulation of their own). In order of frequency.
+/// Harmonics of every family up to a frequency, in its order, with `sidebands` to either side of those of inner race
+/// and ball; other families are not modulated.
 pub fn list(speeds: &Speeds, up_to_hz: f64, harmonics: u32, sidebands: i32) -> Vec<Characteristic> {
     let mut out = Vec::new();
     for family in Family::ALL {

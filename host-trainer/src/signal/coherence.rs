@@ -1,10 +1,10 @@
-//! Cyclic spectral coherence: at which frequencies, and how strongly, a recording's power is modulated at a rate.
+//! Cyclic spectral coherence, theory (76): strength of the power's modulation over carrier and cyclic frequency.
 //!
 //! The fast spectral correlation of J. Antoni, G. Xin, N. Hamzaoui, "Fast computation of the spectral correlation",
 //! Mechanical Systems and Signal Processing 92 (2017) 248–277: products of short-time spectra p frequency steps apart
 //! are transformed along time, and the scans p = 0…P are added and divided by the window's own response, so that
-//! rates far beyond the frequency resolution are reached. The coherence is the correlation of the recording whitened
-//! by its own spectrum. Summed over frequency its square is the enhanced envelope spectrum (same paper).
+//! rates far beyond the frequency resolution are reached. The coherence is the correlation of the whitened recording.
+//! Its square, averaged over frequency, is the enhanced envelope spectrum (same paper).
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -13,26 +13,25 @@ use rayon::prelude::*;
 use realfft::num_complex::Complex;
 
 use super::Sample;
+use super::settings::CoherenceSettings;
 use super::spectrum::Spectrum;
 use super::transform::{forward, forward_plan, hann};
 
-/// Windows overlap at least so often.
-const OVERLAP: usize = 4;
+const SETTINGS: CoherenceSettings = CoherenceSettings::DEFAULT;
 
 /// Squared magnitude of the cyclic coherence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coherence {
-    /// Hz from one cyclic frequency to the next; the first is 0.
+    /// Step of the cyclic frequency from 0, Hz.
     pub cyclic_step_hz: f64,
-    /// Hz from one carrier frequency to the next; the first is 0.
+    /// Step of the carrier frequency from 0, Hz.
     pub step_hz: f64,
-    /// For each carrier frequency the |γ|² at every cyclic frequency up to the highest asked for, 0…1.
+    /// |γ|², 0…1: for each carrier frequency a row over the cyclic frequencies.
     pub squares: Vec<Vec<f64>>,
 }
 
 impl Coherence {
-    /// Mean over carrier frequencies in a band: the enhanced envelope spectrum of it. The first value, of no
-    /// modulation, is 0.
+    /// Enhanced envelope spectrum: mean of |γ|² over the carriers in a band. The value at 0 Hz is set to 0.
     pub fn enhanced_envelope_spectrum(&self, band_hz: &Range<f64>) -> Spectrum {
         let inside = |k: &usize| band_hz.contains(&(*k as f64 * self.step_hz));
         let rows: Vec<&Vec<f64>> = (0..self.squares.len()).filter(inside).map(|k| &self.squares[k]).collect();
@@ -42,7 +41,7 @@ impl Coherence {
         Spectrum { step_hz: self.cyclic_step_hz, values }
     }
 
-    /// For each carrier frequency the mean of |γ|² at cyclic frequencies: where these are carried.
+    /// Mean of |γ|² over given cyclic frequencies for each carrier frequency.
     pub fn carriers(&self, cyclic_hz: &[f64]) -> Spectrum {
         let at = |row: &Vec<f64>| {
             let values = cyclic_hz.iter().filter_map(|f| row.get((f / self.cyclic_step_hz).round() as usize));
@@ -52,17 +51,17 @@ impl Coherence {
     }
 }
 
-/// The coherence of a recording over carriers 0…Nyquist's frequency, `window` samples resolving them, and cyclic
-/// frequencies up to `highest_hz`.
+/// Coherence of a recording, theory (76), over carriers 0…Nyquist's frequency from windows of `window` samples, and
+/// cyclic frequencies up to `highest_hz`.
 ///
-/// `None` where the window is under 16 samples, the recording shorter than eight of them, or `highest_hz` beyond a
+/// `None` if the window is under 16 samples, the recording shorter than eight windows, or `highest_hz` beyond a
 /// quarter of the rate.
 pub fn coherence<S: Sample>(samples: &[S], sample_rate_hz: f64, window: usize, highest_hz: f64) -> Option<Coherence> {
     if window < 16 || samples.len() < 8 * window || !(highest_hz > 0.0 && highest_hz <= 0.25 * sample_rate_hz) {
         return None;
     }
-    // Twice as often as the highest rate asks for: products of neighbouring steps reach beyond it.
-    let hop = ((0.25 * sample_rate_hz / highest_hz) as usize).clamp(1, window / OVERLAP);
+    // Twice the rate that `highest_hz` needs: products of neighbouring steps reach beyond it.
+    let hop = ((0.25 * sample_rate_hz / highest_hz) as usize).clamp(1, window / SETTINGS.overlap);
     let shape = hann(window);
     let mut spectra = short_time(samples, &shape, hop);
     spectra.iter_mut().for_each(|row| whiten(row));
@@ -81,7 +80,7 @@ pub fn coherence<S: Sample>(samples: &[S], sample_rate_hz: f64, window: usize, h
         .map(|a| a as f64 * cyclic_step_hz)
         .map(|f| whole / (0..=scans).map(|p| response(f - p as f64 * step_hz)).sum::<f64>())
         .collect();
-    // A rate between two of those computed would else lose up to 36 % of its amplitude.
+    // Without the window a rate between two bins loses up to 36 % of its amplitude.
     let along: Vec<f64> = hann(frames).iter().map(|w| 2.0 * w / frames as f64).collect();
     let squares = (0..spectra.len()).into_par_iter().map(|k| {
         let mut sum = vec![Complex::ZERO; count];
@@ -95,7 +94,7 @@ pub fn coherence<S: Sample>(samples: &[S], sample_rate_hz: f64, window: usize, h
     Some(Coherence { cyclic_step_hz, step_hz, squares: squares.collect() })
 }
 
-/// For each frequency of the window the spectrum over time, phases counted from the middle of the window.
+/// Short-time spectra, a row over time for each frequency; phases count from the middle of the window.
 fn short_time<S: Sample>(samples: &[S], shape: &[f64], hop: usize) -> Vec<Vec<Complex<f64>>> {
     let window = shape.len();
     let mean = samples.iter().map(|v| (*v).into()).sum::<f64>() / samples.len() as f64;
@@ -116,7 +115,7 @@ fn short_time<S: Sample>(samples: &[S], shape: &[f64], hop: usize) -> Vec<Vec<Co
     out
 }
 
-/// Mean power 1 at a frequency; a frequency with no power stays without.
+/// Scales a row to mean power 1; a row of zeros stays.
 fn whiten(row: &mut [Complex<f64>]) {
     let power = row.iter().map(Complex::norm_sqr).sum::<f64>() / row.len().max(1) as f64;
     if power > 0.0 {

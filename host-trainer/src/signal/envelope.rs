@@ -1,4 +1,4 @@
-//! Envelope of a band by its analytic signal, and the spectrum of the envelope.
+//! Envelope of a band by its analytic signal, theory (72), and its spectrum, theory (71).
 
 use std::ops::Range;
 
@@ -8,10 +8,10 @@ use super::Sample;
 use super::spectrum::{Spectrum, amplitudes};
 use super::transform::{forward_plan, inverse_plan};
 
-/// Envelope of the recording in a band: the magnitude of its analytic signal.
+/// Envelope of a recording in a band: the magnitude of its analytic signal. `None` for under 8 samples.
 ///
-/// The band has sharp edges, and the transform takes the recording for periodic: the first and last
-/// few periods of the band's width are not to be trusted, and a window over them is wise.
+/// The band has sharp edges, and the transform takes the recording for periodic: the first and last few periods of
+/// the band's width are in error.
 pub fn envelope<S: Sample>(samples: &[S], sample_rate_hz: f64, band_hz: &Range<f64>) -> Option<Vec<f64>> {
     let n = samples.len();
     if n < 8 {
@@ -34,9 +34,9 @@ pub fn envelope<S: Sample>(samples: &[S], sample_rate_hz: f64, band_hz: &Range<f
     Some(real.iter().zip(&quadrature).map(|(a, b)| a.hypot(*b)).collect())
 }
 
-/// Amplitude spectrum of the envelope in a band, in the unit of the samples (peak, not RMS): a tone
-/// that modulates with amplitude a shows as a. Hann window, mean removed, powers averaged over
-/// recordings, all cut to the shortest.
+/// Amplitude spectrum of the envelope in a band, in the unit of the samples (peak, not RMS): a tone that modulates
+/// with amplitude a shows as a. Hann window, mean removed, powers averaged over recordings, all cut to the shortest.
+/// `None` for no recording or under 8 samples.
 pub fn envelope_spectrum<S: Sample>(
     recordings: &[&[S]],
     sample_rate_hz: f64,
@@ -45,8 +45,9 @@ pub fn envelope_spectrum<S: Sample>(
     of_envelopes(recordings, sample_rate_hz, band_hz, |v| v)
 }
 
-/// The same of the squared envelope, in the unit of the samples squared: sums of random parts keep their mean,
-/// so that lines stand on a flat floor (Antoni, Mechanical Systems and Signal Processing 21 (2007) 597–630).
+/// Amplitude spectrum of the squared envelope, in the unit of the samples squared; otherwise as [`envelope_spectrum`].
+/// Powers of random parts add, so that the noise level is flat (Antoni, Mechanical Systems and Signal Processing 21
+/// (2007) 597–630).
 pub fn squared_envelope_spectrum<S: Sample>(
     recordings: &[&[S]],
     sample_rate_hz: f64,

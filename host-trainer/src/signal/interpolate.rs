@@ -1,15 +1,15 @@
-//! Values of a band-limited signal between its samples: a Kaiser-windowed sinc (Oppenheim & Schafer,
-//! *Discrete-Time Signal Processing*, §7.5).
+//! Band-limited interpolation by a Kaiser-windowed sinc (Oppenheim & Schafer, *Discrete-Time Signal Processing*, §7.5).
 
-/// Samples to either side of a place. Tones up to 0.8 of Nyquist's frequency come out within 1e-4 of their amplitude.
-const HALF: usize = 16;
-/// Places between two samples for which weights are kept; between those they are taken as linear.
-const PLACES: usize = 1024;
-/// Shape of the window: −90 dB.
-const BETA: f64 = 0.1102 * (90.0 - 8.7);
+use super::settings::InterpolationSettings;
+
+const SETTINGS: InterpolationSettings = InterpolationSettings::DEFAULT;
+const HALF: usize = SETTINGS.half_width;
+const PLACES: usize = SETTINGS.table_rows;
+/// Shape parameter of the Kaiser window for its stopband.
+const BETA: f64 = 0.1102 * (SETTINGS.stopband_db - 8.7);
 
 pub(crate) struct Interpolator {
-    /// `PLACES + 1` rows of `2 HALF` weights.
+    /// Weights: `PLACES + 1` rows of `2 HALF`.
     weights: Vec<f64>,
 }
 
@@ -31,7 +31,7 @@ impl Interpolator {
         Self { weights }
     }
 
-    /// The value at a place counted in samples; `of` gives the sample of any index, beyond the ends as well.
+    /// Value at a position in samples; `of` gives the sample of any index, beyond the ends as well.
     pub(crate) fn at(&self, position: f64, of: impl Fn(i64) -> f64) -> f64 {
         let whole = position.floor();
         let place = (position - whole) * PLACES as f64;
@@ -43,7 +43,7 @@ impl Interpolator {
     }
 }
 
-/// The sample of an index, the first and the last beyond the ends.
+/// Sample of an index; the first and last are held beyond the ends.
 pub(crate) fn held(samples: &[f64]) -> impl Fn(i64) -> f64 + '_ {
     let last = samples.len().saturating_sub(1) as i64;
     move |i| samples[i.clamp(0, last) as usize]

@@ -1,9 +1,9 @@
-//! Characteristic frequencies of a rolling bearing from its geometry (pure rolling, outer race at rest).
+//! Characteristic frequencies of a rolling bearing from its geometry (pure rolling, outer race at rest), theory (26).
 //!
 //! Formulas: R. B. Randall, J. Antoni, "Rolling element bearing diagnostics — A tutorial", Mechanical
 //! Systems and Signal Processing 25 (2011) 485–520, equations (1) to (4).
 
-/// What the frequencies depend on.
+/// Geometry of a rolling bearing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Geometry {
     /// Rolling elements, n_b.
@@ -16,7 +16,7 @@ pub struct Geometry {
     pub contact_angle_rad: f64,
 }
 
-/// Frequencies in orders of the shaft; times the shaft speed in Hz they are in Hz.
+/// Characteristic frequencies in orders of the shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orders {
     /// Cage (fundamental train frequency).
@@ -25,17 +25,17 @@ pub struct Orders {
     pub bpfo: f64,
     /// Ball passes of the inner race.
     pub bpfi: f64,
-    /// Turns of a ball about its own axis. A pit on it strikes a race twice a turn: see [`Orders::ball_strikes`].
+    /// Turns of a ball about its own axis; a defect on it strikes a race twice a turn, see [`Orders::ball_strikes`].
     pub bsf: f64,
 }
 
 impl Geometry {
-    /// γ = D_b cos α / D_p.
+    /// Ratio γ = D_b cos α / D_p.
     pub fn ratio(&self) -> f64 {
         self.ball_diameter_m * self.contact_angle_rad.cos() / self.pitch_diameter_m
     }
 
-    /// The characteristic orders.
+    /// Characteristic orders, theory (26).
     pub fn orders(&self) -> Orders {
         let ratio = self.ratio();
         let balls = self.balls as f64;
@@ -59,7 +59,7 @@ impl Geometry {
 }
 
 impl Orders {
-    /// Strikes of a pit on a ball, inner and outer race in turn: 2 × BSF.
+    /// Strikes of a defect on a ball, inner and outer race in turn: 2 × BSF.
     pub fn ball_strikes(&self) -> f64 {
         2.0 * self.bsf
     }

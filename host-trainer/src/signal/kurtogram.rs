@@ -1,12 +1,12 @@
-//! Which band holds the impacts: the fast kurtogram.
+//! Fast kurtogram, theory (73): the band that holds the impacts.
 //!
 //! J. Antoni, "Fast computation of the kurtogram for the detection of transient faults", Mechanical Systems and
 //! Signal Processing 21 (2007) 108–124. The tree of bands is his 1/3-binary one: level k cuts 0…Nyquist into 2^k
 //! bands, level k + 0.6 into 3·2^(k−1). His cascade of short filters is replaced by one Fourier transform, from
 //! which each band is cut with raised-cosine flanks: the same cost, no drift of the bands' edges with the depth.
 //!
-//! Known weakness, and not mended here: one strong shock has a greater kurtosis than a train of weak impacts.
-//! Where the fault's frequencies are known, ask [`band_for_lines`](super::band::band_for_lines).
+//! Known weakness: one strong shock has a greater kurtosis than a train of weak impacts. For known fault frequencies
+//! use [`band_for_lines`](super::band::band_for_lines).
 
 use std::ops::Range;
 
@@ -14,35 +14,28 @@ use rayon::prelude::*;
 use realfft::num_complex::Complex;
 
 use super::Sample;
+use super::settings::KurtogramSettings;
 use super::transform::{forward, inverse_complex};
 
-/// Least number of independent samples of an envelope that its kurtosis is taken of.
-const FEWEST: f64 = 64.0;
-/// Deepest whole level.
-const DEEPEST: u32 = 8;
-/// Share of the recording at either end that is faded out and not counted: the transform joins the two ends, and
-/// the jump between them would be an impact.
-const FADE: f64 = 0.02;
-/// Share of a band's width over which it fades into each neighbour.
-const FLANK: f64 = 0.1;
+const SETTINGS: KurtogramSettings = KurtogramSettings::DEFAULT;
 
 /// A band of the tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
-    /// k for 2^k bands, k + 0.585 for 3·2^(k−1): the logarithm to base 2 of their number.
+    /// Level: logarithm to base 2 of the number of bands, k for 2^k, k + 0.585 for 3·2^(k−1).
     pub level: f64,
     /// Middle of the band, Hz.
     pub centre_hz: f64,
-    /// Its width, Hz.
+    /// Width of the band, Hz.
     pub bandwidth_hz: f64,
-    /// ⟨|c|⁴⟩/⟨|c|²⟩² − 2 of the complex envelope c: 0 for stationary Gaussian noise, −1 for a tone.
+    /// Kurtosis ⟨|c|⁴⟩/⟨|c|²⟩² − 2 of the complex envelope c: 0 for stationary Gaussian noise, −1 for a tone.
     pub kurtosis: f64,
     /// Independent samples of the envelope, width times duration.
     pub samples: f64,
 }
 
 impl Cell {
-    /// From edge to edge, Hz.
+    /// Edges of the band, Hz.
     pub fn band_hz(&self) -> Range<f64> {
         self.centre_hz - 0.5 * self.bandwidth_hz..self.centre_hz + 0.5 * self.bandwidth_hz
     }
@@ -53,32 +46,30 @@ impl Cell {
     }
 }
 
-/// The kurtosis of each band.
+/// Kurtosis of each band of the tree.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kurtogram {
-    /// Levels in order, in each the bands from 0 Hz up.
+    /// Cells by level, within a level from 0 Hz up.
     pub cells: Vec<Cell>,
     /// Nyquist's frequency, Hz.
     pub nyquist_hz: f64,
 }
 
-/// Significance that white noise stays below over the whole tree, but for one recording in 400: of 2,000 with 6,000 to
-/// 48,000 samples half stayed below 3.5, 99 % below 6.8, and the greatest was 9.4. Kurtosis of few samples is skewed,
-/// so that a bound as for Gaussian values, about 4, would not do.
-pub const NOISE_BOUND: f64 = 8.0;
+/// Significance above which a band is not noise: [`KurtogramSettings::significance_bound`].
+pub const NOISE_BOUND: f64 = SETTINGS.significance_bound;
 
 impl Kurtogram {
-    /// The band of greatest kurtosis among those beyond [`NOISE_BOUND`]; `None` where there is none.
+    /// Band of greatest kurtosis among those beyond [`NOISE_BOUND`], if any.
     pub fn best(&self) -> Option<&Cell> {
         let beyond = self.cells.iter().filter(|c| c.significance() > NOISE_BOUND);
         beyond.max_by(|a, b| a.kurtosis.total_cmp(&b.kurtosis))
     }
 }
 
-/// The kurtogram of a recording, in bands no narrower than stated (twice the fastest repetition to be seen in the
-/// envelope, say) and none of under 64 independent samples.
+/// Kurtogram of a recording, theory (73), in bands of at least `min_bandwidth_hz` (twice the fastest repetition to be
+/// resolved, say) and at least 64 independent samples.
 ///
-/// `None` where not even the whole recording has as many.
+/// `None` for a recording of fewer.
 pub fn kurtogram<S: Sample>(samples: &[S], sample_rate_hz: f64, min_bandwidth_hz: f64) -> Option<Kurtogram> {
     let bank = Bank::new(samples, sample_rate_hz)?;
     let kurtosis = |(level, band): (f64, Range<f64>)| {
@@ -98,7 +89,7 @@ pub fn kurtogram<S: Sample>(samples: &[S], sample_rate_hz: f64, min_bandwidth_hz
     Some(Kurtogram { cells, nyquist_hz: bank.nyquist_hz() })
 }
 
-/// A recording's transform, to cut bands from.
+/// Fourier transform of a recording, to cut bands from.
 pub(super) struct Bank {
     bins: Vec<Complex<f64>>,
     sample_rate_hz: f64,
@@ -107,29 +98,29 @@ pub(super) struct Bank {
 
 /// Complex envelope of a band.
 pub(super) struct BandEnvelope {
-    /// c(t), |c| being the envelope in the unit of the samples; ends included.
+    /// Values c(t), |c| being the envelope in the unit of the samples; ends included.
     pub(super) values: Vec<Complex<f64>>,
-    /// Its samples per second.
+    /// Sample rate of the envelope, Hz.
     pub(super) rate_hz: f64,
 }
 
 impl BandEnvelope {
-    /// Without the faded ends.
+    /// Values without the faded ends.
     pub(super) fn counted(&self) -> &[Complex<f64>] {
-        let ends = (FADE * self.values.len() as f64).ceil() as usize;
+        let ends = (SETTINGS.fade_share * self.values.len() as f64).ceil() as usize;
         self.values.get(ends..self.values.len() - ends).unwrap_or(&[])
     }
 }
 
 impl Bank {
-    /// `None` for a recording of under 64 samples.
+    /// Transform of a recording; `None` if it is too short for one band.
     pub(super) fn new<S: Sample>(samples: &[S], sample_rate_hz: f64) -> Option<Self> {
         let n = samples.len();
-        if (n as f64) * (1.0 - 2.0 * FADE) < 2.0 * FEWEST {
+        if (n as f64) * (1.0 - 2.0 * SETTINGS.fade_share) < 2.0 * SETTINGS.min_independent_samples {
             return None;
         }
         let mean = samples.iter().map(|v| (*v).into()).sum::<f64>() / n as f64;
-        let ends = (FADE * n as f64).max(1.0);
+        let ends = (SETTINGS.fade_share * n as f64).max(1.0);
         let fade = |i: usize| {
             let inside = (i.min(n - 1 - i) as f64 / ends).min(1.0);
             0.5 - 0.5 * (std::f64::consts::PI * inside).cos()
@@ -142,30 +133,30 @@ impl Bank {
         0.5 * self.sample_rate_hz
     }
 
-    /// Duration without the faded ends.
+    /// Duration without the faded ends, s.
     pub(super) fn counted_s(&self) -> f64 {
-        (1.0 - 2.0 * FADE) * self.samples as f64 / self.sample_rate_hz
+        (1.0 - 2.0 * SETTINGS.fade_share) * self.samples as f64 / self.sample_rate_hz
     }
 
     /// Levels and bands of the tree.
     pub(super) fn tree(&self, min_bandwidth_hz: f64) -> Vec<(f64, Range<f64>)> {
-        let least = min_bandwidth_hz.max(FEWEST / self.counted_s());
-        let mut counts: Vec<u32> = (0..=DEEPEST).flat_map(|k| [1 << k, 3 << k]).collect();
+        let least = min_bandwidth_hz.max(SETTINGS.min_independent_samples / self.counted_s());
+        let mut counts: Vec<u32> = (0..=SETTINGS.max_level).flat_map(|k| [1 << k, 3 << k]).collect();
         counts.sort_unstable();
         let wide_enough = |count: &u32| *count == 1 || self.nyquist_hz() / f64::from(*count) >= least;
         let bands = |count: u32| {
             let width = self.nyquist_hz() / f64::from(count);
             (0..count).map(move |i| (f64::from(count).log2(), width * f64::from(i)..width * f64::from(i + 1)))
         };
-        counts.into_iter().filter(|c| *c <= 1 << DEEPEST).filter(wide_enough).flat_map(bands).collect()
+        counts.into_iter().filter(|c| *c <= 1 << SETTINGS.max_level).filter(wide_enough).flat_map(bands).collect()
     }
 
-    /// The envelope of a band at `denser` times a little above its width: once for its power, twice for the spectrum
-    /// of its square.
+    /// Envelope of a band, sampled at `denser` times a little above its width: 1 for its power, 2 for the spectrum of
+    /// its square.
     pub(super) fn envelope(&self, band_hz: &Range<f64>, denser: usize) -> BandEnvelope {
         let step = self.sample_rate_hz / self.samples as f64;
         let last = self.bins.len() - 1;
-        let flank = FLANK * (band_hz.end - band_hz.start);
+        let flank = SETTINGS.flank_share * (band_hz.end - band_hz.start);
         // Half the flank lies beyond each edge; 0 Hz and Nyquist's frequency have no neighbour, and no quadrature.
         let low = (((band_hz.start - 0.5 * flank) / step).ceil().max(1.0) as usize).min(last);
         let high = (((band_hz.end + 0.5 * flank) / step).floor() as usize).min(last - 1);
@@ -176,7 +167,7 @@ impl Bank {
             let f = k as f64 * step;
             let below = if at_start { 1.0 } else { rise(f - band_hz.start) };
             let above = if at_end { 1.0 } else { rise(band_hz.end - f) };
-            // Power-complementary: the powers of two neighbours add up to all of it.
+            // Power-complementary: the powers of two neighbours add up to the whole.
             (below * above).sqrt() * 2.0 / self.samples as f64
         };
         let mut cut: Vec<_> = (low..=high.max(low)).map(|k| self.bins[k] * gain(k)).collect();

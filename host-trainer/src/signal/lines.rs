@@ -1,41 +1,37 @@
-//! Lines of a spectrum, and how far they stand out of what is around them.
+//! Lines of a spectrum and their significance over the noise around, theory (74).
 
 use serde::Serialize;
 
+use super::settings::LineSettings;
 use super::spectrum::Spectrum;
 use super::transform::median;
 
-/// A neighbourhood reaches at least this many values to either side, …
-const LEAST_BINS: usize = 32;
-/// … and at least this far, Hz: real lines are wider than one value.
-const LEAST_HZ: f64 = 8.0;
+const SETTINGS: LineSettings = LineSettings::DEFAULT;
 
 /// A line of an amplitude spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Line {
-    /// Where it was looked for, Hz.
+    /// Expected frequency, Hz.
     pub expected_hz: f64,
-    /// Where the greatest value near there is, Hz.
+    /// Frequency of the greatest value within the tolerance, Hz.
     pub frequency_hz: f64,
-    /// That value, in the spectrum's unit.
+    /// Amplitude there, in the spectrum's unit.
     pub amplitude: f64,
-    /// Root mean square of noise around it, in the same unit.
+    /// Root mean square of the noise around, in the spectrum's unit.
     pub background: f64,
     /// Power over that of the background.
     pub ratio: f64,
-    /// How probable as great a ratio is in Gaussian noise.
+    /// p-value of the ratio in Gaussian noise.
     pub p_value: f64,
 }
 
-/// Mean power of the noise under each value of a power spectrum: the median around it over ln 2, as powers of noise
-/// are distributed exponentially. Lines do not move a median while they are the fewer.
-///
-/// `half_width` counts the values to either side.
+/// Mean power of the noise under each value of a power spectrum, theory (74): the median over `half_width` values to
+/// either side, over ln 2, as powers of noise are exponential. Lines do not move a median while they are the fewer.
 pub fn floor(powers: &[f64], half_width: usize) -> Vec<f64> {
     let half_width = half_width.max(1);
     let hop = half_width.div_ceil(2);
     let at = |middle: usize| {
-        // The mean is no noise, nor what leaks from it.
+        // Without the mean and what leaks from it.
         let from = middle.saturating_sub(half_width).max(2.min(powers.len()));
         let to = (middle + half_width + 1).min(powers.len()).max(from);
         median(&mut powers[from..to].to_vec()).unwrap_or(0.0) / std::f64::consts::LN_2
@@ -48,31 +44,29 @@ pub fn floor(powers: &[f64], half_width: usize) -> Vec<f64> {
     (0..powers.len()).map(between).collect()
 }
 
-/// How many values to either side make the neighbourhood in a spectrum of this step.
+/// Values to either side that make the neighbourhood in a spectrum of this step.
 pub fn half_width(step_hz: f64) -> usize {
-    LEAST_BINS.max((LEAST_HZ / step_hz).ceil() as usize)
+    SETTINGS.min_half_width_bins.max((SETTINGS.min_half_width_hz / step_hz).ceil() as usize)
 }
 
 /// An amplitude spectrum with its background.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Marked<'s> {
-    /// The spectrum.
+    /// Amplitude spectrum.
     pub spectrum: &'s Spectrum,
-    /// Root mean square of the noise under each of its values.
+    /// Root mean square of the noise under each value.
     pub background: Vec<f64>,
 }
 
 impl<'s> Marked<'s> {
-    /// Of a spectrum of amplitudes.
+    /// Background of an amplitude spectrum.
     pub fn new(spectrum: &'s Spectrum) -> Self {
         let powers: Vec<f64> = spectrum.values.iter().map(|v| v * v).collect();
         let background = floor(&powers, half_width(spectrum.step_hz)).into_iter().map(f64::sqrt).collect();
         Self { spectrum, background }
     }
 
-    /// The greatest value within a tolerance of a frequency, of one value's width at the least.
-    ///
-    /// `None` beyond the spectrum's ends.
+    /// Line of greatest amplitude within a tolerance of a frequency, at least one step; `None` beyond the spectrum.
     pub fn line(&self, expected_hz: f64, tolerance_hz: f64) -> Option<Line> {
         let step = self.spectrum.step_hz;
         let reach = tolerance_hz.max(step);
@@ -82,7 +76,7 @@ impl<'s> Marked<'s> {
         let (offset, amplitude) = values.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
         let background = self.background[from + offset];
         let ratio = if background > 0.0 { (amplitude / background).powi(2) } else { 0.0 };
-        // The greatest of so many exponential values.
+        // Of the greatest of the values searched.
         let p_value = -(values.len() as f64 * (-(-ratio).exp()).ln_1p()).exp_m1();
         let frequency_hz = (from + offset) as f64 * step;
         Some(Line { expected_hz, frequency_hz, amplitude, background, ratio, p_value })

@@ -1,19 +1,22 @@
-//! Signals: what a recording shows of a turning machine, before any model of it.
+//! Signal analysis of a rotating machine's recording, before any model.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`spectrum`] | power density, amplitude spectrum |
 //! | [`envelope`] | envelope of a band and its spectrum |
-//! | [`kurtogram`] | the band that holds impacts, where nothing else is known |
-//! | [`band`] | the band that shows given frequencies best |
-//! | [`coherence`] | cyclic coherence over carrier and modulation, and the envelope spectrum enhanced by it |
-//! | [`characteristic`] | the frequencies to look for, with their names |
-//! | [`lines`] | a line and how far it stands out |
-//! | [`order`] | the shaft's angle over time; spectra in orders of the shaft |
-//! | [`synchronous`] | what repeats with the shaft, and the rest |
-//! | [`speed`] | the shaft's speed, where nothing counts its turns |
+//! | [`kurtogram`] | the band that holds impacts, by kurtosis alone |
+//! | [`band`] | the band that shows given lines best |
+//! | [`coherence`] | cyclic coherence, enhanced envelope spectrum |
+//! | [`kinematics`], [`characteristic`] | characteristic frequencies and their names |
+//! | [`lines`] | lines and their significance |
+//! | [`order`] | the shaft's angle over time, order spectra |
+//! | [`synchronous`] | synchronous average and residual |
+//! | [`speed`] | the shaft's speed without a tachometer |
+//! | [`spectra`] | all of these for one recording |
+//! | [`surrogate`] | phase-randomised surrogates |
+//! | [`settings`] | settings of each stage |
 //!
-//! Everything takes samples as `f32` or `f64` and gives `f64`; frequencies are in Hz, times in s, angles in turns.
+//! Samples are `f32` or `f64`, results `f64`; frequencies are in Hz, times in s, angles in turns.
 
 pub mod band;
 pub mod characteristic;
@@ -24,6 +27,7 @@ pub mod kinematics;
 pub mod kurtogram;
 pub mod lines;
 pub mod order;
+pub mod settings;
 pub mod spectra;
 pub mod spectrum;
 pub mod speed;

@@ -1,31 +1,26 @@
-//! The shaft's angle over time, and spectra in orders of the shaft.
+//! Shaft angle over time, and spectra in orders of the shaft, theory (77).
 //!
-//! A recording is sampled again at even angles; what repeats with the shaft is then a line, whatever the speed does.
-//! Method: computed order tracking, K. R. Fyfe, E. D. S. Munck, Mechanical Systems and Signal Processing 11 (1997)
-//! 187–205.
+//! A recording is resampled at even angles; what repeats with the shaft is then a line at any speed. Method: computed
+//! order tracking, K. R. Fyfe, E. D. S. Munck, Mechanical Systems and Signal Processing 11 (1997) 187–205.
 
 use std::ops::Range;
 
 use super::Sample;
 use super::envelope::envelope;
 use super::interpolate::{Interpolator, held};
+use super::settings::OrderSettings;
 use super::spectrum::amplitudes;
 
-/// Highest degree of a polynomial of time over turns.
-const HIGHEST_DEGREE: usize = 6;
-/// Pulses that a polynomial needs for each of its coefficients.
-const PULSES_A_COEFFICIENT: usize = 3;
-/// A turn that lasts this many times the median, or a part of it, means pulses missing or too many.
-const UNEVEN: f64 = 1.6;
+const SETTINGS: OrderSettings = OrderSettings::DEFAULT;
 
-/// Why a tachometer's channel gives no angle.
+/// Failure of a tachometer channel to give an angle.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TachoError {
     /// Fewer than two whole turns.
     #[error("tacho: found {found} pulses, expected 3 or more")]
     TooFew {
-        /// Pulses.
+        /// Pulses found.
         found: usize,
     },
     /// A turn far longer or shorter than the others.
@@ -33,14 +28,14 @@ pub enum TachoError {
     Uneven {
         /// Sample of the pulse that begins the turn.
         sample: usize,
-        /// Its length, samples.
+        /// Length of the turn, samples.
         found: f64,
         /// The median length, samples.
         expected: f64,
     },
 }
 
-/// The shaft's angle over time. Angles are in turns, 0 at the first pulse or, without pulses, at time 0.
+/// Shaft angle over time, turns: 0 at the first pulse or, without pulses, at time 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShaftAngle {
     law: Law,
@@ -49,7 +44,7 @@ pub struct ShaftAngle {
 
 #[derive(Clone, Debug, PartialEq)]
 enum Law {
-    /// Turns a second.
+    /// Constant speed, Hz.
     Constant(f64),
     /// Time in s as a polynomial of (turn − centre)/half, lowest power first.
     Polynomial { centre: f64, half: f64, coefficients: Vec<f64> },
@@ -58,19 +53,19 @@ enum Law {
 }
 
 impl ShaftAngle {
-    /// A constant speed.
+    /// Angle at a constant speed.
     pub fn constant(shaft_hz: f64) -> Self {
         Self { law: Law::Constant(shaft_hz), mean_hz: shaft_hz }
     }
 
-    /// From a channel that is 1 (above one half) at each turn's first sample.
+    /// Angle from a tachometer channel that is above one half at each turn's first sample.
     ///
-    /// A pulse says that the turn began within the sample period before it: its time is taken as the middle of that,
-    /// and the least polynomial that passes through all these periods is the law. Where there is none up to degree 6,
-    /// the pulses' times themselves are, with a cubic between.
+    /// A turn began within the sample period before its pulse; the middle of that period is its time. The law is the
+    /// polynomial of least degree, up to 6, within 0.6 samples of all these times: ±0.5 is their quantisation. Without
+    /// one, cubics join the times.
     ///
     /// # Errors
-    /// Fewer than three pulses, or a turn that is out of step with the others.
+    /// Fewer than three pulses, or a turn far longer or shorter than the others.
     pub fn from_tacho<S: Sample>(tacho: &[S], sample_rate_hz: f64) -> Result<Self, TachoError> {
         let pulses: Vec<usize> = tacho.iter().enumerate().filter(|(_, v)| (**v).into() > 0.5).map(|(i, _)| i).collect();
         if pulses.len() < 3 {
@@ -78,18 +73,20 @@ impl ShaftAngle {
         }
         let lengths: Vec<f64> = pulses.windows(2).map(|w| (w[1] - w[0]) as f64).collect();
         let expected = super::transform::median(&mut lengths.clone()).unwrap_or(0.0);
-        let uneven = lengths.iter().position(|l| *l > UNEVEN * expected || *l < expected / UNEVEN);
+        let uneven = lengths
+            .iter()
+            .position(|l| *l > SETTINGS.max_turn_ratio * expected || *l < expected / SETTINGS.max_turn_ratio);
         if let Some(turn) = uneven {
             return Err(TachoError::Uneven { sample: pulses[turn], found: lengths[turn], expected });
         }
         let times: Vec<f64> = pulses.iter().map(|p| (*p as f64 - 0.5) / sample_rate_hz).collect();
         let turns = (times.len() - 1) as f64;
         let mean_hz = turns / (times[times.len() - 1] - times[0]);
-        let highest = HIGHEST_DEGREE.min((times.len() / PULSES_A_COEFFICIENT).max(1) - 1).max(1);
+        let highest = SETTINGS.max_degree.min((times.len() / SETTINGS.pulses_per_coefficient).max(1) - 1).max(1);
         let (centre, half) = (0.5 * turns, 0.5 * turns);
         let polynomial = (1..=highest).map(|degree| fit_polynomial(&times, degree)).find(|coefficients| {
             let miss = |(k, t): (usize, &f64)| (horner(coefficients, (k as f64 - centre) / half) - t).abs();
-            times.iter().enumerate().map(miss).fold(0.0, f64::max) * sample_rate_hz <= 0.6
+            times.iter().enumerate().map(miss).fold(0.0, f64::max) * sample_rate_hz <= SETTINGS.pulse_tolerance_samples
         });
         let law = match polynomial {
             Some(coefficients) => Law::Polynomial { centre, half, coefficients },
@@ -98,7 +95,7 @@ impl ShaftAngle {
         Ok(Self { law, mean_hz })
     }
 
-    /// Turns a second over the whole.
+    /// Mean speed, Hz.
     pub fn mean_hz(&self) -> f64 {
         self.mean_hz
     }
@@ -109,7 +106,7 @@ impl ShaftAngle {
             Law::Constant(shaft_hz) => turns / shaft_hz,
             Law::Polynomial { centre, half, coefficients } => horner(coefficients, (turns - centre) / half),
             Law::Pulses(times) => {
-                // Hermite's cubic; slopes are those between the neighbours. Straight on beyond the ends.
+                // Hermite's cubic with slopes between the neighbours; linear beyond the ends.
                 let last = times.len() - 1;
                 let slope = |k: usize| {
                     let (a, b) = (k.saturating_sub(1), (k + 1).min(last));
@@ -134,14 +131,14 @@ impl ShaftAngle {
 
     /// Angle at a time, turns.
     pub fn turns(&self, time_s: f64) -> f64 {
-        // Newton's method; the speed changes little within a step, so that the difference quotient serves.
+        // Newton's method with a difference quotient.
         let mut turns = (time_s - self.time_s(0.0)) * self.mean_hz;
-        for _ in 0..20 {
+        for _ in 0..SETTINGS.newton_iterations {
             let miss = time_s - self.time_s(turns);
             let slope = (self.time_s(turns + 0.05) - self.time_s(turns - 0.05)) / 0.1;
             let step = miss / slope.max(0.1 / self.mean_hz);
             turns += step;
-            if step.abs() < 1e-10 {
+            if step.abs() < SETTINGS.newton_tolerance_turns {
                 break;
             }
         }
@@ -153,7 +150,7 @@ fn horner(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
-/// Least squares on −1…1, by polynomials orthogonal on the points (Forsythe 1957).
+/// Least-squares polynomial on −1…1, lowest power first, by polynomials orthogonal on the points (Forsythe 1957).
 fn fit_polynomial(values: &[f64], degree: usize) -> Vec<f64> {
     let n = values.len();
     let x = |k: usize| 2.0 * k as f64 / (n - 1) as f64 - 1.0;
@@ -183,18 +180,18 @@ fn fit_polynomial(values: &[f64], degree: usize) -> Vec<f64> {
     out
 }
 
-/// A recording at even angles.
+/// A recording resampled at even angles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Angular {
     /// Samples, `per_turn` to a turn.
     pub samples: Vec<f64>,
-    /// Samples a turn: as many as keep the recording's band at the slowest turn.
+    /// Samples a turn, even: keeps the recording's band at the slowest turn.
     pub per_turn: usize,
     /// Angle of the first sample, whole turns.
     pub first_turn: i64,
 }
 
-/// Samples at even angles over the whole turns of a recording; `None` where there is not one.
+/// Resamples the whole turns of a recording at even angles, theory (77); `None` if there is no whole turn.
 pub fn resample<S: Sample>(samples: &[S], sample_rate_hz: f64, angle: &ShaftAngle) -> Option<Angular> {
     let samples: Vec<f64> = samples.iter().map(|v| (*v).into()).collect();
     let end_s = samples.len().checked_sub(1).filter(|n| *n > 0)? as f64 / sample_rate_hz;
@@ -219,9 +216,9 @@ pub fn resample<S: Sample>(samples: &[S], sample_rate_hz: f64, angle: &ShaftAngl
 /// Amplitudes over orders of the shaft.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrderSpectrum {
-    /// Orders from one value to the next.
+    /// Step from order 0, orders.
     pub step: f64,
-    /// Amplitudes (peak) in the unit of the samples.
+    /// Peak amplitudes in the unit of the samples.
     pub values: Vec<f64>,
 }
 
@@ -232,7 +229,7 @@ impl OrderSpectrum {
     }
 }
 
-/// Amplitude spectrum over orders (Hann window over all whole turns). `None` where there are under 2 turns.
+/// Amplitude spectrum over orders, Hann window over all whole turns; `None` for fewer than 2 turns.
 pub fn order_spectrum<S: Sample>(samples: &[S], sample_rate_hz: f64, angle: &ShaftAngle) -> Option<OrderSpectrum> {
     let angular = resample(samples, sample_rate_hz, angle)?;
     if angular.samples.len() < 2 * angular.per_turn {
@@ -243,7 +240,8 @@ pub fn order_spectrum<S: Sample>(samples: &[S], sample_rate_hz: f64, angle: &Sha
     Some(OrderSpectrum { step: spectrum.step_hz, values: spectrum.values })
 }
 
-/// The same of the envelope in a band, which stays one of frequency: resonances do not turn with the shaft.
+/// Amplitude spectrum over orders of the envelope in a band, Hz: resonances do not turn with the shaft. `None` for
+/// fewer than 2 turns.
 pub fn envelope_order_spectrum<S: Sample>(
     samples: &[S],
     sample_rate_hz: f64,

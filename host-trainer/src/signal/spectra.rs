@@ -1,6 +1,4 @@
-//! What a recording shows of its machine: the band that tells most, the lines in it, the speed, the orders.
-//!
-//! The steps of [`signal`](crate::signal), one after the other, each choice with its reason.
+//! Analysis of one recording by the steps of [`signal`](crate::signal): speed, band, envelope lines, orders.
 
 use std::ops::Range;
 
@@ -15,67 +13,56 @@ use crate::signal::kinematics::Geometry;
 use crate::signal::kurtogram::{Kurtogram, kurtogram};
 use crate::signal::lines::{Line, Marked};
 use crate::signal::order::{OrderSpectrum, ShaftAngle, order_spectrum};
+use crate::signal::settings::SpectraSettings;
 use crate::signal::spectrum::{Spectrum, USABLE, welch};
 use crate::signal::speed::{SpeedEstimate, SpeedSearch, estimate};
 use crate::signal::synchronous::{Synchronous, average};
 
-/// Samples of a segment of the density, at most.
-const SEGMENT: usize = 4096;
-/// Harmonics and sidebands that lines are listed for.
-const HARMONICS: u32 = 3;
-const SIDEBANDS: i32 = 1;
-/// Narrowest band of the kurtogram where no bearing is known: wide enough for repetitions up to half of it.
-const NARROWEST_HZ: f64 = 400.0;
-/// ln of the probability from which a band is chosen for its lines.
-const SURE: f64 = -6.9;
-/// Relative distance from where kinematics put a line in which it is looked for: slip.
-const SLIP: f64 = 0.01;
-/// Samples that resolve the carriers of the coherence.
-const CARRIERS: usize = 256;
+const SETTINGS: SpectraSettings = SpectraSettings::DEFAULT;
 
-/// What is known or wanted beside the recording.
+/// Options of an analysis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wanted {
-    /// The bearing.
+    /// Bearing geometry, if known.
     pub geometry: Option<Geometry>,
-    /// Nominal speed, over the recording's own.
+    /// Nominal speed, Hz; overrides the recording's own.
     pub shaft_hz: Option<f64>,
-    /// Band of the envelope, instead of one that is chosen.
+    /// Band of the envelope, Hz; `None`: chosen.
     pub band_hz: Option<Range<f64>>,
-    /// Channel, instead of the first.
+    /// Channel; `None`: the first.
     pub channel: Option<String>,
-    /// Seed of the speed's null.
+    /// Seed of the speed's permutation test.
     pub seed: u64,
 }
 
-/// Why a recording cannot be shown.
+/// Failure of an analysis.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SpectraError {
-    /// It has not the channel.
+    /// No such channel.
     #[error("{recording}: found channels {found}, expected `{expected}`")]
     Channel {
-        /// The recording.
+        /// Name of the recording.
         recording: String,
-        /// Its channels.
+        /// Names of its channels.
         found: String,
-        /// The channel.
+        /// Name of the channel.
         expected: String,
     },
-    /// It is too short, in one piece.
+    /// Too few samples without a gap.
     #[error("{recording}: found {found} samples in one piece, expected at least {least}")]
     TooShort {
-        /// The recording.
+        /// Name of the recording.
         recording: String,
-        /// Samples of its longest piece.
+        /// Samples of its longest piece without a gap.
         found: usize,
-        /// The least.
+        /// Least number of samples.
         least: usize,
     },
-    /// The band is not within what the recording holds.
+    /// Band outside 0 to Nyquist's frequency.
     #[error("{recording}: found band {low}:{high} Hz, expected one between 0 and Nyquist's {nyquist} Hz")]
     Band {
-        /// The recording.
+        /// Name of the recording.
         recording: String,
         /// Lower edge, Hz.
         low: f64,
@@ -86,7 +73,7 @@ pub enum SpectraError {
     },
 }
 
-/// Where the speed comes from that frequencies are marked by.
+/// Source of the speed that frequencies are marked by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SpeedSource {
@@ -94,84 +81,84 @@ pub enum SpeedSource {
     Tachometer,
     /// The recording's own lines.
     Estimate,
-    /// What was stated.
+    /// The stated speed.
     Nominal,
 }
 
-/// The shaft's speed, by all that speaks of it.
+/// Shaft speed from all sources.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Speed {
-    /// What was stated, Hz.
+    /// Stated speed, Hz.
     pub nominal_hz: Option<f64>,
     /// Mean over the tachometer's pulses, Hz.
     pub tachometer_hz: Option<f64>,
-    /// Why there is a tachometer and no speed by it.
+    /// Error of the tachometer channel, if any.
     pub tachometer_error: Option<String>,
-    /// By the recording's lines.
+    /// Estimate from the recording's lines.
     pub estimate: Option<SpeedEstimate>,
-    /// Why there is none.
+    /// Reason for a missing estimate.
     pub not_determined: Option<String>,
-    /// The one that frequencies are marked by, Hz.
+    /// Speed that frequencies are marked by, Hz.
     pub used_hz: Option<f64>,
-    /// Where that comes from.
+    /// Source of `used_hz`.
     pub source: Option<SpeedSource>,
 }
 
-/// Why a band was chosen.
+/// Reason for a band.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BandChoice {
-    /// It was stated.
+    /// Stated by the user.
     Stated,
-    /// It shows the lines of a family.
+    /// Lines of a family in its envelope.
     Lines(Family),
-    /// It has the greatest kurtosis.
+    /// Greatest kurtosis.
     Kurtosis,
-    /// Nothing stands out: all that a converter's filter leaves alone.
+    /// No significant lines or kurtosis: the converter's passband.
     Nothing,
 }
 
-/// The band that the envelope is taken of.
+/// Band of the envelope.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Band {
-    /// From edge to edge, Hz.
+    /// Edges of the band, Hz.
     pub band_hz: Range<f64>,
-    /// Why this.
+    /// Reason for the band.
     pub choice: BandChoice,
-    /// ln of the probability that noise shows such lines somewhere; only for [`BandChoice::Lines`].
+    /// ln of the lines' p-value over all bands tried; only for [`BandChoice::Lines`].
     pub log_p_value: Option<f64>,
 }
 
-/// A characteristic frequency and what is there in the envelope's spectrum.
+/// A characteristic frequency with its line in the envelope's spectrum.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MarkedLine {
-    /// Which.
+    /// Characteristic frequency.
     #[serde(flatten)]
     pub characteristic: Characteristic,
-    /// The line; amplitudes in the unit of the recording.
+    /// Line; amplitudes in the unit of the recording.
     pub line: Line,
 }
 
-/// All of it.
+/// Analysis of one recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Analysis {
     /// Name of the recording.
     pub name: String,
-    /// Where it was read from.
+    /// Source file.
     pub file: String,
-    /// The channel.
+    /// Name of the channel.
     pub channel: String,
-    /// Samples per second.
+    /// Sample rate, Hz.
     pub sample_rate_hz: f64,
-    /// Length of what was looked at, s: the longest piece without a gap.
+    /// Duration of the longest piece without a gap, which is analysed, s.
     pub duration_s: f64,
-    /// The speed.
+    /// Shaft speed.
     pub speed: Speed,
-    /// Power density.
+    /// Power spectral density.
     pub density: Spectrum,
-    /// Kurtosis of bands.
+    /// Kurtogram; `None` for too few samples.
     pub kurtogram: Option<Kurtogram>,
-    /// The band of the envelope.
+    /// Band of the envelope.
     pub band: Band,
     /// Amplitude spectrum of the envelope in the band.
     pub envelope: Spectrum,
@@ -181,15 +168,15 @@ pub struct Analysis {
     pub lines: Vec<MarkedLine>,
     /// Amplitudes over orders of the shaft.
     pub orders: Option<OrderSpectrum>,
-    /// What repeats with the shaft; only by a tachometer.
+    /// Synchronous average; `None` without a tachometer.
     pub synchronous: Option<Synchronous>,
 }
 
 impl Analysis {
-    /// Of a recording.
+    /// Analyses a recording.
     ///
     /// # Errors
-    /// No such channel, too few samples, a band that is not there.
+    /// No such channel, too few samples, a band outside 0 to Nyquist's frequency.
     pub fn analyse(recording: &Recording, wanted: &Wanted) -> Result<Self, SpectraError> {
         let rate = recording.sample_rate_hz;
         let channel = match &wanted.channel {
@@ -203,9 +190,12 @@ impl Analysis {
         })?;
         let piece = longest_piece(recording);
         let samples = &channel.samples[piece.clone()];
-        let short =
-            || SpectraError::TooShort { recording: recording.source.to_string(), found: samples.len(), least: 256 };
-        if samples.len() < 256 {
+        let short = || SpectraError::TooShort {
+            recording: recording.source.to_string(),
+            found: samples.len(),
+            least: SETTINGS.min_samples,
+        };
+        if samples.len() < SETTINGS.min_samples {
             return Err(short());
         }
         if let Some(band) =
@@ -221,26 +211,28 @@ impl Analysis {
             _ => 0.0,
         };
         let speeds = speed.used_hz.map(|shaft_hz| Speeds { shaft_hz, geometry: wanted.geometry, slip });
-        let segment = (1usize << (samples.len() / 3).max(8).ilog2()).min(SEGMENT);
+        let segment = (1usize << (samples.len() / 3).max(8).ilog2()).min(SETTINGS.max_segment);
         let density = welch(&[samples], rate, segment).ok_or_else(short)?;
-        let fastest = speeds.as_ref().and_then(|s| s.base_hz(Family::Inner)).map_or(NARROWEST_HZ, |f| 2.0 * f);
+        let fastest =
+            speeds.as_ref().and_then(|s| s.base_hz(Family::Inner)).map_or(SETTINGS.min_bandwidth_hz, |f| 2.0 * f);
         let kurtogram = kurtogram(samples, rate, fastest);
         let band = choose(samples, rate, speeds.as_ref(), kurtogram.as_ref(), wanted);
         let envelope = envelope_spectrum(&[samples], rate, &band.band_hz).ok_or_else(short)?;
         let marked = Marked::new(&envelope);
-        let width = 0.9 * (band.band_hz.end - band.band_hz.start);
-        let expected = speeds.as_ref().map_or_else(Vec::new, |s| list(s, width, HARMONICS, SIDEBANDS));
+        let width = SETTINGS.envelope_share * (band.band_hz.end - band.band_hz.start);
+        let listed = |s| list(s, width, SETTINGS.harmonics, SETTINGS.sidebands);
+        let expected = speeds.as_ref().map_or_else(Vec::new, listed);
         let find = |characteristic: Characteristic| {
-            // The shaft does not slip; ball passes do, unless the slip is known.
+            // Ball passes slip, the shaft does not.
             let bearing = characteristic.law.cage != 0.0 && slip == 0.0;
-            let tolerance = if bearing { SLIP * characteristic.frequency_hz } else { 0.0 };
+            let tolerance = if bearing { SETTINGS.slip_tolerance * characteristic.frequency_hz } else { 0.0 };
             let line = marked.line(characteristic.frequency_hz, tolerance)?;
             Some(MarkedLine { characteristic, line })
         };
         let lines = expected.into_iter().filter_map(find).collect();
         let highest = envelope_range_hz(speeds.as_ref(), &band.band_hz);
-        let coherence =
-            coherence(samples, rate, CARRIERS, highest).map(|c| c.enhanced_envelope_spectrum(&band.band_hz));
+        let coherence = coherence(samples, rate, SETTINGS.coherence_window, highest)
+            .map(|c| c.enhanced_envelope_spectrum(&band.band_hz));
         let pulses = tacho.and_then(Result::ok);
         let angle = pulses.clone().or_else(|| speed.used_hz.map(ShaftAngle::constant));
         Ok(Self {
@@ -261,25 +253,26 @@ impl Analysis {
         })
     }
 
-    /// Up to where the envelope's spectrum is worth showing, Hz.
+    /// Highest frequency of the envelope's spectrum to plot, Hz.
     pub fn shown_hz(&self) -> f64 {
         let last = self.lines.iter().filter(|l| l.characteristic.sideband == 0).map(|l| l.characteristic.frequency_hz);
         let last = last.fold(0.0, f64::max);
         let width = self.band.band_hz.end - self.band.band_hz.start;
-        (if last > 0.0 { 1.12 * last } else { 1000.0 }).min(0.9 * width)
+        let wanted = if last > 0.0 { SETTINGS.range_factor * last } else { SETTINGS.default_range_hz };
+        wanted.min(SETTINGS.envelope_share * width)
     }
 
-    /// The family whose first harmonics stand out most of the envelope's spectrum, with the strongest of them; `None`
-    /// where none does beyond chance.
+    /// Harmonic of greatest power over noise in the envelope's spectrum, the cage's left out; `None` if none is
+    /// significant.
     pub fn strongest(&self) -> Option<&MarkedLine> {
         let own =
             self.lines.iter().filter(|l| l.characteristic.sideband == 0 && l.characteristic.family != Family::Cage);
-        let sure = own.filter(|l| l.line.p_value < 1e-4);
+        let sure = own.filter(|l| l.line.p_value < SETTINGS.line_p_value);
         sure.max_by(|a, b| a.line.ratio.total_cmp(&b.line.ratio))
     }
 }
 
-/// Samples between two gaps, most of them.
+/// Longest range of samples without a gap.
 fn longest_piece(recording: &Recording) -> Range<usize> {
     let starts = std::iter::once(0).chain(recording.gaps.iter().map(|gap| gap + 1));
     let ends = recording.gaps.iter().map(|gap| gap + 1).chain([recording.len()]);
@@ -301,7 +294,7 @@ fn speed<E: ToString>(
     let (estimate, not_determined) = match found {
         Some(Ok(estimate)) => (Some(estimate), None),
         Some(Err(why)) => (None, Some(why.to_string())),
-        None => (None, Some("no nominal speed is known to look around".into())),
+        None => (None, Some("no nominal speed is known to search around".into())),
     };
     let by = [
         (tachometer_hz, SpeedSource::Tachometer),
@@ -329,12 +322,13 @@ fn choose(samples: &[f64], rate: f64, speeds: Option<&Speeds>, kurtogram: Option
     let families = [Family::Outer, Family::Inner, Family::Ball];
     let shown = families.into_iter().filter_map(|family| {
         let base = speeds?.base_hz(family)?;
-        let lines: Vec<f64> = (1..=HARMONICS).map(|h| f64::from(h) * base).collect();
-        let tolerance = if speeds?.slip == 0.0 { SLIP } else { 0.1 * SLIP };
+        let lines: Vec<f64> = (1..=SETTINGS.harmonics).map(|h| f64::from(h) * base).collect();
+        let unknown = SETTINGS.slip_tolerance;
+        let tolerance = if speeds?.slip == 0.0 { unknown } else { SETTINGS.known_slip_factor * unknown };
         Some((family, band_for_lines(samples, rate, &lines, tolerance)?))
     });
     let best = shown.min_by(|a, b| a.1.log_p_value.total_cmp(&b.1.log_p_value));
-    if let Some((family, band)) = best.filter(|(_, band)| band.log_p_value < SURE) {
+    if let Some((family, band)) = best.filter(|(_, band)| band.log_p_value < SETTINGS.max_log_p_value) {
         return Band { band_hz: band.band_hz, choice: BandChoice::Lines(family), log_p_value: Some(band.log_p_value) };
     }
     match kurtogram.and_then(Kurtogram::best) {
@@ -343,8 +337,9 @@ fn choose(samples: &[f64], rate: f64, speeds: Option<&Speeds>, kurtogram: Option
     }
 }
 
-/// Highest rate of modulation that is looked for, Hz.
+/// Highest modulation frequency of the coherence, Hz.
 fn envelope_range_hz(speeds: Option<&Speeds>, band_hz: &Range<f64>) -> f64 {
-    let wanted = speeds.and_then(|s| s.base_hz(Family::Inner)).map_or(1000.0, |f| 1.12 * f64::from(HARMONICS) * f);
+    let highest = |f: f64| SETTINGS.range_factor * f64::from(SETTINGS.harmonics) * f;
+    let wanted = speeds.and_then(|s| s.base_hz(Family::Inner)).map_or(SETTINGS.default_range_hz, highest);
     wanted.min(band_hz.end - band_hz.start)
 }

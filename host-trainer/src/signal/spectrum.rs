@@ -1,16 +1,17 @@
-//! Power density (Welch 1967) and amplitude spectrum.
+//! Power spectral density (Welch 1967), theory (70), and amplitude spectrum, theory (71).
 
 use std::ops::Range;
 
 use super::Sample;
+use super::settings::SpectrumSettings;
 use super::transform::{forward_plan, hann};
 
 /// A quantity over evenly spaced frequencies from 0 on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum {
-    /// Hz from one value to the next.
+    /// Step from 0 Hz, Hz.
     pub step_hz: f64,
-    /// The values.
+    /// Values, one per step.
     pub values: Vec<f64>,
 }
 
@@ -26,18 +27,18 @@ impl Spectrum {
     }
 }
 
-/// Share of the band up to Nyquist's frequency that a converter's filter leaves alone.
-pub const USABLE: f64 = 0.8;
+/// Share of the band up to Nyquist's frequency within a converter's passband.
+pub const USABLE: f64 = SpectrumSettings::DEFAULT.passband_share;
 
 fn windowed<S: Sample>(samples: &[S], window: &[f64]) -> Vec<f64> {
     let mean = samples.iter().map(|v| (*v).into()).sum::<f64>() / samples.len().max(1) as f64;
     samples.iter().zip(window).map(|(v, w)| ((*v).into() - mean) * w).collect()
 }
 
-/// One-sided power spectral density in (unit of the samples)²/Hz: segments overlap by half, each
-/// without its mean and under a Hann window, averaged over all segments of all recordings.
+/// One-sided power spectral density in (unit of the samples)²/Hz, theory (70): segments overlap by half, each without
+/// its mean and under a Hann window, averaged over all segments of all recordings.
 ///
-/// `None` where `segment` is under 8 samples, or no recording has as many.
+/// `None` if `segment` is under 8 samples or longer than every recording.
 pub fn welch<S: Sample>(recordings: &[&[S]], sample_rate_hz: f64, segment: usize) -> Option<Spectrum> {
     if segment < 8 {
         return None;
@@ -61,17 +62,17 @@ pub fn welch<S: Sample>(recordings: &[&[S]], sample_rate_hz: f64, segment: usize
     let scale = 1.0 / (sample_rate_hz * window.iter().map(|w| w * w).sum::<f64>() * f64::from(segments));
     let last = values.len() - 1;
     for (k, value) in values.iter_mut().enumerate() {
-        // All but the mean and Nyquist's frequency stand for two.
+        // All but the mean and Nyquist's frequency count twice.
         let sides = if k == 0 || (k == last && segment.is_multiple_of(2)) { 1.0 } else { 2.0 };
         *value *= sides * scale;
     }
     Some(Spectrum { step_hz: sample_rate_hz / segment as f64, values })
 }
 
-/// Amplitude spectrum in the unit of the samples (peak, not RMS): a tone a·cos shows as a. Hann window over
-/// the whole length, its mean removed, powers averaged over recordings, all cut to the shortest.
+/// Amplitude spectrum in the unit of the samples (peak, not RMS), theory (71): a tone a·cos shows as a. Hann window
+/// over the whole length, mean removed, powers averaged over recordings, all cut to the shortest.
 ///
-/// `None` where there is no recording, or one of under 8 samples.
+/// `None` for no recording, or one of under 8 samples.
 pub fn amplitudes<S: Sample>(recordings: &[&[S]], sample_rate_hz: f64) -> Option<Spectrum> {
     let length = recordings.iter().map(|r| r.len()).min().filter(|length| *length >= 8)?;
     let window = hann(length);
@@ -91,9 +92,8 @@ pub fn amplitudes<S: Sample>(recordings: &[&[S]], sample_rate_hz: f64) -> Option
     Some(Spectrum { step_hz: sample_rate_hz / length as f64, values })
 }
 
-/// The band of a width in which `late` has gained most power over `early`, both of the same steps:
-/// where an envelope tells most of what has changed. Bands beyond [`USABLE`] of Nyquist's frequency do
-/// not count: there a converter's filter leaves next to nothing, of which little is much.
+/// Band of a width in which `late` has gained most power over `early`, both of the same step. Bands beyond [`USABLE`]
+/// of Nyquist's frequency do not count: a converter's filter leaves so little there that any change is a large ratio.
 pub fn band_of_most_gain(early: &Spectrum, late: &Spectrum, width_hz: f64) -> Range<f64> {
     let nyquist = (early.values.len().saturating_sub(1)) as f64 * early.step_hz;
     let width = width_hz.min(nyquist);

@@ -1,28 +1,26 @@
-//! Phase-randomised surrogates (Theiler et al. 1992): the recording's power spectrum, nothing else of it.
+//! Phase-randomised surrogates (Theiler et al. 1992): the recording's power spectrum with random phases, theory (24).
 //!
-//! The phases are those of the recording whitened by an autoregression, which colours the result
-//! again. Randomised directly, the jump from the recording's end back to its start would leak over
-//! the whole spectrum, make every surrogate a little less predictable than its recording, and a
-//! linear recording look as if it beat its null (measured on a resonance driven by noise: next-sample
-//! R² 0.8398 against 0.8384 ± 0.0001). White noise has no such jump to speak of. Spectral lines, which
-//! would leak likewise and which no autoregression whitens, are taken out beforehand and put back
-//! with phases of their own.
+//! The randomised phases are those of the recording whitened by an autoregression, which colours the result again.
+//! Without the whitening the jump from the recording's end back to its start leaks over the whole spectrum, makes
+//! every surrogate a little less predictable than its recording, and lets a linear recording beat its null (measured
+//! on a resonance driven by noise: next-sample R² 0.8398 against 0.8384 ± 0.0001). Spectral lines leak likewise, and
+//! no autoregression whitens them: they are taken out first and put back with random phases.
 
 use std::f64::consts::TAU;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::settings::SurrogateSettings;
 use crate::signal::transform::{forward_plan, inverse_plan};
 use crate::stats::optimise::golden_section;
 
-/// Order of the whitening autoregression; less for recordings under 20 times this length.
-const ORDER: usize = 64;
+const SETTINGS: SurrogateSettings = SurrogateSettings::DEFAULT;
 
 /// A surrogate of a recording: same length, mean and power spectrum, random phases.
 pub fn phase_randomised(recording: &[f32], seed: u64) -> Vec<f32> {
     let n = recording.len();
-    let order = ORDER.min(n / 20);
+    let order = SETTINGS.max_order.min(n / SETTINGS.samples_per_order);
     if n < 3 {
         return recording.to_vec();
     }
@@ -53,18 +51,10 @@ pub fn phase_randomised(recording: &[f32], seed: u64) -> Vec<f32> {
 /// A spectral line.
 #[derive(Clone, Copy, Debug)]
 struct Line {
-    /// Radians a sample.
+    /// Frequency, rad/sample.
     step: f64,
     amplitude: f64,
 }
-
-/// Most lines that are taken out.
-const LINES: usize = 32;
-/// A line stands out of the median of its neighbourhood by this factor in power. The largest of a
-/// thousand bins of noise reaches about 10.
-const STANDS_OUT: f64 = 40.0;
-/// Bins on either side that make a neighbourhood, and those next to a line that do not count.
-const NEIGHBOURHOOD: (usize, usize) = (24, 3);
 
 /// Subtracts spectral lines, the strongest first, each fitted by least squares.
 fn take_lines(values: &mut [f64]) -> Vec<Line> {
@@ -73,7 +63,7 @@ fn take_lines(values: &mut [f64]) -> Vec<Line> {
     let forward = forward_plan(n);
     let mut spectrum = forward.make_output_vec();
     let mut lines = Vec::new();
-    while lines.len() < LINES {
+    while lines.len() < SETTINGS.max_lines {
         let mut windowed: Vec<f64> = values.iter().zip(&window).map(|(v, w)| v * w).collect();
         forward.process(&mut windowed, &mut spectrum).expect("buffers are the plan's own");
         let power: Vec<f64> = spectrum.iter().map(|bin| bin.norm_sqr()).collect();
@@ -105,9 +95,9 @@ fn take_lines(values: &mut [f64]) -> Vec<Line> {
     lines
 }
 
-/// The bin that stands out most of its neighbourhood, if any does by far.
+/// Bin of the strongest line, if any.
 fn strongest_line(power: &[f64]) -> Option<usize> {
-    let (far, near) = NEIGHBOURHOOD;
+    let (far, near) = (SETTINGS.neighbourhood_bins, SETTINGS.guard_bins);
     let ratio = |k: usize| {
         let around = (k.saturating_sub(far)..(k + far + 1).min(power.len())).filter(|j| j.abs_diff(k) > near);
         let mut around: Vec<f64> = around.map(|j| power[j]).collect();
@@ -116,11 +106,11 @@ fn strongest_line(power: &[f64]) -> Option<usize> {
         power[k] / median.max(f64::MIN_POSITIVE)
     };
     let peaks = (2..power.len().saturating_sub(2)).filter(|k| power[*k] >= power[k - 1] && power[*k] >= power[k + 1]);
-    let outstanding = peaks.filter(|k| ratio(*k) > STANDS_OUT);
+    let outstanding = peaks.filter(|k| ratio(*k) > SETTINGS.line_ratio);
     outstanding.max_by(|a, b| power[*a].total_cmp(&power[*b]))
 }
 
-/// Random phases for every frequency but the mean's and Nyquist's, which are real.
+/// Randomises the phase of every frequency but the mean's and Nyquist's, which are real.
 fn randomise(mut values: Vec<f64>, rng: &mut ChaCha8Rng) -> Vec<f64> {
     let n = values.len();
     let forward = forward_plan(n);
@@ -191,7 +181,7 @@ mod tests {
                 let difference = autocovariance(&recording, lag) - autocovariance(&surrogate, lag);
                 assert!(difference.abs() < 0.05 * power, "{n} {lag} {difference} {power}");
             }
-            // The pulses are gone: fourth moments tell.
+            // The pulses are gone from the fourth moment.
             let kurtosis = |v: &[f32]| {
                 let m = v.iter().sum::<f32>() / n as f32;
                 let moment = |k: i32| v.iter().map(|v| f64::from(v - m).powi(k)).sum::<f64>() / n as f64;

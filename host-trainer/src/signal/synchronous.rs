@@ -1,14 +1,14 @@
-//! What repeats with the shaft, and the rest: synchronous averaging.
+//! Synchronous average and residual, theory (78).
 //!
 //! S. Braun, "The synchronous (time domain) average revisited", Mechanical Systems and Signal Processing 25 (2011)
-//! 1087–1102: over N turns, what is not synchronous falls by √N in amplitude. Bearings' signals are not: balls slip,
-//! and their orders are no whole numbers. Gears, unbalance and a bent shaft are.
+//! 1087–1102: over N turns, what is not synchronous falls by √N in amplitude. Gears, unbalance and a bent shaft are
+//! synchronous; bearings are not, as balls slip and their orders are not integers.
 
 use super::Sample;
 use super::interpolate::Interpolator;
 use super::order::{ShaftAngle, resample};
 
-/// The part that repeats every so many turns, and the rest.
+/// Synchronous average of a recording and its residual.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Synchronous {
     /// The periodic part at even angles over one period, from angle 0 of the [`ShaftAngle`] on.
@@ -17,16 +17,16 @@ pub struct Synchronous {
     pub period_turns: usize,
     /// Periods averaged over.
     pub periods: usize,
-    /// The recording without its periodic part, sample by sample over its whole length.
+    /// Recording less its periodic part, sample by sample over its whole length.
     pub residual: Vec<f64>,
-    /// Share of the recording's variance that the periodic part explains, less what noise alone would give it
-    /// (1/N of the rest, for N periods); up to 1, and about 0 where nothing repeats.
+    /// Share of the recording's variance that the periodic part explains, corrected for noise (1/N of the rest, for N
+    /// periods); at most 1, about 0 for noise.
     pub explained: f64,
 }
 
-/// Averages a recording over periods of so many turns.
+/// Averages a recording over periods of `period_turns`, theory (78).
 ///
-/// `None` where there are no two periods, or `period_turns` is 0.
+/// `None` for fewer than two periods, or `period_turns` of 0.
 pub fn average<S: Sample>(
     samples: &[S],
     sample_rate_hz: f64,
@@ -43,7 +43,7 @@ pub fn average<S: Sample>(
     for period in angular.samples.chunks_exact(length) {
         average.iter_mut().zip(period).for_each(|(a, v)| *a += v / periods as f64);
     }
-    // The resampled record begins with some turn; a period begins with angle 0.
+    // The resampled record may begin within a period; a period begins at angle 0.
     let shift = angular.first_turn.rem_euclid(period_turns as i64) as usize * angular.per_turn;
     average.rotate_right(shift);
     let interpolator = Interpolator::new();
@@ -52,7 +52,7 @@ pub fn average<S: Sample>(
         interpolator.at(turns * angular.per_turn as f64, |k| average[k.rem_euclid(length as i64) as usize])
     };
     let residual: Vec<f64> = samples.iter().enumerate().map(|(i, v)| (*v).into() - periodic(i)).collect();
-    // In the averaged samples, where shares add up exactly.
+    // Over the averaged samples, whose shares add up exactly.
     let mean = average.iter().sum::<f64>() / length as f64;
     let power = |values: &[f64]| values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64;
     let (whole, part) = (power(&angular.samples[..periods * length]), power(&average));

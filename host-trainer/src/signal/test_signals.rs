@@ -1,4 +1,4 @@
-//! Signals that the tests share.
+//! Test signals.
 
 use std::f64::consts::TAU;
 

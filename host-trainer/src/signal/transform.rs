@@ -1,29 +1,29 @@
-//! Fourier transforms of real signals, and what is used beside them.
+//! Fourier transforms of real signals, Hann window, median.
 
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
-/// Its plans are kept: to make one takes longer than to use it.
+/// Planner with its cache: making a plan takes longer than using it.
 static PLANNER: LazyLock<Mutex<RealFftPlanner<f64>>> = LazyLock::new(Mutex::default);
 
-/// From so many real samples to their frequencies.
+/// Plan from `length` real samples to their frequencies.
 pub(crate) fn forward_plan(length: usize) -> Arc<dyn RealToComplex<f64>> {
     PLANNER.lock().unwrap_or_else(PoisonError::into_inner).plan_fft_forward(length)
 }
 
-/// From frequencies to so many real samples.
+/// Plan from frequencies to `length` real samples.
 pub(crate) fn inverse_plan(length: usize) -> Arc<dyn ComplexToReal<f64>> {
     PLANNER.lock().unwrap_or_else(PoisonError::into_inner).plan_fft_inverse(length)
 }
 
-/// Symmetric over a period, so that half-overlapping windows add up evenly.
+/// Periodic Hann window: half-overlapping windows add up evenly.
 pub(crate) fn hann(length: usize) -> Vec<f64> {
     (0..length).map(|i| 0.5 - 0.5 * (std::f64::consts::TAU * i as f64 / length as f64).cos()).collect()
 }
 
-/// Bins 0 to n/2 of n real values.
+/// Fourier bins 0 to n/2 of n real values.
 pub(super) fn forward(values: &mut [f64]) -> Vec<Complex<f64>> {
     let transform = forward_plan(values.len());
     let mut bins = transform.make_output_vec();
@@ -55,7 +55,7 @@ pub(super) fn inverse_complex(bins: &[Complex<f64>]) -> Vec<Complex<f64>> {
     re.into_iter().zip(im).map(|(re, im)| Complex::new(re, im)).collect()
 }
 
-/// Median; values are put in another order. `None` where there are none.
+/// Median, the upper one of an even count; reorders the values. `None` for no values.
 pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     let middle = values.len() / 2;
     if values.is_empty() {

@@ -1,6 +1,6 @@
-//! Numbers as people read them.
+//! Numbers as text for reports.
 
-/// A number with so many significant digits, and a power of ten only where it would be long without.
+/// A number with `digits` significant digits; a power of ten only outside 1e−3 to 1e6, "–" if not finite.
 pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".into();
@@ -17,12 +17,11 @@ pub fn significant(value: f64, digits: usize) -> String {
     text.replace('-', "−")
 }
 
-/// A value with as many digits as its interval makes worth reading, and the interval; or that there is none.
+/// A value and its 95 % interval as texts, both to two digits of the half-width; "–" for no finite interval.
 pub fn with_interval(value: f64, interval95: Option<[f64; 2]>) -> (String, String) {
     let Some([low, high]) = interval95.filter(|i| i.iter().all(|v| v.is_finite())) else {
         return (significant(value, 4), "–".into());
     };
-    // Two digits of the half-width.
     let half = 0.5 * (high - low).abs();
     let most = [value, low, high].iter().fold(0.0f64, |m, v| m.max(v.abs()));
     let spread = if half > 0.0 { (most / half).log10().floor() } else { 4.0 };
@@ -30,10 +29,10 @@ pub fn with_interval(value: f64, interval95: Option<[f64; 2]>) -> (String, Strin
     (significant(value, digits), format!("{} to {}", significant(low, digits), significant(high, digits)))
 }
 
-/// A probability by chance.
+/// A p-value as text, from `< 1e−30` up.
 pub fn chance(p_value: f64) -> String {
     match p_value {
-        // Beyond what numbers of this kind hold, and far beyond what any noise model is good for.
+        // No noise model holds that far into its tail.
         p if p < 1e-30 => "< 1e−30".into(),
         p if p < 1e-4 => format!("{p:.0e}").replace('-', "−"),
         p if p < 0.01 => format!("{p:.4}"),
@@ -41,10 +40,10 @@ pub fn chance(p_value: f64) -> String {
     }
 }
 
-/// The same behind its sign: `p = 0.0002`, `p < 1e−30`.
+/// A p-value as text with its relation: `p = 0.0002`, `p < 1e−30`.
 pub fn by_chance(p_value: f64) -> String {
-    let told = chance(p_value);
-    if told.starts_with('<') { format!("p {told}") } else { format!("p = {told}") }
+    let text = chance(p_value);
+    if text.starts_with('<') { format!("p {text}") } else { format!("p = {text}") }
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
-//! Statistics, optimisation and numbers as text: what every other layer may use.
+//! Statistics, optimisation and numbers as text, open to every other layer.
 
 pub mod format;
 pub mod optimise;
+pub mod settings;
 pub mod significance;

@@ -1,48 +1,50 @@
-//! Whether a gain on blocks that took no part, or any of many tests, is more than chance.
+//! Significance of a gain on held-out blocks, and of one test among many, theory (81) to (84).
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::function::erf::erfc;
 
-/// Permutations.
-const FLIPS: usize = 4999;
+use super::settings::SignificanceSettings;
 
-/// p-value of a gain in total over blocks, by flipping the sign of each block's gain: were the two models equally good,
-/// either could have been the better one in any block (P. Good, "Permutation, Parametric, and Bootstrap Tests of
+const SETTINGS: SignificanceSettings = SignificanceSettings::DEFAULT;
+
+/// p-value of the total gain over blocks, theory (81), by flipping the sign of each block's gain: under the null
+/// hypothesis of equally good models the signs are random (P. Good, "Permutation, Parametric, and Bootstrap Tests of
 /// Hypotheses", 2005). Blocks are many correlation lengths long, so rows may correlate.
 pub fn sign_flip(before: &[f64], after: &[f64], seed: u64) -> f64 {
     let gains: Vec<f64> = before.iter().zip(after).map(|(b, a)| b - a).collect();
     sign_flip_of(&gains, seed)
 }
 
-/// The same for the gain of each block; 1 where they sum to no gain.
+/// p-value of the total of the blocks' gains by sign flips, theory (81); 1 for a total of 0 or less.
 pub fn sign_flip_of(gains: &[f64], seed: u64) -> f64 {
     let total: f64 = gains.iter().sum();
     if total.is_nan() || total <= 0.0 {
         return 1.0;
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let reached = (0..FLIPS).filter(|_| {
+    let reached = (0..SETTINGS.sign_flips).filter(|_| {
         let flipped: f64 = gains.iter().map(|g| if rng.random_bool(0.5) { *g } else { -*g }).sum();
         flipped >= total
     });
-    (reached.count() + 1) as f64 / (FLIPS + 1) as f64
+    (reached.count() + 1) as f64 / (SETTINGS.sign_flips + 1) as f64
 }
 
-/// The same gain in standard deviations of what flipped signs give.
+/// Total gain over blocks in standard deviations of its sign-flip distribution.
 pub fn paired_z(before: &[f64], after: &[f64]) -> f64 {
     let gains = before.iter().zip(after).map(|(b, a)| b - a);
     let (total, square) = gains.fold((0.0, 0.0), |(t, s), g| (t + g, s + g * g));
     if square > 0.0 { total / square.sqrt() } else { 0.0 }
 }
 
-/// Probability that a normal deviate is at least as many standard deviations from 0, on either side.
+/// Two-sided p-value of a normal deviate, theory (83); `deviations` in standard deviations.
 pub fn two_sided(deviations: f64) -> f64 {
     erfc(deviations.abs() / std::f64::consts::SQRT_2)
 }
 
-/// The same where the standard deviation is that of `count` samples (Student's t); 1 where those are fewer than two.
+/// Two-sided p-value by Student's t where the standard deviation is that of `count` samples, theory (83); 1 for fewer
+/// than two.
 pub fn two_sided_of_few(deviations: f64, count: usize) -> f64 {
     match StudentsT::new(0.0, 1.0, count.saturating_sub(1) as f64) {
         Ok(t) => 2.0 * t.sf(deviations.abs()),
@@ -50,8 +52,8 @@ pub fn two_sided_of_few(deviations: f64, count: usize) -> f64 {
     }
 }
 
-/// Of each of some p-values the least rate of false discoveries at which it stands out (Y. Benjamini, Y. Hochberg, J. R.
-/// Stat. Soc. B 57 (1995) 289–300), its q-value.
+/// q-value of each p-value, theory (82): the least false discovery rate at which it is significant (Y. Benjamini, Y.
+/// Hochberg, J. R. Stat. Soc. B 57 (1995) 289–300).
 pub fn false_discovery_rates(p_values: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..p_values.len()).collect();
     order.sort_by(|a, b| p_values[*b].total_cmp(&p_values[*a]));
@@ -63,18 +65,19 @@ pub fn false_discovery_rates(p_values: &[f64]) -> Vec<f64> {
     rates
 }
 
-/// Which of some p-values stand out at this rate of false discoveries.
+/// Significance of each p-value at a false discovery rate.
 pub fn discoveries(p_values: &[f64], rate: f64) -> Vec<bool> {
     false_discovery_rates(p_values).into_iter().map(|q| q <= rate).collect()
 }
 
-/// How often each model leaves least when blocks are drawn anew with replacement: the share of the evidence it has.
+/// Share of bootstrap draws of blocks in which each model has the least total error, theory (84).
+///
+/// `models` holds each model's error on each block.
 pub fn shares(models: &[&[f64]], seed: u64) -> Vec<f64> {
-    const DRAWS: usize = 1000;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let blocks = models.first().map_or(0, |m| m.len());
     let mut wins = vec![0usize; models.len()];
-    for _ in 0..DRAWS {
+    for _ in 0..SETTINGS.bootstrap_draws {
         let drawn: Vec<usize> = (0..blocks).map(|_| rng.random_range(0..blocks)).collect();
         let total = |m: &[f64]| drawn.iter().map(|b| m[*b]).sum::<f64>();
         let best = (0..models.len()).min_by(|a, b| total(models[*a]).total_cmp(&total(models[*b])));
@@ -82,7 +85,7 @@ pub fn shares(models: &[&[f64]], seed: u64) -> Vec<f64> {
             wins[best] += 1;
         }
     }
-    wins.into_iter().map(|w| w as f64 / DRAWS as f64).collect()
+    wins.into_iter().map(|w| w as f64 / SETTINGS.bootstrap_draws as f64).collect()
 }
 
 #[cfg(test)]
@@ -116,7 +119,7 @@ mod tests {
             0.7590, 1.0,
         ];
         assert_eq!(discoveries(&p, 0.05).iter().filter(|d| **d).count(), 4);
-        // The fourth stands at 15/4 of its p, whatever the order.
+        // The fourth q-value is 15/4 of its p, in any order.
         let turned: Vec<f64> = p.iter().rev().copied().collect();
         assert!((false_discovery_rates(&turned)[11] - 0.0095 * 15.0 / 4.0).abs() < 1e-12);
         assert_eq!(false_discovery_rates(&[]), Vec::<f64>::new());

@@ -1,6 +1,5 @@
-//! Everything an application calls of `ballrace-core`'s device, and nothing else: what this image
-//! takes of flash and RAM is what an application pays, and whatever of `core::panicking` is in it, the
-//! device can reach. `compare.sh` looks at both. It is built to be looked at; run, it says nothing.
+//! Image of all calls of `ballrace-core`'s device, and nothing else, to measure an application's flash and RAM and to
+//! find any `core::panicking` that the device can reach. `compare.sh` checks both; run, the image prints nothing.
 #![no_std]
 #![no_main]
 
@@ -16,7 +15,7 @@ use cortex_m_rt::entry;
 fn main() -> ! {
     static mut SCRATCH: [f32; SCRATCH_LEN] = [0.0; SCRATCH_LEN];
     if let Ok(model) = Model::from_bytes(embedded::model()) {
-        // Opaque lengths, or the compiler would see that they fit.
+        // Opaque lengths, or the compiler proves that they fit.
         let (scratch, samples) = (black_box(&mut SCRATCH[..]), embedded::samples());
         if let Ok(mut device) = Device::new(&model, scratch) {
             for sample in samples.iter() {
@@ -35,7 +34,7 @@ fn panic(_: &PanicInfo<'_>) -> ! {
     halt()
 }
 
-/// Not through semihosting, whose code may panic.
+/// Halts without semihosting, whose code may panic.
 fn halt() -> ! {
     loop {
         cortex_m::asm::wfi();

@@ -1,5 +1,5 @@
 //! Runs the embedded model over the embedded samples on a Cortex-M4F and prints the report of the
-//! host's `ballrace-firmware-sim`, with what only the device knows added: instructions and memory.
+//! host's `ballrace-firmware-sim` with instructions and memory added.
 #![no_std]
 #![no_main]
 
@@ -14,13 +14,13 @@ use ballrace_image::embedded::{self, SCRATCH_LEN};
 use ballrace_image::semihosted;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 
-/// What a run costs.
+/// Cost of a run.
 struct Cost {
     /// Instructions of all samples.
     instructions: u64,
-    /// Instructions of the sample that took most.
+    /// Instructions of the most expensive sample.
     worst: u64,
-    /// Most stack in use, bytes.
+    /// Greatest stack use, bytes.
     stack: usize,
 }
 
@@ -40,8 +40,7 @@ fn main() -> ! {
     }
 }
 
-/// A run as an application makes it. Apart from [`report`], so that neither its instructions nor its
-/// stack count.
+/// Cost of a run as in an application. Apart from [`report`], whose instructions and stack must not count.
 #[inline(never)]
 fn measure<'a>(model: &'a Model<'a>, scratch: &mut [f32]) -> Result<Cost, ScratchTooSmall> {
     let mut device = Device::new(model, scratch)?;
@@ -69,7 +68,7 @@ fn report<'a>(model: &'a Model<'a>, scratch: &mut [f32], cost: &Cost) -> Result<
     let mut line = Line::default();
     let Cost { instructions, worst, stack } = cost;
     let mean = instructions / u64::from(report.samples.max(1));
-    // The host's line with its last brace moved behind what is added.
+    // The host's line with its last brace after the added keys.
     let written = write!(
         line,
         "{},\"instructions_per_sample\":{mean},\"instructions_worst\":{worst},\"scratch_bytes\":{},\"stack_bytes\":{stack}}}",
@@ -80,7 +79,7 @@ fn report<'a>(model: &'a Model<'a>, scratch: &mut [f32], cost: &Cost) -> Result<
     Ok(())
 }
 
-/// Collects a line, so that it reaches the host in one piece.
+/// Line buffer, so that a line reaches the host in one piece.
 struct Line {
     bytes: [u8; JSON_LEN],
     length: usize,
@@ -115,7 +114,7 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     semihosted::exit(false)
 }
 
-/// Without it a fault would hang until the emulator's time is over.
+/// Handler of hard faults, which would else hang until the emulator's timeout.
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     let mut line = Line::default();

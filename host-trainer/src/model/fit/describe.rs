@@ -1,19 +1,19 @@
-//! The sparse equations of a fit, in the field's notation.
+//! Sparse equations of a fit with their terms' shares, theory (21).
 
 use ballrace_core::library::Term;
 use ballrace_core::model::Input;
 
 use super::report::{EquationReport, TermReport};
 use super::score;
+use super::settings::DescribeSettings;
 use super::single_fit::{SingleFit, Split};
 use crate::model::samples::Samples;
 use crate::model::states::{Scales, concatenate};
 use crate::model::stlsq::{Diagnosis, Equation, RFactor, diagnose};
 
-/// Rows that are enough for shares and condition numbers, spread evenly.
-const ROWS: usize = 20_000;
+const SETTINGS: DescribeSettings = DescribeSettings::DEFAULT;
 
-/// A fit described.
+/// Equations and conditioning of a fit.
 pub struct Described {
     pub equations: Vec<EquationReport>,
     pub terms_kept: usize,
@@ -65,7 +65,7 @@ pub fn describe(once: &SingleFit, split: &Split) -> Described {
     }
 }
 
-/// Rows of (z, ẋ): the library's variables beside whatever, for its columns' inner products.
+/// Rows of z for the inner products of the library's columns; z takes the targets' place too, which are not used.
 fn latent_rows(once: &SingleFit, split: &Split) -> Samples<f32> {
     let all = concatenate(&once.standardised(&split.train));
     let encoder = once.parts.encoder.view();
@@ -73,7 +73,7 @@ fn latent_rows(once: &SingleFit, split: &Split) -> Samples<f32> {
     let mut hidden = vec![0.0; 2 * encoder.hidden_width()];
     let mut z = vec![0.0; latent];
     let mut rows = Samples { inputs: latent, ..Samples::default() };
-    let count = all.len().min(ROWS);
+    let count = all.len().min(SETTINGS.max_rows);
     for i in 0..count {
         let (x, _) = all.row(i * all.len() / count);
         encoder.forward(x, &mut z, &mut hidden);
@@ -83,20 +83,19 @@ fn latent_rows(once: &SingleFit, split: &Split) -> Samples<f32> {
     rows
 }
 
-/// Share of an equation's explained power that each used term brings, by orthogonal least squares
-/// (error reduction ratios: Chen, Billings, Luo 1989): the term that explains most comes first, the
-/// next explains most of the rest, and so on. Plain products ξ⟨θ ŷ⟩ would do for terms that are not
-/// correlated; the differences of one signal are, and their products then run to thousands of per
-/// cent of either sign.
+/// Share of an equation's explained power that each used term brings, theory (21), by orthogonal least squares (error
+/// reduction ratios: Chen, Billings, Luo 1989): the term that explains most comes first, the next explains most of the
+/// rest, and so on. Plain products ξ⟨θ ŷ⟩ need uncorrelated terms; the differences of one signal are correlated, and
+/// their products then run to thousands of per cent of either sign.
 fn error_reduction_ratios(moments: &RFactor, used: &[usize], coefficients: &[f64]) -> Vec<f64> {
     let n = used.len();
     let mut gram: Vec<Vec<f64>> =
         used.iter().map(|a| used.iter().map(|b| moments.term_product(*a, *b)).collect()).collect();
     let weighted = |row: &Vec<f64>| row.iter().zip(used).map(|(g, t)| g * coefficients[*t]).sum::<f64>();
-    // ⟨θ ŷ⟩ of what is not explained yet.
+    // ⟨θ ŷ⟩ of the residual of ŷ.
     let mut left: Vec<f64> = gram.iter().map(weighted).collect();
     let total: f64 = left.iter().zip(used).map(|(l, t)| l * coefficients[*t]).sum();
-    let floor: Vec<f64> = (0..n).map(|i| 1e-12 * gram[i][i]).collect();
+    let floor: Vec<f64> = (0..n).map(|i| SETTINGS.min_pivot_share * gram[i][i]).collect();
     let mut shares = vec![0.0; n];
     let mut open: Vec<usize> = (0..n).collect();
     if total <= 0.0 {
@@ -123,7 +122,7 @@ fn error_reduction_ratios(moments: &RFactor, used: &[usize], coefficients: &[f64
     shares
 }
 
-/// a^(k) of the derivative that equation `e` is for.
+/// Name of the left side of equation `e`, such as a^(1).
 fn left_side(once: &SingleFit, e: usize) -> String {
     match once.parts.input {
         Input::VirtualStates(spec) => format!("a^({})", spec.orders.state(e) + 1),
@@ -131,7 +130,7 @@ fn left_side(once: &SingleFit, e: usize) -> String {
     }
 }
 
-/// A coefficient of scaled variables in physical units: that of the centred variables' product.
+/// Coefficient of the centred variables' product in physical units, from that of the scaled variables.
 fn physical(term: Term, coefficient: f64, scales: &Scales, equation: usize) -> f64 {
     let (mean, scale) = scales.derivatives[equation];
     let in_units = coefficient * f64::from(scale);

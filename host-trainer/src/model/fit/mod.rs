@@ -1,14 +1,14 @@
-//! From recordings to a model with four scores side by side: in sample, held out, causal, null.
+//! Fit of a model to recordings, with four scores: in sample, held out, causal, null.
 //!
-//! [`fit`] is the whole of it. The same [`Solver`] runs on the recordings in the chosen alignment, on
-//! the recordings in the causal alignment, and on phase-randomised surrogates of them in both; every
-//! score is taken by core's evaluator, sample by sample, as the device would. What a diagnosis has found enters the
-//! library before that, by [`terms`].
+//! [`fit`] runs the same [`Solver`] on the recordings in the chosen alignment, on the recordings in the causal
+//! alignment, and on phase-randomised surrogates of them in both. Every score is taken by core's evaluator, sample by
+//! sample, as on the device. The findings of a diagnosis enter the library by [`terms`].
 
 mod describe;
 mod monitor_levels;
 pub mod report;
 pub mod score;
+pub mod settings;
 mod single_fit;
 pub mod terms;
 pub mod text;
@@ -26,26 +26,27 @@ use crate::recording::input::Series;
 use crate::signal::surrogate;
 use report::{Report, Training};
 use score::{NullScores, Score, Scores};
+use settings::RowSettings;
 use single_fit::{SingleFit, Split, fit_once};
 
-/// How Ξ is found.
+/// Solver for Ξ.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Solver {
     /// An autoencoder with sparse dynamics in its latent variables.
     SindyNn {
-        /// Widths of the encoder's hidden layers; the decoder's are the same, reversed.
+        /// Widths of the encoder's hidden layers; reversed for the decoder.
         hidden: Vec<usize>,
-        /// How it is trained.
+        /// Options of the training.
         train: TrainConfig,
     },
     /// Sequentially thresholded least squares on the scaled states themselves.
     Stlsq(StlsqConfig),
 }
 
-/// What to fit and how.
+/// Options of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FitConfig {
-    /// Virtual states.
+    /// Virtual states: dimension, orders, alignment.
     pub spec: StateSpec,
     /// Polynomial degree n_D, 0 for none.
     pub degree: usize,
@@ -53,21 +54,21 @@ pub struct FitConfig {
     pub harmonics: usize,
     /// Latent variables of SINDy-NN; `None`: as many as states. Least squares has no latent variables.
     pub latent: Option<usize>,
-    /// Solver.
+    /// Solver for Ξ.
     pub solver: Solver,
-    /// Every how manieth recording is held out; at least 2.
+    /// Every n-th recording is held out; at least 2.
     pub hold_out_every: usize,
     /// Surrogate fits for the null.
     pub null_fits: usize,
-    /// Seed of everything random.
+    /// Seed of initial weights, shuffles and surrogates.
     pub seed: u64,
-    /// Samples per block of the monitor; `None`: a tenth of a second, less where there are few.
+    /// Samples per block of the monitor; `None`: a tenth of a second, less in short recordings.
     pub block: Option<u32>,
-    /// Full scale of the sensor, m/s²; 0 unknown.
+    /// Full scale of the sensor, m/s²; 0 if unknown.
     pub full_scale: f32,
 }
 
-/// Why a fit cannot be done.
+/// Failure of a fit.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FitError {
@@ -86,16 +87,16 @@ pub enum FitError {
     /// Dimension out of range.
     #[error("n_MD {found}: expected 1 to 16")]
     Dimension {
-        /// What was found.
+        /// Dimension found.
         found: usize,
     },
-    /// Widths that do not meet.
+    /// Widths out of range.
     #[error("hidden widths {found:?}: expected 1 to 5 layers of 1 to 1024 units")]
     Hidden {
-        /// What was found.
+        /// Widths found.
         found: Vec<usize>,
     },
-    /// Nothing to fit to.
+    /// Too few rows of virtual states.
     #[error("{found} samples give {rows} rows of virtual states, expected at least {expected}")]
     TooShort {
         /// Samples.
@@ -105,34 +106,34 @@ pub enum FitError {
         /// Rows needed.
         expected: usize,
     },
-    /// A sample that is no number.
+    /// A sample that is not finite.
     #[error("{name}, sample {index}: found {found}, expected a finite number")]
     NotFinite {
-        /// The recording.
+        /// Name of the recording.
         name: String,
-        /// Where in it.
+        /// Index of the sample.
         index: usize,
-        /// What was found.
+        /// Value found.
         found: f32,
     },
-    /// Not a full scale.
+    /// Full scale out of range.
     #[error("full scale: found {found} m/s², expected a positive number, or 0 where it is unknown")]
     FullScale {
-        /// What was found.
+        /// Full scale found, m/s².
         found: f32,
     },
-    /// Not a block length.
+    /// Block length out of range.
     #[error("block: found {found} samples, expected 1 to the {total} there are")]
     Block {
-        /// What was found.
+        /// Block length found, samples.
         found: u32,
-        /// Samples there are.
+        /// Samples of all recordings.
         total: usize,
     },
     /// A channel that does not vary.
     #[error("every sample is {value} m/s², expected a channel that varies")]
     Constant {
-        /// The value.
+        /// Value of every sample, m/s².
         value: f32,
     },
     /// The training diverged.
@@ -140,16 +141,16 @@ pub enum FitError {
     Diverged(ModelError),
 }
 
-/// Stages of a fit, for a progress display.
+/// Stage of a fit, for a progress display.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stage {
-    /// What is being done.
+    /// Name of the stage.
     pub name: String,
-    /// Share of the whole that is done, 0 to 1.
+    /// Share of the whole fit that is done, 0 to 1.
     pub done: f64,
 }
 
-/// A fitted model and everything there is to say of it.
+/// A fitted model with its report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fitted {
     /// The model.
@@ -161,7 +162,7 @@ pub struct Fitted {
 /// Fits a model to recordings of the healthy machine.
 ///
 /// # Errors
-/// [`FitError`], before anything long is begun.
+/// [`FitError`]: options or recordings out of range, found before the first fit, or a training that diverged.
 pub fn fit(
     recordings: &[Series],
     sample_rate_hz: f64,
@@ -285,16 +286,18 @@ fn check(recordings: &[Series], config: &FitConfig) -> Result<(), FitError> {
     }
     let rows = |series: &Series| (series.samples.len() + 1).saturating_sub(config.spec.warm_up());
     let (found, rows) = (recordings.iter().map(|s| s.samples.len()).sum(), recordings.iter().map(rows).sum());
-    let expected = 10 * config.spec.dimension.max(10);
+    let least = RowSettings::DEFAULT;
+    let expected = least.rows_per_dimension * config.spec.dimension.max(least.min_dimension);
     if rows < expected { Err(FitError::TooShort { found, rows, expected }) } else { Ok(()) }
 }
 
-/// Both sides of a split must have rows enough to fit to and to score.
+/// Checks that both sides of a split have enough rows.
 fn check_split(split: &Split, config: &FitConfig) -> Result<(), FitError> {
     for part in [&split.train, &split.held_out] {
         let rows = |s: &Series| (s.samples.len() + 1).saturating_sub(config.spec.warm_up());
         let (found, rows) = (part.iter().map(|s| s.samples.len()).sum(), part.iter().map(rows).sum::<usize>());
-        let expected = 2 * config.spec.dimension.max(10);
+        let least = RowSettings::DEFAULT;
+        let expected = least.split_rows_per_dimension * config.spec.dimension.max(least.min_dimension);
         if rows < expected {
             return Err(FitError::TooShort { found, rows, expected });
         }

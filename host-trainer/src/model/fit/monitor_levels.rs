@@ -1,4 +1,4 @@
-//! The healthy level of a model's residual, taken by the device's own monitor.
+//! Healthy level of a model's residual by the device's own monitor, theory (85) and (86).
 
 use ballrace_core::input_check::ScreenConfig;
 use ballrace_core::monitor::MonitorConfig;
@@ -7,19 +7,18 @@ use ballrace_firmware_sim::runner::{Recording, Runner};
 use ballrace_firmware_sim::source::in_memory;
 
 use super::report::MonitorReport;
+use super::settings::MonitorSettings;
 use super::single_fit::SingleFit;
 use super::{FitConfig, FitError, score};
 use crate::model::OwnedModel;
 use crate::recording::input::Series;
 
-/// Shortest run of equal samples that may ever be called stuck.
-const STUCK_AT_LEAST: u32 = 16;
-/// Blocks wanted for a healthy mean and spread.
-const BLOCKS: usize = 16;
-/// Fewest samples in a block.
-const SHORTEST_BLOCK: usize = 64;
+const SETTINGS: MonitorSettings = MonitorSettings::DEFAULT;
 
-/// The model with its monitor calibrated on the healthy recordings.
+/// Model with its monitor calibrated on the healthy recordings.
+///
+/// # Errors
+/// [`FitError::Diverged`] if the calibrated parts are no valid model.
 pub fn monitor(
     once: &SingleFit,
     recordings: &[Series],
@@ -29,13 +28,14 @@ pub fn monitor(
     let warm_up = config.spec.warm_up();
     let rows: usize = recordings.iter().map(|s| (s.samples.len() + 1).saturating_sub(warm_up)).sum();
     let block = config.block.unwrap_or_else(|| {
-        let tenth = (sample_rate_hz / 10.0) as usize;
-        tenth.min(rows / BLOCKS).max(SHORTEST_BLOCK) as u32
+        let usual = (sample_rate_hz / SETTINGS.blocks_per_second) as usize;
+        usual.min(rows / SETTINGS.min_blocks).max(SETTINGS.min_block) as u32
     });
     let longest_run = recordings.iter().map(|s| longest_equal_run(&s.samples)).max().unwrap_or(1);
-    // Never so long that a dead sensor could fill a block: a stretch of equal samples in the healthy
-    // recordings would else switch the check off.
-    let stuck_after = (4 * longest_run).max(STUCK_AT_LEAST).min((block / 4).max(STUCK_AT_LEAST));
+    // Bounded by the block, or a stretch of equal samples in the healthy recordings would switch the check off.
+    let shortest = SETTINGS.min_stuck_run;
+    let longest = (block / SETTINGS.stuck_block_divisor).max(shortest);
+    let stuck_after = (SETTINGS.stuck_run_factor * longest_run).max(shortest).min(longest);
     let screen = ScreenConfig { full_scale: config.full_scale, stuck_after };
 
     let mut parts = once.parts.clone();

@@ -1,4 +1,4 @@
-//! Everything there is to say of a fit; part of the model file.
+//! Report of a fit; part of the model file.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,31 +9,31 @@ use super::verdict::Verdict;
 use super::{FitConfig, Solver};
 use crate::model::stlsq::Diagnosis;
 
-/// A fit's report.
+/// Report of a fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Program and version.
     pub created_by: String,
-    /// What was fitted to what.
+    /// Recordings, states and library of the fit.
     pub training: Training,
     /// The four scores.
     pub scores: Scores,
-    /// What they say.
+    /// Verdict on the scores.
     pub verdict: Verdict,
-    /// The sparse equations.
+    /// Sparse equations.
     pub equations: Vec<EquationReport>,
-    /// Nonzero coefficients.
+    /// Number of nonzero coefficients.
     pub terms_kept: usize,
-    /// Coefficients an equation would keep where there is nothing to find: for least squares on targets
+    /// Mean number of coefficients an equation keeps under the null: for least squares on targets
     /// unrelated to the states, for SINDy-NN on the surrogates; `None` without surrogates.
     pub terms_noise_would_keep: Option<f64>,
     /// Conditioning of the library.
     pub diagnosis: Diagnosis,
-    /// The healthy level of the residual.
+    /// Healthy level of the residual.
     pub monitor: MonitorReport,
 }
 
-/// What was fitted to what.
+/// Recordings, states and library of a fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Training {
     /// Recordings fitted to.
@@ -42,7 +42,7 @@ pub struct Training {
     pub held_out: Vec<String>,
     /// Whether the held-out part is the end of the only recording.
     pub within_recording: bool,
-    /// Channel, where recordings have several.
+    /// Channel, if recordings have several.
     #[serde(default)]
     pub channel: Option<String>,
     /// Sample rate, Hz.
@@ -53,61 +53,60 @@ pub struct Training {
     pub solver: String,
     /// Alignment and orders of the states, in words.
     pub states: String,
-    /// Terms of the library.
+    /// Number of terms of the library.
     pub functions: usize,
-    /// Their names, in order.
+    /// Names of the library's terms, in order.
     pub terms: Vec<String>,
-    /// What causes of a diagnosis brought into the library.
+    /// Terms and states that causes of a diagnosis added.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub entered: Vec<Entered>,
-    /// Gradient steps, for SINDy-NN.
+    /// Gradient steps; `None` for least squares.
     pub steps: Option<usize>,
-    /// Whether the held-out loss ended the training early.
+    /// Whether the held-out loss ended the training early; `None` for least squares.
     pub stopped_early: Option<bool>,
-    /// Seed.
+    /// Seed of the fit.
     pub seed: u64,
 }
 
 /// One equation of the sparse dynamics.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EquationReport {
-    /// Left side.
+    /// Left side of the equation.
     pub name: String,
     /// R² on held-out recordings; `None` for latent equations, which have no measured left side.
     pub r_squared_held_out: Option<f64>,
-    /// Share of power below which a term went.
+    /// Threshold of least squares: share of the target's variance below which a term is dropped.
     pub threshold: f64,
-    /// The terms that stayed, the most powerful first.
+    /// Kept terms, the greatest share first.
     pub terms: Vec<TermReport>,
 }
 
 /// One term of an equation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TermReport {
-    /// Its name in scaled variables.
+    /// Name in scaled variables.
     pub name: String,
-    /// Its index in the library.
+    /// Index in the library.
     pub index: usize,
     /// Coefficient in scaled variables.
     pub coefficient: f64,
-    /// Coefficient in physical units, where the variables have any: derivative in m/s² per sample,
-    /// variables as centred differences in m/s² (the argument of sin and cos stays scaled).
+    /// Coefficient in physical units: derivative in m/s² per sample, variables as centred differences in m/s² (the
+    /// argument of sin and cos stays scaled); `None` for latent variables.
     pub physical: Option<f64>,
-    /// Its share of the explained power by orthogonal least squares: what it explains that the terms
-    /// before it, each the best of those left, do not. The shares of an equation add up to 1.
+    /// Share of the explained power by orthogonal least squares, theory (21); the shares of an equation add up to 1.
     pub share: f64,
 }
 
-/// The healthy level of the residual.
+/// Healthy level of the residual.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MonitorReport {
     /// Samples in a block.
     pub block: u32,
-    /// Blocks the level was taken from.
+    /// Number of healthy blocks.
     pub healthy_blocks: usize,
     /// Mean squared normalised residual of a healthy block.
     pub healthy_mean: f64,
-    /// Its standard deviation from block to block.
+    /// Standard deviation of the level from block to block, theory (86).
     pub healthy_spread: f64,
 }
 

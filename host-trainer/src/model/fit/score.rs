@@ -1,16 +1,16 @@
-//! R² by core's evaluator, sample by sample, as the device would find it.
+//! Scores R² by core's evaluator, sample by sample, theory (22) and (23).
 
 use ballrace_core::evaluator::{Evaluator, scratch_len};
 use ballrace_core::model::Model;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::settings::ScoreSettings;
 use crate::recording::input::Series;
 
-/// Recordings that are enough to score by, spread evenly over all.
-const SCORED: usize = 24;
+const SETTINGS: ScoreSettings = ScoreSettings::DEFAULT;
 
-/// How well a model predicts.
+/// Score of a model over recordings.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Score {
     /// R² of each predicted derivative.
@@ -22,7 +22,7 @@ pub struct Score {
 }
 
 impl Score {
-    /// Mean R² over the derivatives: the paper's score.
+    /// Mean R² over the derivatives, theory (22): the paper's score.
     pub fn mean(&self) -> f64 {
         self.derivatives.iter().sum::<f64>() / self.derivatives.len().max(1) as f64
     }
@@ -31,13 +31,13 @@ impl Score {
 /// The four scores.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scores {
-    /// On the recordings fitted to: the paper's.
+    /// Score on the recordings fitted to: the paper's.
     pub in_sample: Score,
-    /// On recordings held out.
+    /// Score on held-out recordings.
     pub held_out: Score,
-    /// Of the same model fitted in the causal alignment, on recordings held out.
+    /// Score of the same fit in the causal alignment, on held-out recordings.
     pub causal: Score,
-    /// Of the same fits on phase-randomised surrogates.
+    /// Scores of the same fits on phase-randomised surrogates.
     pub null: Vec<NullScores>,
 }
 
@@ -52,7 +52,7 @@ pub struct NullScores {
     pub causal: Option<f64>,
 }
 
-/// Sums over rows of a target y and its error e.
+/// Sums over rows of a target y and its residual e.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     count: f64,
@@ -88,9 +88,9 @@ impl Sums {
     }
 }
 
-/// Scores a model over recordings, all rows of all recordings together.
+/// Score of a model over all rows of up to 24 recordings together, theory (22) and (23).
 pub fn score_model(model: &Model<'_>, recordings: &[Series]) -> Score {
-    let count = recordings.len().min(SCORED);
+    let count = recordings.len().min(SETTINGS.max_recordings);
     let chosen: Vec<&Series> = (0..count).map(|i| &recordings[i * recordings.len() / count]).collect();
     let (derivatives, next) = sums(model, &chosen);
     Score {
@@ -100,24 +100,24 @@ pub fn score_model(model: &Model<'_>, recordings: &[Series]) -> Score {
     }
 }
 
-/// Of each recording the share of its variance that the prediction of the next sample leaves, 1 − R²; not a number
-/// unless the model is causal. Unlike the monitor's level it can be compared between models.
+/// Unexplained share of each recording's variance in the prediction of the next sample, 1 − R²; NaN unless the model
+/// is causal. Unlike the monitor's level it is comparable between models.
 pub fn unexplained(model: &Model<'_>, recordings: &[Series]) -> Vec<f64> {
     let share = |series: &Series| 1.0 - recording_sums(model, &series.samples).1.r_squared();
     recordings.par_iter().map(share).collect()
 }
 
-/// Standard deviation of each derivative's residual, scaled units.
+/// Standard deviation of each derivative's residual, in scaled units.
 pub fn residual_spread(model: &Model<'_>, recordings: &[Series]) -> Vec<f32> {
     let (derivatives, _) = sums(model, &recordings.iter().collect::<Vec<_>>());
-    // A residual of exactly zero would make any later one infinitely surprising.
+    // A spread of zero would make any later residual infinite.
     derivatives.iter().map(|s| (s.error_spread() as f32).max(f32::EPSILON)).collect()
 }
 
 fn sums(model: &Model<'_>, recordings: &[&Series]) -> (Vec<Sums>, Sums) {
     let outputs = model.input.len();
     let parts: Vec<_> = recordings.par_iter().map(|series| recording_sums(model, &series.samples)).collect();
-    // In the order of the recordings, so that every run adds up the same.
+    // In the order of the recordings, so that every run rounds alike.
     let mut total = (vec![Sums::default(); outputs], Sums::default());
     for (derivatives, next) in parts {
         total.0.iter_mut().zip(&derivatives).for_each(|(a, b)| a.add(b));

@@ -7,6 +7,7 @@ use ballrace_core::monitor::MonitorConfig;
 use ballrace_core::states::StateSpec;
 use rayon::prelude::*;
 
+use super::settings::SplitSettings;
 use super::{FitConfig, FitError, Solver};
 use crate::model::samples::Samples;
 use crate::model::sindy_nn::export;
@@ -17,19 +18,16 @@ use crate::model::stlsq::{Equation, RFactor, StlsqConfig};
 use crate::model::{OwnedModel, Parts};
 use crate::recording::input::Series;
 
-/// Pieces that the held-out end of a single recording is cut into.
-const HELD_OUT_PIECES: usize = 4;
-/// Rows that each of them has at least, where there are enough.
-const PIECE_AT_LEAST: usize = 64;
+const SETTINGS: SplitSettings = SplitSettings::DEFAULT;
 
-/// Recordings to fit to and recordings to judge by.
+/// Recordings to fit to and held-out recordings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Split {
-    /// Fitted to.
+    /// Recordings fitted to.
     pub train: Vec<Series>,
-    /// Not fitted to; they do choose thresholds and when to stop.
+    /// Held-out recordings; they choose thresholds and the early stop.
     pub held_out: Vec<Series>,
-    /// Whether the held-out part is the end of the only recording, not a recording of its own.
+    /// Whether the held-out part is the end of the only recording.
     pub within: bool,
 }
 
@@ -40,7 +38,7 @@ impl Split {
             let (first, last) = only.samples.split_at(only.samples.len() * 4 / 5);
             let part = |name: String, samples: &[f32]| Series { name, samples: samples.to_vec() };
             // In pieces, so that the held-out error has a standard error.
-            let count = (last.len() / (warm_up + PIECE_AT_LEAST)).clamp(1, HELD_OUT_PIECES);
+            let count = (last.len() / (warm_up + SETTINGS.min_piece_rows)).clamp(1, SETTINGS.max_pieces);
             let pieces = last.chunks(last.len().div_ceil(count).max(1)).enumerate();
             return Self {
                 train: vec![part(format!("{}, first 4/5", only.name), first)],
@@ -61,13 +59,13 @@ impl Split {
 pub struct SingleFit {
     /// Model with a provisional monitor.
     pub model: OwnedModel,
-    /// The same in parts.
+    /// Parts of the model.
     pub parts: Parts,
-    /// Sizes.
+    /// Sizes and parameter layout.
     pub layout: Layout,
     /// Least squares' equations with their thresholds; empty for SINDy-NN.
     pub equations: Vec<Equation>,
-    /// How the training went; `None` for least squares.
+    /// Result of the training; `None` for least squares.
     pub trained: Option<Trained>,
 }
 
@@ -90,6 +88,9 @@ fn standardised(recordings: &[Series], spec: StateSpec, scales: &Scales) -> Vec<
 }
 
 /// Fits one model.
+///
+/// # Errors
+/// Hidden widths that give no network, or a training that diverged.
 pub fn fit_once(
     split: &Split,
     sample_rate_hz: f64,
@@ -116,7 +117,7 @@ pub fn fit_once(
         decoder: export::network(&found.layout.decoder, &found.parameters),
         xi: found.parameters[found.layout.xi()].to_vec(),
         library,
-        // Spread, screen and monitor are replaced by the calibration of the model that is kept.
+        // Provisional: the monitor's calibration replaces spread, screen and monitor.
         residual_spread: vec![1.0; scales.states.len()],
         scales,
         screen: ScreenConfig { full_scale: config.full_scale, stuck_after: 0 },

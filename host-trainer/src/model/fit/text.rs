@@ -1,11 +1,11 @@
-//! A fit's report in words, for a terminal.
+//! Report of a fit as text for a terminal.
 
 use std::fmt::Write;
 
 use super::report::{EquationReport, Report};
 use super::score::{NullScores, Scores};
 
-/// The report; of each equation at most so many terms.
+/// Text of the report, with at most `most_terms` terms of each equation.
 pub fn report(report: &Report, most_terms: usize) -> String {
     let t = &report.training;
     let mut out = String::new();
@@ -52,7 +52,7 @@ pub fn report(report: &Report, most_terms: usize) -> String {
     );
     for (a, b, r) in d.inseparable.iter().take(10) {
         let name = |term: &usize| t.terms.get(*term).map_or("?", String::as_str);
-        let _ = writeln!(out, "cannot be told apart: {} and {} (correlation {r:.4})", name(a), name(b));
+        let _ = writeln!(out, "inseparable: {} and {} (correlation {r:.4})", name(a), name(b));
     }
     if d.inseparable.len() > 10 {
         let _ = writeln!(out, "… and {} more such pairs (--json has all)", d.inseparable.len() - 10);
@@ -60,7 +60,7 @@ pub fn report(report: &Report, most_terms: usize) -> String {
     out
 }
 
-/// The four scores as a table of text.
+/// Table of the four scores.
 pub fn scores(s: &Scores) -> String {
     let row = |name: &str, score: &str, null: &str| format!("{name:32}{score:>10}{null:>20}\n");
     let number = |score: f64| format!("{score:.4}");
@@ -74,7 +74,7 @@ pub fn scores(s: &Scores) -> String {
     .concat()
 }
 
-/// Mean and standard deviation of one score of the surrogates.
+/// Mean and standard deviation of one score over the surrogates; "-" without any.
 pub fn null(scores: &Scores, pick: fn(&NullScores) -> Option<f64>) -> String {
     let values: Vec<f64> = scores.null.iter().filter_map(pick).collect();
     if values.is_empty() {
@@ -86,12 +86,12 @@ pub fn null(scores: &Scores, pick: fn(&NullScores) -> Option<f64>) -> String {
     format!("{mean:.4} ± {:.4}", variance.sqrt())
 }
 
-/// A score that may not be there.
+/// An optional score; "-" if missing.
 pub fn optional(score: Option<f64>) -> String {
     score.map_or("-".to_owned(), |v| format!("{v:.4}"))
 }
 
-/// `dz0/dt = 0.12 z1 − 0.3 z0^2 + … 4 more`.
+/// Equation as text, such as `dz0/dt = 0.12 z1 − 0.3 z0^2 + … 4 more`.
 pub fn sum(equation: &EquationReport, most_terms: usize) -> String {
     let shown = &equation.terms[..most_terms.min(equation.terms.len())];
     let mut sum = String::new();

@@ -1,26 +1,26 @@
-//! Whether a model found dynamics, in words.
+//! Verdict on a model: its scores against those of surrogates, theory (25).
 
 use serde::{Deserialize, Serialize};
 
 use super::score::Scores;
 
-/// What the scores say.
+/// Verdict on a model's scores.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// Whether the model beats its null on recordings it was not fitted to.
+    /// Whether the model beats its null on held-out recordings.
     pub beyond_null: bool,
-    /// The same in words.
+    /// Verdict as text.
     pub words: String,
 }
 
-/// One-sided 99.5 % points of Student's t for 1 to 30 degrees of freedom (two scores are compared, so
-/// that a false claim is made in at most 1 of 100).
+/// One-sided 99.5 % points of Student's t for 1 to 30 degrees of freedom: two scores are compared, so
+/// that at most 1 of 100 verdicts is a false claim.
 const T_995: [f64; 30] = [
     63.657, 9.925, 5.841, 4.604, 4.032, 3.707, 3.499, 3.355, 3.250, 3.169, 3.106, 3.055, 3.012, 2.977, 2.947, 2.921,
     2.898, 2.878, 2.861, 2.845, 2.831, 2.819, 2.807, 2.797, 2.787, 2.779, 2.771, 2.763, 2.756, 2.750,
 ];
 
-/// A score beside those of its surrogates.
+/// A score against those of its surrogates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison {
     /// The score.
@@ -29,12 +29,12 @@ pub struct Comparison {
     pub mean: f64,
     /// Standard deviation of the surrogates' scores.
     pub spread: f64,
-    /// Least score that would be beyond them.
+    /// Upper prediction limit of the surrogates' scores.
     pub limit: f64,
 }
 
-/// Compares a score with those of at least two surrogates: beyond them means above the upper
-/// prediction limit for one more draw from their distribution.
+/// Compares a score with the upper prediction limit for one more draw from the surrogates' scores, theory (25);
+/// `None` for fewer than two surrogates or a score that is not finite.
 pub fn compare(score: f64, null: &[f64]) -> Option<Comparison> {
     let n = null.len();
     if n < 2 || !score.is_finite() {
@@ -46,18 +46,18 @@ pub fn compare(score: f64, null: &[f64]) -> Option<Comparison> {
     Some(Comparison { score, mean, spread, limit: mean + t * spread * (1.0 + 1.0 / n as f64).sqrt() })
 }
 
-/// The verdict on a model's scores.
+/// Verdict on a model's scores, theory (25).
 pub fn verdict(scores: &Scores) -> Verdict {
     let null =
         |pick: fn(&super::score::NullScores) -> Option<f64>| scores.null.iter().filter_map(pick).collect::<Vec<_>>();
     let derivative = compare(scores.held_out.mean(), &null(|n| Some(n.held_out)));
     let causal = scores.causal.next_sample.and_then(|score| compare(score, &null(|n| n.causal)));
     let beats = |c: &Option<Comparison>| c.is_some_and(|c| c.score > c.limit);
-    let tell = |what: &str, c: &Option<Comparison>| match c {
+    let line = |what: &str, c: &Option<Comparison>| match c {
         Some(c) => format!("{what} R² {:.4}, null {:.4} ± {:.4}", c.score, c.mean, c.spread),
         None => format!("{what}: no null to compare with"),
     };
-    let evidence = format!("{}; {}", tell("held-out", &derivative), tell("next-sample", &causal));
+    let evidence = format!("{}; {}", line("held-out", &derivative), line("next-sample", &causal));
     let (beyond_null, claim) = match (beats(&derivative), beats(&causal)) {
         _ if derivative.is_none() && causal.is_none() => (false, "not judged: fewer than two surrogate fits"),
         (true, true) => (true, "dynamics beyond the null, in the derivatives and in the prediction of the next sample"),

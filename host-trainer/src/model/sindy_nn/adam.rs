@@ -1,6 +1,10 @@
-//! Adam (Kingma and Ba 2015), with coefficients that stay zero once masked.
+//! Adam (Kingma and Ba 2015), theory (15), with coefficients that stay zero once masked.
 
 use pulp::Arch;
+
+use super::settings::AdamSettings;
+
+const SETTINGS: AdamSettings = AdamSettings::DEFAULT;
 
 /// Moments of every parameter.
 #[derive(Clone, Debug)]
@@ -10,11 +14,11 @@ pub struct Adam {
     steps: i32,
 }
 
-const BETA: [f32; 2] = [0.9, 0.999];
-const EPSILON: f32 = 1e-8;
+const BETA: [f32; 2] = [SETTINGS.first_decay, SETTINGS.second_decay];
+const EPSILON: f32 = SETTINGS.epsilon;
 
 impl Adam {
-    /// No steps yet.
+    /// Moments before the first step.
     pub fn new(parameters: usize) -> Self {
         Self { first: vec![0.0; parameters], second: vec![0.0; parameters], steps: 0 }
     }

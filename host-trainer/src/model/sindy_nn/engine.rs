@@ -1,6 +1,5 @@
-//! A batch's loss and gradient: blocks side by side on all threads, added up in a fixed order.
-//!
-//! The order, and so every bit of the result, does not depend on the number of threads.
+//! Loss and gradient of a batch: blocks in parallel, added up in an order that does not depend on the number of
+//! threads, and so bit-identical.
 
 use pulp::Arch;
 use rayon::prelude::*;
@@ -8,11 +7,10 @@ use rayon::prelude::*;
 use super::gradient::{Block, Lambdas, Losses, Packed, Pass};
 use super::layout::Layout;
 use super::real::Real;
+use super::settings::EngineSettings;
 use crate::model::samples::Samples;
 
-/// Samples in a block. Measured: the hidden panels of two 256-wide layers then stay in a 1 MB L2
-/// cache, and the dot products are long enough that adding up their lanes does not dominate.
-const BLOCK: usize = 128;
+const BLOCK: usize = EngineSettings::DEFAULT.block;
 
 /// Memory and weights in kernel form for batches of any size.
 pub struct Engine<T> {
@@ -25,26 +23,25 @@ pub struct Engine<T> {
 }
 
 impl<T: Real> Engine<T> {
-    /// An engine for batches of up to `batch` samples.
+    /// Engine for batches of up to `batch` samples.
     pub fn new(layout: Layout, batch: usize) -> Self {
         let blocks = (0..batch.div_ceil(BLOCK)).map(|_| Block::new(&layout, BLOCK)).collect();
         let gradient = vec![T::ZERO; layout.parameter_count()];
         Self { layout, arch: Arch::new(), packed: Packed::default(), blocks, gradient }
     }
 
-    /// Sizes.
+    /// Sizes and parameter layout.
     pub fn layout(&self) -> &Layout {
         &self.layout
     }
 
-    /// Largest batch there is memory for.
+    /// Largest batch, samples.
     pub fn capacity(&self) -> usize {
         self.blocks.len() * BLOCK
     }
 
-    /// Losses of the samples `chosen` (at most [`Engine::capacity`]); leaves the gradient of
-    /// L_recon + λ1 L_dx/dt + λ2 L_dz/dt + λ3 L_reg in [`Engine::gradient`]. A coefficient of Ξ
-    /// that is exactly zero is masked: L_reg skips it.
+    /// Losses of the samples `chosen` (at most [`Engine::capacity`]), theory (13); stores the gradient of the total
+    /// loss, theory (14), in [`Engine::gradient`]. A coefficient of Ξ that is exactly zero is masked: L_reg skips it.
     pub fn evaluate(&mut self, parameters: &[T], samples: &Samples<T>, chosen: &[u32], lambdas: Lambdas) -> Losses {
         self.packed.pack(&self.layout, parameters);
         let batch = chosen.len();

@@ -5,7 +5,7 @@ use ballrace_core::{Floats, Word};
 
 use super::layout::NetworkLayout;
 
-/// Owns what a core network borrows.
+/// Owned storage of a core network.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OwnedNetwork {
     /// Widths from input to output.
@@ -15,13 +15,13 @@ pub struct OwnedNetwork {
 }
 
 impl OwnedNetwork {
-    /// Core's network over this one's parameters.
+    /// Core's network over these parameters.
     pub fn view(&self) -> Network<'_> {
         Network::new(&self.widths, Floats(&self.words)).expect("shape and count follow from the layout")
     }
 }
 
-/// One network of a flat parameter vector.
+/// Network in core's layout from a flat parameter vector.
 pub fn network(layout: &NetworkLayout, parameters: &[f32]) -> OwnedNetwork {
     let mut words = Vec::new();
     for layer in layout.layers() {

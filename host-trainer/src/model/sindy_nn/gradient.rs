@@ -1,8 +1,7 @@
-//! The loss of SINDy-NN and its gradient, by hand (method: the four losses).
+//! Losses of SINDy-NN, theory (10), (11), (13) and (14), and their gradient, by hand.
 //!
-//! Encoder and decoder carry values and tangents side by side ([`super::passes`]): φ maps (x, ẋ) to
-//! (z, ∇φ ẋ), ψ maps (z, Θ(z) Ξ) to (x̂, ∇ψ Θ(z) Ξ), and each of the four losses is a difference of
-//! two of these.
+//! Encoder and decoder carry values and tangents together ([`super::passes`]): φ maps (x, ẋ) to
+//! (z, ∇φ ẋ), ψ maps (z, Θ(z) Ξ) to (x̂, ∇ψ Θ(z) Ξ), and each data loss is a difference of two of these.
 
 use pulp::{Simd, WithSimd};
 
@@ -12,37 +11,37 @@ use super::passes::{Activations, PackedLayer, backward, forward, multiply_all};
 use super::real::Real;
 use super::terms::LatentRows;
 
-/// Weights of the losses beside the reconstruction's 1.
+/// Weights of the losses, theory (14); the reconstruction's is 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lambdas {
-    /// λ1 of L_dx/dt.
+    /// Weight λ1 of L_dx/dt.
     pub derivative: f64,
-    /// λ2 of L_dz/dt.
+    /// Weight λ2 of L_dz/dt.
     pub latent: f64,
-    /// λ3 of L_reg, Σ|Ξ| over all coefficients' number; masked ones are zero and have no gradient.
+    /// Weight λ3 of L_reg, Σ|Ξ| over all coefficients' number; masked ones are zero and have no gradient.
     pub sparsity: f64,
 }
 
 impl Lambdas {
-    /// The paper's, Table 2.
+    /// Weights of the paper's Table 2.
     pub const PAPER: Self = Self { derivative: 0.5, latent: 0.01, sparsity: 0.01 };
 }
 
-/// The four losses, each a mean over samples and components; not yet weighted.
+/// The four losses, theory (13), each a mean over samples and components; not weighted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Losses {
-    /// L_recon.
+    /// Reconstruction loss L_recon.
     pub reconstruction: f64,
-    /// L_dx/dt.
+    /// Derivative loss L_dx/dt.
     pub derivative: f64,
-    /// L_dz/dt.
+    /// Latent rate loss L_dz/dt.
     pub latent: f64,
-    /// L_reg.
+    /// Sparsity loss L_reg.
     pub sparsity: f64,
 }
 
 impl Losses {
-    /// L_recon + λ1 L_dx/dt + λ2 L_dz/dt + λ3 L_reg.
+    /// Total loss L_recon + λ1 L_dx/dt + λ2 L_dz/dt + λ3 L_reg, theory (14).
     pub fn total(&self, lambdas: Lambdas) -> f64 {
         self.reconstruction
             + lambdas.derivative * self.derivative
@@ -62,9 +61,9 @@ impl Losses {
 pub struct Packed<T> {
     encoder: Vec<PackedLayer<T>>,
     decoder: Vec<PackedLayer<T>>,
-    /// Ξᵀ: equations × terms.
+    /// Transposed Ξᵀ: equations × terms.
     xi_transposed: Tiles<T>,
-    /// Ξ: terms × equations.
+    /// Coefficients Ξ: terms × equations.
     xi: Tiles<T>,
 }
 
@@ -85,20 +84,20 @@ impl<T: Real> Packed<T> {
     }
 }
 
-/// Samples gathered together: a cache line of `f32`.
+/// Samples gathered at once: a cache line of `f32`.
 const LINE: usize = 16;
 
-/// One block's memory: inputs, activations, adjoints, gradient, losses.
+/// Memory of one block: inputs, activations, adjoints, gradient, losses.
 #[derive(Clone, Debug)]
 pub struct Block<T> {
-    /// Samples there is room for.
+    /// Capacity, samples.
     capacity: usize,
-    /// Samples in it.
+    /// Samples in the block.
     samples: usize,
-    /// (x | ẋ).
+    /// Input (x | ẋ).
     input: Panel<T>,
     encoder: Activations<T>,
-    /// (z | Θ(z) Ξ).
+    /// Latent variables and rates (z | Θ(z) Ξ).
     latent: Panel<T>,
     theta: Panel<T>,
     theta_adjoint: Panel<T>,
@@ -108,7 +107,7 @@ pub struct Block<T> {
     tile: Panel<T>,
     /// Gradient of the weighted data losses, summed over this block.
     pub gradient: Vec<T>,
-    /// Sums of squares over this block, divided as means over the batch.
+    /// Losses of this block's samples, as parts of means over the batch.
     pub losses: Losses,
 }
 
@@ -142,8 +141,7 @@ impl<T: Real> Block<T> {
         if self.samples < capacity {
             values.fill(T::ZERO);
         }
-        // A cache line of samples at a time: the panel's rows are far apart, so each value written
-        // alone would cost a line.
+        // A cache line of samples at a time, as the panel's rows are far apart.
         let mut rows = rows.enumerate();
         let mut line: Vec<(&[T], &[T])> = Vec::with_capacity(LINE);
         while let Some((first, row)) = rows.next() {
@@ -164,15 +162,15 @@ impl<T: Real> Block<T> {
 
 /// Computes a block's losses and gradient; the means are over `batch` samples.
 pub struct Pass<'a, T> {
-    /// Sizes.
+    /// Sizes and parameter layout.
     pub layout: &'a Layout,
-    /// Weights.
+    /// Packed weights.
     pub packed: &'a Packed<T>,
     /// Weights of the losses.
     pub lambdas: Lambdas,
     /// Samples in the whole batch.
     pub batch: usize,
-    /// The block.
+    /// Block of samples.
     pub block: &'a mut Block<T>,
 }
 
@@ -217,7 +215,7 @@ impl<T: Real> WithSimd for Pass<'_, T> {
             &mut b.gradient,
         );
 
-        // L_dz/dt pulls on both sides: (∇φ) ẋ and Θ(z) Ξ.
+        // L_dz/dt has a gradient on both sides: (∇φ) ẋ and Θ(z) Ξ.
         let pull = T::from_f64(scale(lambdas.latent, layout.latent));
         let mut square = 0.0;
         for i in 0..layout.latent {
@@ -247,8 +245,8 @@ impl<T: Real> WithSimd for Pass<'_, T> {
     }
 }
 
-/// out ← scale · (out − target), the two halves by their scales, padding zeroed; sums of squares of
-/// the two halves.
+/// Residual in place, out ← scale · (out − target), the two halves by their scales, padding zeroed; returns the sums
+/// of squares of the two halves.
 #[inline(always)]
 fn residual<S: Simd, T: Real>(
     simd: S,
@@ -273,7 +271,8 @@ fn residual<S: Simd, T: Real>(
     squares
 }
 
-/// measured ← pull · (measured − rate), adjoint −= the same; sum of squares.
+/// Latent residual in place, measured ← pull · (measured − rate), subtracted from the adjoint; returns the sum of
+/// squares.
 #[inline(always)]
 fn latent_residual<S: Simd, T: Real>(
     simd: S,

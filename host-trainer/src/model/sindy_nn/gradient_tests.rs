@@ -34,7 +34,7 @@ fn layouts() -> Vec<(&'static str, Layout)> {
 
 fn problem(layout: &Layout) -> (Vec<f64>, Samples<f64>, Vec<u32>) {
     let mut parameters = values(layout.parameter_count(), 7);
-    // A masked coefficient: no pull from L_reg.
+    // A masked coefficient has no gradient of L_reg.
     parameters[layout.xi().start + 1] = 0.0;
     let n = layout.inputs;
     let samples = Samples { inputs: n, x: values(n * 300, 11), dx: values(n * 300, 13) };

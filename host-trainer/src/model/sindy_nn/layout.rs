@@ -1,4 +1,4 @@
-//! Sizes of a SINDy-NN and where each of its parameters lies in one flat vector.
+//! Sizes of a SINDy-NN and the layout of its parameters in one flat vector.
 //!
 //! Encoder, decoder, Ξ; of a network layer by layer, weights (outputs × inputs, row-major), then
 //! biases; Ξ as terms × equations, row-major.
@@ -9,23 +9,23 @@ use ballrace_core::library::Library;
 
 use super::terms::Terms;
 
-/// A network's widths, from input to output, and its place in the parameters; no widths: identity.
+/// Widths of a network, from input to output, and its place in the parameters; no widths: identity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NetworkLayout {
     widths: Vec<usize>,
     start: usize,
 }
 
-/// One dense layer's place.
+/// Place of one dense layer in the parameters.
 #[derive(Clone, Debug)]
 pub struct LayerLayout {
-    /// Inputs.
+    /// Number of inputs.
     pub inputs: usize,
-    /// Outputs.
+    /// Number of outputs.
     pub outputs: usize,
-    /// Weights, outputs × inputs.
+    /// Range of the weights, outputs × inputs, row-major.
     pub weights: Range<usize>,
-    /// Biases.
+    /// Range of the biases.
     pub biases: Range<usize>,
 }
 
@@ -39,7 +39,7 @@ impl NetworkLayout {
         &self.widths
     }
 
-    /// The layers in order.
+    /// Layers in order.
     pub fn layers(&self) -> Vec<LayerLayout> {
         let mut at = self.start;
         let layer = |w: &[usize]| {
@@ -59,9 +59,9 @@ impl NetworkLayout {
 /// Sizes of a SINDy-NN.
 #[derive(Clone, Debug)]
 pub struct Layout {
-    /// Inputs x, as many as derivatives ẋ.
+    /// Number of inputs x and of derivatives ẋ.
     pub inputs: usize,
-    /// Latent variables z.
+    /// Number of latent variables z.
     pub latent: usize,
     /// Encoder φ.
     pub encoder: NetworkLayout,
@@ -69,13 +69,13 @@ pub struct Layout {
     pub decoder: NetworkLayout,
     /// Library in the latent variables.
     pub library: Library,
-    /// Its rows.
+    /// Row operations of the library.
     pub terms: Terms,
 }
 
 impl Layout {
-    /// `encoder` leads from the inputs to the library's variables, `decoder` back; both empty for a
-    /// model without networks. `None` where they do not meet.
+    /// Layout of widths from the inputs to the library's variables (`encoder`) and back (`decoder`); both empty for a
+    /// model without networks. `None` for widths that do not match or an invalid library.
     pub fn new(encoder: &[usize], decoder: &[usize], library: Library) -> Option<Self> {
         let latent = usize::from(library.variables);
         let inputs = encoder.first().copied().unwrap_or(latent);
@@ -92,7 +92,7 @@ impl Layout {
         Some(Self { inputs, latent, encoder, decoder, library, terms: Terms::new(library) })
     }
 
-    /// Place of Ξ.
+    /// Range of Ξ, terms × equations, row-major.
     pub fn xi(&self) -> Range<usize> {
         let start = self.decoder.end();
         start..start + self.terms.count() * self.latent

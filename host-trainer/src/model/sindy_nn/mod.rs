@@ -1,8 +1,7 @@
-//! SINDy-NN: an autoencoder whose latent variables obey sparse dynamics (the paper; Champion et al.
-//! 2019, its reference 30).
+//! SINDy-NN, theory (9) to (16): an autoencoder whose latent variables obey sparse dynamics (the paper; Champion et
+//! al. 2019, its reference 30).
 //!
-//! Start at [`gradient`] for the method's equations; [`panel`] has the kernels they are made of,
-//! [`real`] the vectors those are made of.
+//! [`gradient`] holds the losses, [`train`] the training, [`panel`] the kernels, [`real`] their vectors.
 
 mod adam;
 pub mod engine;
@@ -12,6 +11,7 @@ pub mod layout;
 pub mod panel;
 mod passes;
 pub mod real;
+pub mod settings;
 pub mod terms;
 pub mod train;
 

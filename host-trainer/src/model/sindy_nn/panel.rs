@@ -10,9 +10,9 @@ use pulp::{Simd, WithSimd};
 
 use super::real::Real;
 
-/// Rows computed side by side.
+/// Rows of a tile, computed at once.
 pub const TILE: usize = 8;
-/// Vectors of a row computed side by side: 8 × 2 accumulators hide the latency of two FMA pipes.
+/// Vectors of a row computed at once: 8 × 2 accumulators hide the latency of two FMA pipes.
 const STRIP: usize = 2;
 /// Rows of either side in a block of dot products.
 const DOT: usize = 4;
@@ -27,7 +27,7 @@ pub struct Panel<T> {
 }
 
 impl<T: Real> Panel<T> {
-    /// A panel of zeros; `columns` must be a multiple of every vector's lanes.
+    /// Panel of zeros; `columns` must be a multiple of every vector's lanes.
     pub fn new(rows: usize, columns: usize) -> Self {
         const LINE: usize = 64;
         debug_assert!((columns * size_of::<T>()).is_multiple_of(LINE));
@@ -47,7 +47,7 @@ impl<T: Real> Panel<T> {
         &self.storage[self.offset..][..self.rows * self.columns]
     }
 
-    /// All values, row by row.
+    /// All values, mutable, row by row.
     #[inline(always)]
     pub fn values_mut(&mut self) -> &mut [T] {
         &mut self.storage[self.offset..][..self.rows * self.columns]
@@ -59,7 +59,7 @@ impl<T: Real> Panel<T> {
         &self.values()[r * self.columns..][..self.columns]
     }
 
-    /// One row.
+    /// One row, mutable.
     #[inline(always)]
     pub fn row_mut(&mut self, r: usize) -> &mut [T] {
         let columns = self.columns;
@@ -87,7 +87,7 @@ impl<T: Real> Tiles<T> {
         }
     }
 
-    /// Tile `t`, one entry a column.
+    /// Tile `t`, an array of [`TILE`] rows for each column.
     #[inline(always)]
     pub fn tile(&self, t: usize) -> &[[T; TILE]] {
         self.columns(t, 0..self.columns)
@@ -100,7 +100,7 @@ impl<T: Real> Tiles<T> {
     }
 }
 
-/// out (rows of one tile, `columns` wide) = tile · B, or += where `accumulate`.
+/// Computes out (rows of one tile, `columns` wide) = tile · B, or += with `accumulate`.
 ///
 /// B's rows are `b[k · columns ..]`. `out` may have fewer rows than a tile.
 #[inline(always)]
@@ -115,8 +115,7 @@ pub fn multiply<S: Simd, T: Real>(
     simd.vectorize(Multiply { tile, b, columns, out, accumulate });
 }
 
-/// A function of its own for the compiler, not a copy at each call: the kernel is compiled once an
-/// instruction set.
+/// Arguments of [`multiply`]: a type of its own, so that the kernel is compiled once per instruction set.
 struct Multiply<'a, T> {
     tile: &'a [[T; TILE]],
     b: &'a [T],
@@ -176,13 +175,13 @@ fn strip<S: Simd, T: Real, const W: usize>(
     }
 }
 
-/// out\[i · stride + j\] = a_i · b_j for all rows of `a` and `b`.
+/// Dot products out\[i · stride + j\] = a_i · b_j of all rows of `a` and `b`.
 #[inline(always)]
 pub fn dots<S: Simd, T: Real>(simd: S, a: &[T], b: &[T], columns: usize, out: &mut [T], stride: usize) {
     simd.vectorize(Dots { a, b, columns, out, stride });
 }
 
-/// As [`Multiply`].
+/// Arguments of [`dots`].
 struct Dots<'a, T> {
     a: &'a [T],
     b: &'a [T],
@@ -238,7 +237,7 @@ fn dot_block<S: Simd, T: Real>(simd: S, a: &[T::V<S>], b: &[T::V<S>], width: usi
     sums
 }
 
-/// The columns of four rows; zipped, so that one bounds check serves all.
+/// Columns of four rows; zipped, so that one bounds check serves all.
 #[inline(always)]
 fn four_rows<V>(rows: &[V], width: usize) -> impl Iterator<Item = [&V; DOT]> {
     let row = |k: usize| rows[k * width..][..width].iter();

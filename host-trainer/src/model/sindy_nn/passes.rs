@@ -1,8 +1,7 @@
-//! Values and tangents through a network, and adjoints back: one product a layer for both.
+//! Forward and backward passes of values and tangents through a network, theory (9), (11) and (12).
 //!
-//! Every row of a panel holds S samples' values and then their S tangents. With h = σ(a) and its
-//! tangent ḣ = h(1−h) ȧ, the adjoints of a hidden unit are ȧ* = h(1−h) ḣ* and
-//! a* = h(1−h) h* + (1−2h) ḣ ḣ*, since σ″ ȧ = (1−2h) ḣ.
+//! Every row of a panel holds S samples' values and then their S tangents, so that one product a layer serves both.
+//! Adjoints are marked by a star; σ″ ȧ = (1−2h) ḣ.
 
 use pulp::Simd;
 
@@ -10,7 +9,7 @@ use super::layout::{LayerLayout, NetworkLayout};
 use super::panel::{Panel, TILE, Tiles, dots, multiply, total};
 use super::real::Real;
 
-/// A layer's weights in the shapes the kernel multiplies with.
+/// Weights of a layer in the shapes the kernel multiplies with.
 #[derive(Clone, Debug, Default)]
 pub struct PackedLayer<T> {
     forward: Tiles<T>,
@@ -29,7 +28,7 @@ impl<T: Real> PackedLayer<T> {
     }
 }
 
-/// A network's hidden panels (h | ḣ), its output panel, and adjoints.
+/// Hidden panels (h | ḣ) of a network, its output panel, and adjoints.
 #[derive(Clone, Debug)]
 pub struct Activations<T> {
     hidden: Vec<Panel<T>>,
@@ -53,7 +52,7 @@ impl<T: Real> Activations<T> {
     }
 }
 
-/// out = tiles · B.
+/// Computes out = tiles · B.
 #[inline(always)]
 pub fn multiply_all<S: Simd, T: Real>(simd: S, tiles: &Tiles<T>, b: &[T], columns: usize, out: &mut [T]) {
     for (t, out) in out.chunks_mut(TILE * columns).enumerate() {
@@ -61,7 +60,7 @@ pub fn multiply_all<S: Simd, T: Real>(simd: S, tiles: &Tiles<T>, b: &[T], column
     }
 }
 
-/// Fills `activations` from `input`, a panel of (value | tangent).
+/// Fills `activations` from `input`, a panel of (value | tangent), theory (9) and (12).
 #[inline(always)]
 pub fn forward<S: Simd, T: Real>(
     simd: S,
@@ -94,7 +93,7 @@ pub fn forward<S: Simd, T: Real>(
     }
 }
 
-/// (a, ȧ) → (h, ḣ).
+/// Activates a hidden layer in place: (a, ȧ) → (h, ḣ).
 #[inline(always)]
 fn activate<S: Simd, T: Real>(simd: S, bias: T, h: &mut [T::V<S>], dh: &mut [T::V<S>]) {
     let bias = T::splat(simd, bias);
@@ -107,7 +106,7 @@ fn activate<S: Simd, T: Real>(simd: S, bias: T, h: &mut [T::V<S>], dh: &mut [T::
     }
 }
 
-/// (h*, ḣ*) → (a*, ȧ*), from (h, ḣ).
+/// Adjoint of the activation in place: (h*, ḣ*) → (a*, ȧ*), from (h, ḣ).
 #[inline(always)]
 fn activate_back<S: Simd, T: Real>(simd: S, row: &[T], adjoint: &mut [T], value: usize) {
     let (h, dh) = row.split_at(value);
@@ -123,8 +122,8 @@ fn activate_back<S: Simd, T: Real>(simd: S, row: &[T], adjoint: &mut [T], value:
     }
 }
 
-/// Takes the adjoints in `activations.output`; writes this network's part of `gradient` and, where
-/// asked, adds to the adjoint of its input.
+/// Propagates the adjoints in `activations.output` back; writes this network's part of `gradient` and adds to
+/// `input_adjoint`, if given.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)] // memory of its own for each part of the block
 pub fn backward<S: Simd, T: Real>(
@@ -184,7 +183,7 @@ pub fn backward<S: Simd, T: Real>(
     }
 }
 
-/// dW[i, j] = adjoint_i · below_j, rows from the stated first ones on.
+/// Weight gradient dW[i, j] = adjoint_i · below_j, rows from the stated first ones on.
 #[inline(always)]
 fn weight_gradient<S: Simd, T: Real>(
     simd: S,

@@ -1,4 +1,4 @@
-//! The scalars the kernel works in: `f32` to train, `f64` to check gradients against finite differences.
+//! Scalars of the kernel: `f32` to train, `f64` to check gradients against finite differences.
 //!
 //! One kernel source for both and for every instruction set: pulp picks AVX-512, AVX2 or NEON at run time.
 
@@ -15,29 +15,29 @@ pub trait Real:
     const ZERO: Self;
     /// Rounds a double.
     fn from_f64(value: f64) -> Self;
-    /// As a double.
+    /// Value as a double.
     fn to_f64(self) -> f64;
     /// Lanes of a vector.
     fn lanes<S: Simd>() -> usize;
-    /// A slice as vectors; what does not fill one is left out.
+    /// Slice as vectors; a remainder is left out.
     fn vectors<S: Simd>(slice: &[Self]) -> &[Self::V<S>];
-    /// A slice as vectors; what does not fill one is left out.
+    /// Mutable slice as vectors; a remainder is left out.
     fn vectors_mut<S: Simd>(slice: &mut [Self]) -> &mut [Self::V<S>];
-    /// The same value in every lane.
+    /// Vector with one value in every lane.
     fn splat<S: Simd>(simd: S, value: Self) -> Self::V<S>;
-    /// a + b.
+    /// Sum a + b.
     fn add<S: Simd>(simd: S, a: Self::V<S>, b: Self::V<S>) -> Self::V<S>;
-    /// a − b.
+    /// Difference a − b.
     fn sub<S: Simd>(simd: S, a: Self::V<S>, b: Self::V<S>) -> Self::V<S>;
-    /// a · b.
+    /// Product a · b.
     fn mul<S: Simd>(simd: S, a: Self::V<S>, b: Self::V<S>) -> Self::V<S>;
-    /// a · b + c.
+    /// Fused a · b + c.
     fn mul_add<S: Simd>(simd: S, a: Self::V<S>, b: Self::V<S>, c: Self::V<S>) -> Self::V<S>;
     /// Sum of the lanes.
     fn sum<S: Simd>(simd: S, a: Self::V<S>) -> Self;
-    /// 1 / (1 + e⁻ᵃ); for `f32` to 2e-7.
+    /// Sigmoid 1 / (1 + e⁻ᵃ); for `f32` to 2e-7.
     fn sigmoid<S: Simd>(simd: S, a: Self::V<S>) -> Self::V<S>;
-    /// sin a and cos a; for `f32` to 3e-7 up to |a| = 1e4.
+    /// Sine and cosine of a; for `f32` to 3e-7 up to |a| = 1e4.
     fn sin_cos<S: Simd>(simd: S, a: Self::V<S>) -> (Self::V<S>, Self::V<S>);
 }
 
@@ -82,7 +82,7 @@ macro_rules! arithmetic {
     };
 }
 
-/// Adding this to a small float leaves its nearest integer in the low mantissa bits.
+/// Rounding constant 1.5·2²³: added to a small float, it puts the nearest integer into the low mantissa bits.
 const ROUNDER: f32 = 12_582_912.0;
 
 impl Real for f32 {

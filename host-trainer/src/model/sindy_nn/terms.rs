@@ -1,4 +1,4 @@
-//! Θ(z) and its derivative over panels: core's terms in core's order, each from earlier rows.
+//! Library Θ(z), theory (7), and its derivative over panels: core's terms in core's order, each from earlier rows.
 
 use ballrace_core::library::{Library, Monomial, Term};
 use pulp::Simd;
@@ -6,7 +6,7 @@ use pulp::Simd;
 use super::panel::Panel;
 use super::real::Real;
 
-/// How a row of Θ follows from z and from rows before it.
+/// Operation that gives a row of Θ from z and earlier rows.
 #[derive(Clone, Copy, Debug)]
 enum Row {
     One,
@@ -25,10 +25,10 @@ enum Row {
     },
 }
 
-/// Latent variables in rows of a panel that holds more: the first columns of each row are theirs.
+/// Latent variables in the first columns of a panel's rows.
 #[derive(Clone, Copy, Debug)]
 pub struct LatentRows<'a, T> {
-    /// All values.
+    /// All values of the panel.
     pub values: &'a [T],
     /// Values in a row of the panel.
     pub stride: usize,
@@ -85,7 +85,7 @@ impl Terms {
         self.sine(variable, harmonic) + self.variables
     }
 
-    /// theta (terms × S) from z (variables × S).
+    /// Computes theta (terms × S) from z (variables × S).
     #[inline(always)]
     pub fn forward<S: Simd, T: Real>(&self, simd: S, z: LatentRows<'_, T>, theta: &mut Panel<T>, columns: usize) {
         for (index, row) in self.rows.iter().enumerate() {
@@ -127,7 +127,7 @@ impl Terms {
         }
     }
 
-    /// adjoint of z += (∂Θ/∂z)ᵀ adjoint of theta; the latter is used up.
+    /// Adds (∂Θ/∂z)ᵀ `theta_adjoint` to `z_adjoint`; overwrites the former.
     #[inline(always)]
     pub fn backward<S: Simd, T: Real>(
         &self,

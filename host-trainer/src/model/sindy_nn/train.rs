@@ -1,4 +1,5 @@
-//! Training: shuffled batches, sequential thresholding of Ξ, refinement with the zeros frozen, early stop.
+//! Training, theory (15) and (16): shuffled batches, sequential thresholding of Ξ, early stop, refinement with the
+//! zeros frozen.
 
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -8,9 +9,15 @@ use super::adam::Adam;
 use super::engine::Engine;
 use super::gradient::{Lambdas, Losses};
 use super::layout::Layout;
+use super::settings::RunSettings;
 use crate::model::samples::Samples;
 
-/// How to train. [`TrainConfig::default`] is the paper's Table 2 with reference 30's thresholding.
+const SETTINGS: RunSettings = RunSettings::DEFAULT;
+
+/// Options of a training.
+///
+/// [`TrainConfig::default`] is the paper's Table 2 with two differences: a limit on the gradient steps, and sequential
+/// thresholding as in Champion et al. 2019, but by a term's share of power instead of a coefficient's absolute size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrainConfig {
     /// Weights of the losses.
@@ -19,17 +26,17 @@ pub struct TrainConfig {
     pub learning_rate: f32,
     /// Samples in a batch.
     pub batch: usize,
-    /// Most epochs, refinement not counted.
+    /// Epoch limit, refinement not counted.
     pub epochs: usize,
-    /// Most gradient steps, refinement not counted: bounds the time on long recordings.
+    /// Limit of the gradient steps, refinement not counted: bounds the time on long recordings.
     pub max_steps: usize,
-    /// Coefficients whose term carries less than this share of its equation's power are set to zero.
+    /// Share of its equation's power below which a term's coefficient is masked, theory (16); 0 never.
     pub threshold: f64,
-    /// Times that the threshold is applied, evenly over the epochs.
+    /// Applications of the threshold, evenly over the planned steps; one more precedes the refinement.
     pub threshold_rounds: usize,
-    /// Steps after that, with the zeros frozen and without L_reg, as a share of the steps before.
+    /// Steps of the refinement, with the zeros frozen and without L_reg, as a share of the planned steps.
     pub refine: f64,
-    /// Stop after this many checks of the held-out loss without improvement; 0 never.
+    /// Checks of the held-out loss without improvement that end the training; 0 never.
     pub patience: usize,
     /// Seed of initial weights and shuffles.
     pub seed: u64,
@@ -52,14 +59,14 @@ impl Default for TrainConfig {
     }
 }
 
-/// What training left.
+/// Result of a training.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trained {
     /// All parameters, in the order of [`Layout`].
     pub parameters: Vec<f32>,
-    /// Losses of the last epoch's last batch.
+    /// Losses of the last batch.
     pub last_batch: Losses,
-    /// Epochs, refinement included; the last one may be partial.
+    /// Epochs, refinement included; the last may be partial.
     pub epochs: usize,
     /// Gradient steps, refinement included.
     pub steps: usize,
@@ -82,7 +89,7 @@ pub struct Progress {
     pub active: usize,
 }
 
-/// Initial parameters: weights and biases uniform in ±1/√inputs, Ξ 0.01, as the peers have it.
+/// Initial parameters: weights and biases uniform in ±1/√inputs, Ξ 0.01, as in the reference implementations.
 pub fn initial_parameters(layout: &Layout, rng: &mut ChaCha8Rng) -> Vec<f32> {
     use rand::RngExt;
     let mut parameters = vec![0.0; layout.parameter_count()];
@@ -92,13 +99,12 @@ pub fn initial_parameters(layout: &Layout, rng: &mut ChaCha8Rng) -> Vec<f32> {
             *p = rng.random_range(-limit..limit);
         }
     }
-    parameters[layout.xi()].fill(0.01);
+    parameters[layout.xi()].fill(SETTINGS.initial_coefficient);
     parameters
 }
 
 /// Rescales the encoder's output layer so that the latent variables start with mean 0 and standard
-/// deviation 1 on the samples: the library's columns then start well apart (of 1, z, z², sin z, … of
-/// a z that hardly varies around some offset any one could be taken for another).
+/// deviation 1 on the samples: the columns 1, z, z², sin z, … of a z that hardly varies are nearly collinear.
 fn standardise_latent(layout: &Layout, parameters: &mut [f32], samples: &Samples<f32>) {
     let Some(last) = layout.encoder.layers().pop() else { return };
     let (mut mean, mut square) = (vec![0.0; layout.latent], vec![0.0; layout.latent]);
@@ -120,12 +126,7 @@ fn standardise_latent(layout: &Layout, parameters: &mut [f32], samples: &Samples
     }
 }
 
-/// Times a run's held-out loss is looked at.
-const CHECKS: usize = 40;
-/// Samples that are enough to judge a held-out loss or a term's power.
-const JUDGED: usize = 4096;
-
-/// Trains on `train`; `held_out` (may be empty) only decides when to stop and which parameters are kept.
+/// Trains on `train`; `held_out` (may be empty) only decides the early stop and which parameters are kept.
 pub fn train(
     layout: &Layout,
     train: &Samples<f32>,
@@ -155,12 +156,12 @@ pub fn train(
     let rounds = if config.threshold > 0.0 { config.threshold_rounds } else { 0 };
     let mut best: Option<(f64, Vec<f32>)> = None;
     let mut since_best = 0;
-    let check_every = (planned / CHECKS).max(1);
+    let check_every = (planned / SETTINGS.checks).max(1);
     for step in 1..=planned {
         run.step(train, config, config.lambdas);
         if (1..=rounds).any(|round| step == round * planned / (rounds + 1)) {
             run.threshold(layout, train, config.threshold);
-            best = None; // parameters from before a threshold are not the sparse model's
+            best = None; // parameters from before a threshold belong to another model
         }
         if step % check_every == 0 || step == planned {
             progress(run.progress(planned + refine));
@@ -185,7 +186,7 @@ pub fn train(
     }
     if refine > 0 {
         run.threshold(layout, train, config.threshold);
-        // The moments are those of other parameters and of a loss with the L1 term.
+        // The old moments belong to a loss with the L1 term.
         run.adam = Adam::new(run.parameters.len());
         let lambdas = Lambdas { sparsity: 0.0, ..config.lambdas };
         for step in 1..=refine {
@@ -209,7 +210,7 @@ struct Run {
     engine: Engine<f32>,
     adam: Adam,
     parameters: Vec<f32>,
-    /// 0 for masked coefficients, 1 for everything else.
+    /// Mask: 0 for masked coefficients, 1 for everything else.
     keep: Vec<f32>,
     order: Vec<u32>,
     at: usize,
@@ -249,7 +250,7 @@ impl Run {
         total
     }
 
-    /// Masks coefficients whose term carries less than `share` of its equation's power.
+    /// Masks coefficients whose term carries less than `share` of its equation's power, theory (16).
     fn threshold(&mut self, layout: &Layout, samples: &Samples<f32>, share: f64) {
         let (theta_power, rate_power) = powers(layout, &self.parameters, samples);
         let xi = layout.xi();
@@ -265,9 +266,9 @@ impl Run {
     }
 }
 
-/// Up to [`JUDGED`] indices spread evenly over `len`.
+/// Indices spread evenly over `len`, at most `max_judged`.
 fn spread(len: usize) -> Vec<u32> {
-    let count = len.min(JUDGED);
+    let count = len.min(SETTINGS.max_judged);
     (0..count).map(|i| (i * len / count) as u32).collect()
 }
 
@@ -289,7 +290,7 @@ fn powers(layout: &Layout, parameters: &[f32], samples: &Samples<f32>) -> (Vec<f
     (theta_power, rate_power)
 }
 
-/// Visits z = φ(x) of samples spread evenly; their number, at least 1.
+/// Visits z = φ(x) of samples spread evenly; returns their number, at least 1.
 fn for_each_latent(layout: &Layout, parameters: &[f32], samples: &Samples<f32>, mut visit: impl FnMut(&[f32])) -> f64 {
     let encoder = super::export::network(&layout.encoder, parameters);
     let encoder = encoder.view();

@@ -1,26 +1,26 @@
-//! What a fit is worth: conditioning, terms that cannot be told apart, what noise alone would keep.
+//! Diagnosis of a least-squares fit: conditioning, inseparable terms, terms kept under the null.
 
 use ballrace_core::library::Library;
 use serde::{Deserialize, Serialize};
 
+use super::settings::ConditioningSettings;
 use super::{Equation, RFactor, StlsqConfig, fit};
 use crate::model::samples::Samples;
 
-/// |correlation| above which two terms cannot be told apart.
-const SAME: f64 = 0.99;
+const SETTINGS: ConditioningSettings = ConditioningSettings::DEFAULT;
 
-/// State of the library's columns.
+/// Conditioning of the library's columns.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Diagnosis {
     /// Condition number of all columns, scaled to unit RMS.
     pub condition_number: f64,
     /// Condition number of the columns that are used.
     pub condition_number_used: f64,
-    /// Pairs of used terms whose columns are correlated above 0.99, with the correlation.
+    /// Pairs of used terms whose columns have an uncentred correlation above 0.99 in magnitude, with it.
     pub inseparable: Vec<(usize, usize, f64)>,
 }
 
-/// Looks at the columns of a fit.
+/// Conditioning of the columns of a fit.
 pub fn diagnose(train: &RFactor, equations: &[Equation]) -> Diagnosis {
     let used: Vec<usize> = (0..train.terms).filter(|t| equations.iter().any(|e| e.coefficients[*t] != 0.0)).collect();
     let all: Vec<usize> = (0..train.terms).collect();
@@ -28,7 +28,7 @@ pub fn diagnose(train: &RFactor, equations: &[Equation]) -> Diagnosis {
     for (n, a) in used.iter().enumerate() {
         for b in &used[n + 1..] {
             let correlation = train.term_product(*a, *b) / (train.term_rms(*a) * train.term_rms(*b));
-            if correlation.abs() > SAME {
+            if correlation.abs() > SETTINGS.inseparable_correlation {
                 inseparable.push((*a, *b, correlation));
             }
         }
@@ -40,8 +40,8 @@ pub fn diagnose(train: &RFactor, equations: &[Equation]) -> Diagnosis {
     }
 }
 
-/// Terms an equation would keep on targets that have nothing to do with the states, mean over the
-/// outputs: the states of `states` with the targets of `unrelated` at the equations' thresholds.
+/// Mean number of terms that an equation keeps under the null: the states of `states` refitted to the targets of
+/// `unrelated` at the equations' thresholds.
 pub fn noise_terms(
     library: Library,
     states: &[Samples<f32>],

@@ -1,11 +1,13 @@
-//! Sequentially thresholded least squares (Brunton et al. 2016) for Ξ, on library columns scaled by their RMS.
+//! Sequentially thresholded least squares (Brunton et al. 2016) for Ξ, theory (17) to (20), on library columns scaled
+//! by their RMS.
 //!
-//! A threshold is a share of power: a term goes when ξ²⟨θ²⟩ is less than that share of the target's
-//! ⟨ẏ²⟩. It therefore means the same for every record length and unit. Each equation has its own,
-//! the largest whose held-out error is within one standard error of the best (Breiman et al. 1984).
+//! A threshold is a share of power: a term is dropped if ξ²⟨θ²⟩ is less than that share of the target's variance. It
+//! therefore means the same for every record length and unit. Each equation has its own, the largest whose held-out
+//! error is within one standard error of the best (Breiman et al. 1984).
 
 mod diagnose;
 mod r_factor;
+pub mod settings;
 
 pub use diagnose::{Diagnosis, diagnose, noise_terms};
 pub use r_factor::RFactor;
@@ -14,14 +16,17 @@ use faer::Mat;
 use faer::linalg::solvers::SolveLstsqCore;
 use rayon::prelude::*;
 
-/// How to fit.
+use settings::GridSettings;
+
+/// Options of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StlsqConfig {
-    /// Share of the target's power below which a term goes; `None`: chosen per equation on held-out recordings.
+    /// Share of the target's variance below which a term is dropped; `None`: chosen per equation on held-out
+    /// recordings.
     pub threshold: Option<f64>,
-    /// Ridge penalty on scaled coefficients.
+    /// Ridge penalty μ on scaled coefficients, theory (18).
     pub ridge: f64,
-    /// Most rounds of thresholding.
+    /// Limit of the rounds of thresholding.
     pub rounds: usize,
 }
 
@@ -31,21 +36,22 @@ impl Default for StlsqConfig {
     }
 }
 
-/// Ξ of one equation.
+/// Column of Ξ for one equation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Equation {
-    /// Coefficient of each of the library's terms, 0 for those that went.
+    /// Coefficient of each of the library's terms, 0 for those dropped.
     pub coefficients: Vec<f64>,
-    /// The threshold it was found with.
+    /// Threshold of this equation.
     pub threshold: f64,
 }
 
-/// Thresholds that are tried: none, then 1e-6 to 1e-1.
+/// Candidate thresholds: 0, then 1e-6 to 1e-1.
 fn grid() -> Vec<f64> {
-    std::iter::once(0.0).chain((0..=15).map(|k| 10f64.powf(-6.0 + k as f64 / 3.0))).collect()
+    let GridSettings { min_exponent, per_decade, intervals } = GridSettings::DEFAULT;
+    std::iter::once(0.0).chain((0..=intervals).map(|k| 10f64.powf(min_exponent + f64::from(k) / per_decade))).collect()
 }
 
-/// Fits every output of `train`; `held_out`, one per recording, chooses the thresholds. Without
+/// Fits every output of `train`, theory (18) to (20); `held_out`, one per recording, chooses the thresholds. Without
 /// held-out recordings and without a stated threshold nothing is thresholded.
 pub fn fit(train: &RFactor, held_out: &[RFactor], config: &StlsqConfig) -> Vec<Equation> {
     (0..train.outputs()).into_par_iter().map(|output| fit_output(train, held_out, output, config)).collect()
@@ -63,7 +69,7 @@ fn fit_output(train: &RFactor, held_out: &[RFactor], output: usize, config: &Stl
         .into_iter()
         .map(|threshold| {
             let equation = at(threshold);
-            // Relative to each recording's own variance, so that a loud recording does not decide alone.
+            // Relative to each recording's own variance, or a loud recording decides alone.
             let errors = held_out.iter().map(|m| 1.0 - m.r_squared(output, &equation.coefficients)).collect();
             (equation, errors)
         })
@@ -71,7 +77,7 @@ fn fit_output(train: &RFactor, held_out: &[RFactor], output: usize, config: &Stl
     choose(candidates)
 }
 
-/// The sparsest candidate within one standard error of the best.
+/// Sparsest candidate within one standard error of the best, theory (20).
 fn choose(candidates: Vec<(Equation, Vec<f64>)>) -> Equation {
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
     let best = candidates
@@ -92,7 +98,7 @@ fn choose(candidates: Vec<(Equation, Vec<f64>)>) -> Equation {
     candidates.into_iter().nth(chosen).map(|(equation, _)| equation).expect("the grid is not empty")
 }
 
-/// Coefficients of one equation for one threshold.
+/// Coefficients of one equation for one threshold, theory (19).
 fn threshold_path(train: &RFactor, output: usize, threshold: f64, config: &StlsqConfig) -> Vec<f64> {
     let scales: Vec<f64> = (0..train.terms).map(|t| train.term_rms(t)).collect();
     let target_power = train.variance(output).max(f64::MIN_POSITIVE);
@@ -114,7 +120,7 @@ fn threshold_path(train: &RFactor, output: usize, threshold: f64, config: &Stlsq
     coefficients
 }
 
-/// Least squares for the active terms, in coefficients of columns with unit RMS.
+/// Ridge least squares for the active terms, theory (18), in coefficients of columns with unit RMS.
 fn solve(train: &RFactor, active: &[usize], scales: &[f64], output: usize, ridge: f64) -> Vec<f64> {
     if active.is_empty() {
         return Vec::new();

@@ -1,35 +1,34 @@
-//! Least squares without the data: the triangular factor R of [Θ | Y].
+//! Triangular factor R of [Θ | Ẋ], theory (17).
 //!
-//! R of the QR decomposition of the library's columns beside the targets' holds every inner product,
-//! at the accuracy of QR rather than of normal equations: the solution for any subset of terms, its
-//! residual and its R² follow from it. Recordings are decomposed side by side and their factors
-//! stacked and decomposed again (tall-skinny QR), so that no more of a library is held than a block
-//! of rows for each thread and one factor for each recording.
+//! R holds every inner product of the library's and the targets' columns, at the accuracy of QR rather than of normal
+//! equations: the solution for any subset of terms, its residual and its R² follow from it. Recordings are decomposed
+//! in parallel, their factors stacked and decomposed again (tall-skinny QR), so that no more of a library is held than
+//! a block of rows for each thread and one factor for each recording.
 
 use ballrace_core::library::Library;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
+use super::settings::RFactorSettings;
 use crate::model::samples::Samples;
 
-/// Rows decomposed at once: Θ of a block stays in the cache.
-const BLOCK_ROWS: usize = 1024;
+const BLOCK_ROWS: usize = RFactorSettings::DEFAULT.block_rows;
 
-/// R of [Θ | Y] over a number of rows.
+/// Factor R of [Θ | Ẋ] over a number of rows.
 #[derive(Clone, Debug)]
 pub struct RFactor {
-    /// Upper triangular, (terms + outputs) square.
+    /// Upper triangular matrix, (terms + outputs) square.
     r: Mat<f64>,
-    /// Rows that went into it.
+    /// Number of rows decomposed.
     pub rows: usize,
-    /// Terms p; the remaining columns are outputs.
+    /// Number of terms p; the remaining columns are outputs.
     pub terms: usize,
     /// Sum over the rows of each output.
     sums: Vec<f64>,
 }
 
 impl RFactor {
-    /// Of one recording's standardised rows.
+    /// Factor of one recording's standardised rows.
     pub fn from_samples(library: Library, samples: &Samples<f32>) -> Self {
         let (terms, outputs) = (library.len(), samples.inputs);
         let columns = terms + outputs;
@@ -55,15 +54,14 @@ impl RFactor {
         moments
     }
 
-    /// Of many recordings, in parallel.
+    /// Factor of each recording, in parallel.
     pub fn from_each(library: Library, recordings: &[Samples<f32>]) -> Vec<Self> {
-        // Recordings are decomposed side by side; a decomposition split over threads as well would
-        // round differently with their number.
+        // A decomposition split over threads would round differently with their number.
         faer::set_global_parallelism(faer::Par::Seq);
         recordings.par_iter().map(|samples| Self::from_samples(library, samples)).collect()
     }
 
-    /// All rows of all parts together; `None` without any.
+    /// Factor of all parts' rows together; `None` for no parts.
     pub fn merge(parts: &[&Self]) -> Option<Self> {
         let first = parts.first()?;
         let columns = first.r.ncols();
@@ -85,7 +83,7 @@ impl RFactor {
         self.r.col(term).norm_l2() / (self.rows as f64).sqrt()
     }
 
-    /// ⟨θ_a θ_b⟩ over the rows.
+    /// Mean product ⟨θ_a θ_b⟩ over the rows.
     pub fn term_product(&self, a: usize, b: usize) -> f64 {
         let (a, b) = (self.r.col(a), self.r.col(b));
         (0..self.terms).map(|i| a[i] * b[i]).sum::<f64>() / self.rows as f64
@@ -97,7 +95,7 @@ impl RFactor {
         Mat::from_fn(self.terms, active.len(), |i, j| self.r[(i, active[j])] / (scales[active[j]] * root))
     }
 
-    /// Column of R for an output, in the same normalisation as [`Moments::scaled`].
+    /// Column of R for an output, in the normalisation of [`RFactor::scaled`].
     pub fn target(&self, output: usize) -> Mat<f64> {
         let root = (self.rows as f64).sqrt();
         Mat::from_fn(self.terms, 1, |i, _| self.r[(i, self.terms + output)] / root)
@@ -122,7 +120,7 @@ impl RFactor {
         square - (self.sums[output] / rows).powi(2)
     }
 
-    /// R² of ẋ_output = Σ ξ_j θ_j over these rows.
+    /// Score R² of ẋ_output = Σ ξ_j θ_j over these rows, theory (22).
     pub fn r_squared(&self, output: usize, coefficients: &[f64]) -> f64 {
         1.0 - self.mean_square_error(output, coefficients) / self.variance(output)
     }
@@ -139,7 +137,7 @@ impl RFactor {
     }
 }
 
-/// R of a QR decomposition, square.
+/// Square factor R of a QR decomposition.
 fn triangle(a: MatRef<'_, f64>) -> Mat<f64> {
     let n = a.ncols();
     if a.nrows() < n {

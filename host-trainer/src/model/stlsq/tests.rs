@@ -9,7 +9,7 @@ fn normal(rng: &mut ChaCha8Rng) -> f32 {
     (-2.0 * u.ln()).sqrt() * (std::f32::consts::TAU * v).cos()
 }
 
-/// ẋ0 = 0.5 − 2 x1 + 0.7 x0 x1 + noise, ẋ1 = 1.5 sin x0 + noise.
+/// Samples of ẋ0 = 0.5 − 2 x1 + 0.7 x0 x1 + noise, ẋ1 = 1.5 sin x0 + noise.
 fn known(count: usize, noise: f32, seed: u64) -> Samples<f32> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut samples = Samples { inputs: 2, ..Default::default() };

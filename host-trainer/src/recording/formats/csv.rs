@@ -1,8 +1,7 @@
-//! CSV with a header: one column a channel, and at most one time column.
+//! Reader of CSV with a header: one column for each channel, and at most one time column.
 //!
-//! Lines that begin with `#` may stand before the header. Where the first other line holds
-//! numbers, the last `#` line is the header (so does numpy's `savetxt` write it). A column
-//! without a name, as the index that pandas writes, is left out.
+//! Lines that begin with `#` may precede the header. If the first other line holds numbers, the last `#` line is the
+//! header (as numpy's `savetxt` writes it). A column without a name, such as the index that pandas writes, is left out.
 
 use std::path::Path;
 
@@ -18,14 +17,14 @@ use crate::recording::{
 struct Header {
     separator: u8,
     names: Vec<String>,
-    /// Its line, from 1.
+    /// Line of the header, from 1.
     row: usize,
     /// Line and offset of the first row of numbers.
     body_row: usize,
     body: usize,
 }
 
-/// Reads one file. `wants_time` says whether the sample rate must come from a time column.
+/// Reads one file; with `wants_time` its time column too, if there is one.
 pub(crate) fn read(
     bytes: &[u8],
     path: &Path,

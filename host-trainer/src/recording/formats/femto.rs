@@ -1,4 +1,4 @@
-//! PRONOSTIA/FEMTO run-to-failure recordings (Nectoux et al., 2012): `acc_00001.csv` and on.
+//! Reader of PRONOSTIA/FEMTO run-to-failure recordings (Nectoux et al., 2012): `acc_00001.csv` and on.
 //!
 //! No header; hour, minute, second, microsecond, horizontal and vertical acceleration in g, at
 //! 25.6 kHz. Most folders separate by comma, some by semicolon.
@@ -17,7 +17,7 @@ const TIME: [&str; 4] = ["hour", "minute", "second", "microsecond"];
 const CHANNELS: [&str; 2] = ["horizontal", "vertical"];
 const WIDTH: usize = TIME.len() + CHANNELS.len();
 
-/// Whether a file is named as the data set names its accelerations: `acc_` and a number.
+/// Whether a file has the data set's name for accelerations: `acc_` and a number.
 pub(crate) fn is_named(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     name.strip_prefix("acc_")
@@ -75,7 +75,7 @@ pub(crate) fn read(bytes: &[u8], path: &Path, selection: &Selection, skip_bad: b
     })
 }
 
-/// Seconds after midnight of the first row; nothing where that row is bad.
+/// Seconds after midnight of the first row; `None` if that row is bad.
 fn start_s(bytes: &[u8], separator: u8) -> Option<f64> {
     let fields = table::split(table::first_line(bytes).0, separator);
     let time: Vec<f64> = fields.iter().take(TIME.len()).map_while(|f| parse_number::parse(f)).collect();

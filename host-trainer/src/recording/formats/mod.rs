@@ -1,4 +1,4 @@
-//! Formats of recordings, a file each.
+//! Readers of recordings, one module for each format.
 
 pub mod csv;
 pub mod femto;

@@ -1,8 +1,8 @@
-//! NumPy arrays (`.npy`, format versions 1 to 3): one dimension, or two of which the longer is
+//! Reader of NumPy arrays (`.npy`, format versions 1 to 3): one dimension, or two of which the longer is
 //! time.
 //!
-//! Channels are `ch1`, `ch2`, …. Our own reader: the crate for it brings a parser generator and
-//! arbitrary-precision integers along for a header of three keys.
+//! Channels are `ch1`, `ch2`, …. Not a crate's, which needs a parser generator and arbitrary-precision integers for a
+//! header of three keys.
 
 use std::path::Path;
 
@@ -41,7 +41,7 @@ pub(crate) fn read(bytes: &[u8], path: &Path, selection: &Selection, skip_bad: b
         return Err(ReadError::Empty { path: path.into() });
     }
     let (samples, channels) = (first.max(second), first.min(second));
-    // Steps through `values` from one sample, and from one channel, to the next.
+    // Strides in `values` of a sample and of a channel.
     let contiguous_first = array.fortran_order;
     let (first_step, second_step) = if contiguous_first { (1, first) } else { (second, 1) };
     let (step, channel_step) = if first >= second { (first_step, second_step) } else { (second_step, first_step) };
@@ -57,7 +57,7 @@ pub(crate) fn read(bytes: &[u8], path: &Path, selection: &Selection, skip_bad: b
     Ok(raw)
 }
 
-/// Part, what was found, what was expected.
+/// Error: part of the file, found, expected.
 type Bad = (&'static str, String, &'static str);
 
 fn parse(bytes: &[u8]) -> Result<Array<'_>, Bad> {

@@ -1,7 +1,6 @@
-//! Parquet: one numeric column a channel, and at most one time column.
+//! Reader of Parquet: one numeric column for each channel, and at most one time column.
 //!
-//! Columns that hold neither floats nor integers are left out. A null is no sample and is
-//! treated as NaN is.
+//! Columns that hold neither floats nor integers are left out. A null is treated as NaN.
 
 use std::{
     fs::File,
@@ -33,7 +32,7 @@ pub(crate) fn read(path: &Path, selection: &Selection, skip_bad: bool) -> Result
     if file.metadata().is_ok_and(|m| m.len() == 0) {
         return Err(ReadError::Empty { path: path.into() });
     }
-    // The crate promises no freedom from panics on damaged files.
+    // The crate may panic on damaged files.
     let columns = catch_unwind(AssertUnwindSafe(|| columns(file, path, selection)));
     let mut raw = columns.unwrap_or_else(|_| {
         Err(ReadError::BadParquet {
@@ -118,8 +117,7 @@ fn columns(file: File, path: &Path, selection: &Selection) -> Result<Raw, ReadEr
     Ok(raw)
 }
 
-/// Whether a column is a plain one of floats or integers; dates and decimals are stored as
-/// integers but are none.
+/// Whether a column holds floats or integers; dates and decimals are stored as integers and do not count.
 fn is_numeric(column: &ColumnDescriptor) -> bool {
     use ConvertedType as C;
     use parquet::basic::Type;

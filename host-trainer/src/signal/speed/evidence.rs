@@ -1,40 +1,36 @@
-//! How far each frequency stands out, over the spectrum and the envelopes of bands side by side.
+//! Evidence over frequency for theory (79), from the spectrum and the envelopes of adjacent bands.
 
 use rayon::prelude::*;
 use realfft::num_complex::Complex;
 
+use super::settings::EvidenceSettings;
 use crate::signal::Sample;
 use crate::signal::kurtogram::Bank;
 use crate::signal::lines::{floor, half_width};
 use crate::signal::spectrum::{Spectrum, welch};
 
-/// Longest stretch that one transform is taken of, s: ball passes wander, and longer ones do not sharpen them.
-const STRETCH_S: f64 = 4.0;
-/// Most bands side by side.
-const MOST_BANDS: usize = 8;
-/// Share of values that stand out of nothing.
-const COMMON: f64 = 0.9;
+const SETTINGS: EvidenceSettings = EvidenceSettings::DEFAULT;
 
-/// Spectra over their noise, and what they add up to.
+/// Spectra over their noise, and their sum in logarithms.
 pub(super) struct Evidence {
-    /// Hz from one value of [`total`](Self::total) to the next.
+    /// Step of [`total`](Self::total), Hz.
     pub(super) step_hz: f64,
-    /// Sum over the spectra of ln(power over what is common), where that is above 0; the greatest of three
-    /// neighbours, so that a comb may be a step wide.
+    /// Sum over the spectra of ln(power over noise over its quantile), where above 0; the greatest of three
+    /// neighbours, so that a tooth may be a step off.
     pub(super) total: Vec<f64>,
-    /// Power over noise: of the recording, and of the squared envelope of each band.
+    /// Power over noise of the squared envelope of each band and, last, of the recording.
     pub(super) ratios: Vec<Spectrum>,
     /// Independent stretches averaged over.
     pub(super) averaged: f64,
 }
 
 impl Evidence {
-    /// Up to a frequency; `None` for a recording too short.
+    /// Evidence up to a frequency; `None` for a recording too short.
     pub(super) fn from_samples<S: Sample>(samples: &[S], sample_rate_hz: f64, highest_hz: f64) -> Option<Self> {
         let bank = Bank::new(samples, sample_rate_hz)?;
         let duration_s = bank.counted_s();
-        let stretch_s = duration_s.min(STRETCH_S);
-        let bands = ((bank.nyquist_hz() / (1.1 * highest_hz)) as usize).clamp(1, MOST_BANDS);
+        let stretch_s = duration_s.min(SETTINGS.max_stretch_s);
+        let bands = ((bank.nyquist_hz() / (SETTINGS.band_margin * highest_hz)) as usize).clamp(1, SETTINGS.max_bands);
         let width = bank.nyquist_hz() / bands as f64;
         let power =
             |values: &[f64], rate_hz: f64| welch(&[values], rate_hz, values.len().min((rate_hz * stretch_s) as usize));
@@ -57,13 +53,13 @@ impl Evidence {
         let step_hz = 1.0 / stretch_s;
         let mut sum = vec![0.0; (highest_hz / step_hz) as usize];
         for spectrum in &ratios {
-            let common = common(&spectrum.values);
+            let common = quantile(&spectrum.values);
             for (k, total) in sum.iter_mut().enumerate() {
                 let at = (k as f64 * step_hz / spectrum.step_hz).round() as usize;
                 *total += spectrum.values.get(at).map_or(0.0, |v| (v / common).ln().max(0.0));
             }
         }
-        // What is under two steps leaks from the mean.
+        // The mean leaks over two steps.
         sum.iter_mut().take(3).for_each(|v| *v = 0.0);
         let wide = |k: usize| sum[k.saturating_sub(1)..(k + 2).min(sum.len())].iter().copied().fold(0.0, f64::max);
         let total = (0..sum.len()).map(wide).collect();
@@ -71,13 +67,13 @@ impl Evidence {
         Some(Self { step_hz, total, ratios, averaged })
     }
 
-    /// At a frequency; nothing beyond the ends.
+    /// Evidence at a frequency; 0 beyond the ends.
     pub(super) fn at(&self, frequency_hz: f64) -> f64 {
         let k = (frequency_hz / self.step_hz).round();
         if k < 0.0 { 0.0 } else { self.total.get(k as usize).copied().unwrap_or(0.0) }
     }
 
-    /// Mean and standard deviation of it.
+    /// Mean and standard deviation over frequency.
     pub(super) fn spread(&self) -> (f64, f64) {
         let n = self.total.len() as f64;
         let mean = self.total.iter().sum::<f64>() / n;
@@ -86,9 +82,9 @@ impl Evidence {
     }
 }
 
-/// The value that [`COMMON`] of all stay below.
-fn common(values: &[f64]) -> f64 {
+/// Quantile that counts as noise.
+fn quantile(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
-    sorted.get((COMMON * sorted.len() as f64) as usize).copied().unwrap_or(1.0).max(f64::MIN_POSITIVE)
+    sorted.get((SETTINGS.noise_quantile * sorted.len() as f64) as usize).copied().unwrap_or(1.0).max(f64::MIN_POSITIVE)
 }

@@ -27,8 +27,8 @@ fn read(folder: &Path, file: &str, variable: &str, sample_rate_hz: Option<f64>) 
     (recording.channels.swap_remove(0).samples, recording.sample_rate_hz)
 }
 
-/// 24.67 Hz, the speed commonly given, is 74 steps of a transform over these 3 s, each 1/3 Hz wide. What the
-/// sidebands of each recording say lies 0.1 to 0.7 % above, and far from the nominal 25.
+/// The speed commonly given, 24.67 Hz, is 74 steps of a transform over these 3 s, each 1/3 Hz wide. The sidebands of
+/// each recording lie 0.1 to 0.7 % above, and far from the nominal 25.
 #[test]
 fn literature_mfpt_runs_slower_than_its_nominal_25_hz() {
     let Some(folder) = reference_data::folder("mfpt") else { return };
@@ -49,7 +49,7 @@ fn literature_mfpt_runs_slower_than_its_nominal_25_hz() {
     }
 }
 
-/// The files state whole revolutions a minute, of which one is 0.056 %.
+/// Whole revolutions a minute are stated in the files, of which one is 0.056 %.
 #[test]
 fn literature_cwru_speeds_are_recovered_from_2_percent_off() {
     let Some(folder) = reference_data::folder("cwru") else { return };
@@ -123,7 +123,7 @@ fn null_noise_tells_no_speed() {
     assert!(told <= 1, "{told} of 40");
 }
 
-/// Lines there are, as strong as before, but they agree on nothing.
+/// Strong lines that agree on no speed.
 #[test]
 fn null_tones_at_random_tell_no_speed() {
     let rate = 12_000.0;

@@ -1,11 +1,11 @@
-//! Data elements: what a MATLAB v5 file is made of (MAT-File Format, MathWorks, chapter 1).
+//! Data elements of a MATLAB v5 file (MAT-File Format, MathWorks, chapter 1).
 //!
 //! An element is a tag (type, byte count) and its data, padded to eight bytes. Every length is
-//! checked against the bytes that are there before anything is allocated for it.
+//! checked against the available bytes before any allocation.
 
 use std::{borrow::Cow, io::Read};
 
-/// What is wrong, and where; the file is added by the caller.
+/// Error with its offset; the caller adds the file.
 #[derive(Debug)]
 pub(super) struct Bad {
     pub offset: usize,
@@ -33,12 +33,12 @@ impl Order {
     }
 }
 
-/// One element.
+/// One data element.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Element<'a> {
     pub kind: u32,
     pub data: &'a [u8],
-    /// Where its tag begins.
+    /// Offset of the tag.
     pub offset: usize,
 }
 
@@ -54,7 +54,7 @@ impl<'a> Elements<'a> {
         Self { bytes, at: 0, order }
     }
 
-    /// The next element; nothing at the end of the buffer.
+    /// Next element; `None` at the end of the buffer.
     pub(super) fn next(&mut self) -> Result<Option<Element<'a>>, Bad> {
         let offset = self.at;
         let rest = &self.bytes[offset.min(self.bytes.len())..];
@@ -89,17 +89,17 @@ impl<'a> Elements<'a> {
         Ok(Some(Element { kind: first, data, offset }))
     }
 
-    /// The next element, which must be there.
+    /// Next element, or an error at the end of the buffer.
     pub(super) fn expect(&mut self, expected: &'static str) -> Result<Element<'a>, Bad> {
         let offset = self.at;
         self.next()?.ok_or_else(|| Bad { offset, found: "the end".into(), expected })
     }
 }
 
-/// The byte order of a file, and the data of its matrix elements, unpacked.
+/// Byte order of a file, and the unpacked data of its matrix elements.
 type Matrices<'a> = (Order, Vec<Cow<'a, [u8]>>);
 
-/// The matrix elements of a file.
+/// Matrix elements of a file.
 pub(super) fn matrices(file: &[u8]) -> Result<Matrices<'_>, Bad> {
     let order = order(file)?;
     let mut matrices = Vec::new();
@@ -156,8 +156,8 @@ fn inflate(element: Element, order: Order) -> Result<Vec<u8>, Bad> {
     if kind != MATRIX {
         return Err(bad(format!("an element of type {kind}")));
     }
-    // The vector grows with what the stream really gives (deflate packs 1032 to 1 at the most),
-    // never to what the tag claims. Reading to the end makes the decoder verify its checksum.
+    // The vector grows with the stream (deflate packs 1032 to 1 at most), not to the size that the tag claims. Reading
+    // to the end makes the decoder verify its checksum.
     let mut matrix = Vec::new();
     let limit = size as u64 + 8;
     stream.take(limit).read_to_end(&mut matrix).map_err(|e| bad(e.to_string()))?;

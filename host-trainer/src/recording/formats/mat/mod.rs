@@ -1,12 +1,10 @@
-//! MATLAB v5 files, compressed or not, with structs.
+//! Reader of MATLAB v5 files, compressed or not, with structs.
 //!
-//! Our own reader: the crates there are leave structs out and take truncated files for whole
-//! ones (`matfile` 0.5), or panic on them (`matrw` 0.1).
+//! Not a crate's: `matfile` 0.5 leaves structs out and accepts truncated files, `matrw` 0.1 panics on them.
 //!
-//! One variable is read where it is named (`X130_DE_time`, `bearing.gs`), else all real vectors
-//! and matrices that are as long as the longest; the columns of a matrix `m` are `m[1]`, `m[2]`,
-//! …. Beside them stand, and are understood, a time vector, `XnnnRPM` (CWRU) and `sr`, `rate`,
-//! `load` of the struct (MFPT).
+//! A named variable is read (`X130_DE_time`, `bearing.gs`), else all real vectors and matrices that are as long as the
+//! longest; the columns of a matrix `m` are `m[1]`, `m[2]`, …. A time vector, `XnnnRPM` (CWRU) and `sr`, `rate`, `load`
+//! of the struct (MFPT) in the same scope are read as well.
 
 use std::path::Path;
 
@@ -24,7 +22,7 @@ mod element;
 mod tests;
 mod value;
 
-/// Newtons per pound-force: MFPT states its loads in pounds.
+/// Newtons per pound-force, the unit of MFPT's loads.
 const NEWTON_PER_POUND: f64 = 4.448_221_615_260_5;
 
 /// A leaf of the tree of variables.
@@ -106,7 +104,7 @@ fn flatten<'a>(name: &str, value: &'a Value<'a>, leaves: &mut Vec<Leaf<'a>>) {
     }
 }
 
-/// The leaves to read: the one that is named, else the longest.
+/// Leaves to read: the named one, else the longest.
 fn choose<'a>(
     leaves: &'a [Leaf<'a>],
     path: &Path,
@@ -143,7 +141,7 @@ fn column_names(name: &str, numbers: &Numbers) -> Vec<String> {
     }
 }
 
-/// Adds what stands beside a signal of `rows` samples.
+/// Adds time, rate, speed and load from the scope of a signal of `rows` samples.
 fn describe(raw: &mut Raw, signal: &str, rows: usize, leaves: &[Leaf]) {
     let (scope, leaf) = signal.rsplit_once('.').map_or(("", signal), |(s, l)| (s, l));
     let sibling = |name: &str| {

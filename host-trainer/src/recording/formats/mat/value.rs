@@ -1,8 +1,8 @@
-//! Arrays: numbers, text and structs out of matrix elements.
+//! Values of matrix elements: numbers, text and structs.
 
 use super::element::{Bad, Elements, MATRIX, Order};
 
-/// What a variable or field holds.
+/// Value of a variable or field.
 #[derive(Debug)]
 pub(super) enum Value<'a> {
     /// Real numbers, column-major.
@@ -11,7 +11,7 @@ pub(super) enum Value<'a> {
     Text(String),
     /// The fields of a 1×1 struct.
     Struct(Vec<(String, Value<'a>)>),
-    /// Cells, sparse and complex arrays, struct arrays, objects: nothing a recording is stored in.
+    /// Cells, sparse and complex arrays, struct arrays, objects: not read.
     Other,
 }
 
@@ -25,7 +25,7 @@ pub(super) struct Numbers<'a> {
     order: Order,
 }
 
-/// How numbers are stored, which can be narrower than the class of their array.
+/// Storage type of numbers, which can be narrower than the class of their array.
 #[derive(Clone, Copy, Debug)]
 enum Storage {
     I8,
@@ -72,7 +72,7 @@ impl Numbers<'_> {
         self.shape[0] * self.shape[1]
     }
 
-    /// Rows of a vector, whichever way it lies; of a matrix, its rows.
+    /// Length of a row or column vector; rows of a matrix.
     pub(super) fn rows(&self) -> usize {
         if self.is_vector() { self.len() } else { self.shape[0] }
     }
@@ -115,10 +115,10 @@ const STRUCT: u32 = 2;
 const TEXT: u32 = 4;
 const NUMERIC: std::ops::RangeInclusive<u32> = 6..=15;
 const COMPLEX: u32 = 0x0800;
-/// Deeper nesting than this is no recording, and would exhaust the stack.
+/// Greatest nesting depth: more would exhaust the stack.
 const MAX_DEPTH: usize = 16;
 
-/// The name and value of a matrix element.
+/// Name and value of a matrix element.
 pub(super) fn array(matrix: &[u8], order: Order, depth: usize) -> Result<(String, Value<'_>), Bad> {
     let mut elements = Elements::new(matrix, order);
     let flags = elements.expect("array flags")?;
@@ -128,7 +128,7 @@ pub(super) fn array(matrix: &[u8], order: Order, depth: usize) -> Result<(String
     };
     let word = order.u32(*word);
     let (class, complex) = (word & 0xff, word & COMPLEX != 0);
-    // Objects of newer classes have no dimensions here; whatever they are, they are no recording.
+    // Objects of newer classes have no dimensions here.
     if !(1..=15).contains(&class) || depth > MAX_DEPTH {
         return Ok((String::new(), Value::Other));
     }
@@ -164,8 +164,7 @@ pub(super) fn array(matrix: &[u8], order: Order, depth: usize) -> Result<(String
     Ok((name, value))
 }
 
-/// Characters, stored in as many bytes each as their number and the byte count say. Only ASCII
-/// matters here.
+/// ASCII characters of a text, whose width in bytes follows from their number and the byte count.
 fn text(data: &[u8], characters: usize) -> Value<'_> {
     let width = data.len().checked_div(characters).unwrap_or(1).max(1);
     let ascii = data.chunks(width).flatten().filter(|b| (32..127).contains(*b));

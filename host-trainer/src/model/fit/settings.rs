@@ -1,0 +1,116 @@
+//! Settings of a fit around its solver, one struct per stage.
+
+/// Least numbers of rows of virtual states.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RowSettings {
+    /// Rows for each dimension over all recordings. Not tuned: chosen by hand.
+    pub rows_per_dimension: usize,
+    /// Rows for each dimension on either side of the split. Not tuned: chosen by hand.
+    pub split_rows_per_dimension: usize,
+    /// Least dimension that counts for both. Not tuned: chosen by hand.
+    pub min_dimension: usize,
+}
+
+impl RowSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self { rows_per_dimension: 10, split_rows_per_dimension: 2, min_dimension: 10 };
+}
+
+impl Default for RowSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// Settings of the held-out end of a single recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SplitSettings {
+    /// Greatest number of pieces, whose scatter gives the held-out error a standard error. Not tuned: chosen by hand.
+    pub max_pieces: usize,
+    /// Least rows of a piece, if there are enough. Not tuned: chosen by hand.
+    pub min_piece_rows: usize,
+}
+
+impl SplitSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self { max_pieces: 4, min_piece_rows: 64 };
+}
+
+impl Default for SplitSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// Settings of the healthy level.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MonitorSettings {
+    /// Least run of equal samples that counts as stuck. Not tuned: chosen by hand.
+    pub min_stuck_run: u32,
+    /// Stuck run over the longest run of equal samples in the healthy recordings. Not tuned: chosen by hand.
+    pub stuck_run_factor: u32,
+    /// Block length over the longest stuck run, so that a dead sensor cannot fill a block. Not tuned: chosen by hand.
+    pub stuck_block_divisor: u32,
+    /// Blocks wanted for a healthy mean and spread. Not tuned: chosen by hand.
+    pub min_blocks: usize,
+    /// Blocks per second, if there are enough rows. Not tuned: chosen by hand.
+    pub blocks_per_second: f64,
+    /// Least samples in a block. Not tuned: chosen by hand.
+    pub min_block: usize,
+}
+
+impl MonitorSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self {
+        min_stuck_run: 16,
+        stuck_run_factor: 4,
+        stuck_block_divisor: 4,
+        min_blocks: 16,
+        blocks_per_second: 10.0,
+        min_block: 64,
+    };
+}
+
+impl Default for MonitorSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// Settings of the scores, theory (22).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScoreSettings {
+    /// Greatest number of recordings scored, spread evenly over all. Not tuned: chosen by hand.
+    pub max_recordings: usize,
+}
+
+impl ScoreSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self { max_recordings: 24 };
+}
+
+impl Default for ScoreSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// Settings of the described equations, theory (21).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DescribeSettings {
+    /// Greatest number of rows for shares and condition numbers, spread evenly. Not tuned: chosen by hand.
+    pub max_rows: usize,
+    /// Power of an orthogonalised term over its own power below which it explains nothing. Not tuned: chosen by hand.
+    pub min_pivot_share: f64,
+}
+
+impl DescribeSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self { max_rows: 20_000, min_pivot_share: 1e-12 };
+}
+
+impl Default for DescribeSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
