@@ -1,17 +1,18 @@
-//! The parameters of a rig with its effects, by the force balance: Gauss–Newton on what the rig as a whole leaves, so
-//! that the parameters inside a term are fitted with its strength and get intervals too.
+//! Parameters of a rig with its effects by the force balance: Gauss–Newton on the residual of the whole rig, so that
+//! parameters inside a term are fitted with its strength and get intervals too.
 
 use super::{
     equation::Equation,
     gram::cholesky_solve,
     regression::{self, Fit},
+    settings::BalanceSettings,
     states::States,
 };
 use crate::rig::Rig;
 
-const STEPS: usize = 15;
+const SETTINGS: BalanceSettings = BalanceSettings::DEFAULT;
 
-/// Fits the numbers named by `keys`, from the rig's values on; the rig gets them. `None` where they are not determined.
+/// Fits the numbers named by `keys`, from the rig's values on, and sets them in the rig. `None` if they are not determined.
 pub fn refine(rig: &mut Rig, keys: &[String], states: &States) -> Option<Fit> {
     let residual = |rig: &Rig| Equation::new(rig, states).ok().map(|e| e.target(&[]));
     let square = |r: &[f64]| r.iter().map(|x| x * x).sum::<f64>();
@@ -25,7 +26,7 @@ pub fn refine(rig: &mut Rig, keys: &[String], states: &States) -> Option<Fit> {
     let mut left = masked(rig)?;
     let mut damping = 1e-9;
     let mut slopes = Vec::new();
-    for _ in 0..STEPS {
+    for _ in 0..SETTINGS.refinement_steps {
         slopes.clear();
         for key in keys {
             let value = rig.get(key)?;
@@ -56,12 +57,12 @@ pub fn refine(rig: &mut Rig, keys: &[String], states: &States) -> Option<Fit> {
         let fall = 1.0 - square(&now) / square(&left);
         (*rig, left) = (trial, now);
         damping *= 0.1;
-        if fall < 1e-8 {
+        if fall < SETTINGS.refinement_min_fall {
             break;
         }
     }
     let lags = regression::correlation_length(&left, &groups);
-    // The slopes are those of the last step but one, which is where they are here.
+    // Slopes of the last step but one are near enough after convergence.
     let fit = regression::least_squares(&slopes, &left, &groups, lags)?;
     let values = keys.iter().map(|key| rig.get(key)).collect::<Option<_>>()?;
     Some(Fit { values, covariance: fit.covariance, residual: left })

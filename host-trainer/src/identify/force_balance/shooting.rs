@@ -1,14 +1,15 @@
-//! Parameters by simulation: the rig's own run against what the sensor said, window by window.
+//! Parameters by simulation: the rig's own run against the sensor's signal, window by window, theory (67).
 //!
 //! Multiple shooting (H. G. Bock, "Recent advances in parameter identification techniques for O.D.E.", 1983): a recording
-//! is cut into windows, each with a start of its own, which is fitted with the parameters. White sensor noise makes this
-//! the maximum-likelihood estimate, where the force balance, whose columns hold the noise too, is a little biased.
-//! Disturbances of the machine make it the worse one: it believes in the simulation for a whole window.
+//! is cut into windows, each with a start of its own, which is fitted with the parameters. Under white sensor noise this
+//! is the maximum-likelihood estimate, while the force balance, whose columns hold the noise too, is a little biased.
+//! Under disturbing forces it is the worse estimate, because the simulation leaves them out for a whole window.
 
 use rayon::prelude::*;
 
 use super::{
     regression::{self, Fit},
+    settings::BalanceSettings,
     states::{Between, Sensed, States, Track},
 };
 use crate::rig::{
@@ -16,21 +17,18 @@ use crate::rig::{
     sdof::{Drive, Interpolation, simulate},
 };
 
-/// Most steps of the Gauss–Newton iteration.
-const STEPS: usize = 25;
-/// Relative fall of the error below which it has converged.
-const CONVERGED: f64 = 1e-7;
+const SETTINGS: BalanceSettings = BalanceSettings::DEFAULT;
 
 /// A rig fitted by simulation.
 #[derive(Clone, Debug)]
 pub struct Refined {
     /// The rig with the fitted values.
     pub rig: Rig,
-    /// Estimates in the order of the keys, their covariance, and what is left in each sample, in the sensor's unit.
+    /// Estimates in the order of the keys, their covariance, and the residual of each sample, in the sensor's unit.
     pub fit: Fit,
-    /// Root mean square of what is left.
+    /// Root mean square of the residual.
     pub rms: f64,
-    /// q and q̇ at the first sample of each window.
+    /// Start q and q̇ of each window.
     pub starts: Vec<[f64; 2]>,
 }
 
@@ -38,13 +36,13 @@ struct ShootingWindow<'a> {
     track: &'a Track,
     first: usize,
     last: usize,
-    /// q and q̇ at the first sample.
+    /// Start q and q̇ at the first sample.
     start: [f64; 2],
 }
 
 /// Fits the numbers named by `keys`, as [`Rig::set`] takes them, and the start of each window, from the rig's values on.
-/// `window` is in samples; `None` takes recordings whole. `None` is returned where nothing converges: the simulation
-/// diverges, or the keys are not determined.
+/// `window` is in samples; `None` takes recordings whole. Returns `None` if the simulation diverges or the keys are not
+/// determined.
 pub fn refine(rig: &Rig, keys: &[String], states: &States, window: Option<usize>) -> Option<Refined> {
     let mut windows = cut(states, window);
     let run = Run { states, keys };
@@ -53,7 +51,7 @@ pub fn refine(rig: &Rig, keys: &[String], states: &States, window: Option<usize>
     let mut damping = 1e-6;
     let mut pieces = run.linearise(&rig, &values, &windows)?;
     let mut cost = cost_of(&pieces);
-    for _ in 0..STEPS {
+    for _ in 0..SETTINGS.shooting_steps {
         let mut improved = None;
         while damping < 1e6 {
             let Some((step, starts)) = solve(&pieces, keys.len(), damping) else {
@@ -81,7 +79,7 @@ pub fn refine(rig: &Rig, keys: &[String], states: &States, window: Option<usize>
         pieces = run.linearise(&rig, &values, &windows)?;
         cost = cost_of(&pieces);
         damping *= 0.1;
-        if fall < CONVERGED {
+        if fall < SETTINGS.shooting_min_fall {
             break;
         }
     }
@@ -91,13 +89,13 @@ pub fn refine(rig: &Rig, keys: &[String], states: &States, window: Option<usize>
     Some(Refined { rig, fit, rms, starts: windows.iter().map(|w| w.start).collect() })
 }
 
-/// Root mean square of what a rig's simulation leaves of each recording, over windows whose starts are fitted, in the
-/// sensor's unit. `None` where it diverges.
+/// Root mean square residual of a rig's simulation, over windows whose starts are fitted, in the sensor's unit. `None` if
+/// the simulation diverges.
 pub fn error(rig: &Rig, states: &States, window: Option<usize>) -> Option<f64> {
     refine(rig, &[], states, window).map(|refined| refined.rms)
 }
 
-/// What a rig's simulation gives for the only recording, from the start that leaves least. `None` where it diverges.
+/// Simulation of the only recording, from the start of least residual. `None` if the simulation diverges.
 pub fn follow(rig: &Rig, states: &States) -> Option<Vec<f64>> {
     let start = *refine(rig, &[], states, None)?.starts.first()?;
     let track = states.tracks.first()?;
@@ -121,7 +119,7 @@ fn cut(states: &States, window: Option<usize>) -> Vec<ShootingWindow<'_>> {
 /// A window's error and its derivatives.
 struct Piece {
     error: Vec<f64>,
-    /// By the keys, then by the start.
+    /// Derivatives by the keys, then by the start.
     slopes: Vec<Vec<f64>>,
 }
 
@@ -201,7 +199,7 @@ impl Run<'_> {
                     let moved = self.error(rig, window, start)?;
                     slopes.push(slope(&error, &moved, step));
                 }
-                // An acceleration says nothing of where a rig without a spring stands.
+                // Accelerations do not determine the position of a rig without a spring.
                 if self.states.sensed == Sensed::Acceleration && slopes.iter().any(|s| s.iter().any(|x| !x.is_finite()))
                 {
                     return None;
@@ -212,12 +210,12 @@ impl Run<'_> {
     }
 }
 
-/// ∂(simulated)/∂(parameter).
+/// Derivative ∂(simulated)/∂(parameter).
 fn slope(base: &[f64], moved: &[f64], step: f64) -> Vec<f64> {
     base.iter().zip(moved).map(|(b, m)| (b - m) / step).collect()
 }
 
-/// The rig as a window sees it that begins later than its recording: effects that state a time, moved.
+/// Rig of a window that begins later than its recording: times and phases of effects are moved.
 fn later(rig: &Rig, offset_s: f64) -> Option<Rig> {
     if offset_s == 0.0 || rig.effects.is_empty() {
         return None;
@@ -244,7 +242,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Each piece's slopes by the keys, and its error, without what its start explains.
+/// Slopes by the keys and error of a piece, without the part that its start explains.
 fn without_start(piece: &Piece, count: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
     let mut basis: Vec<Vec<f64>> = Vec::with_capacity(2);
     for slope in &piece.slopes[count..] {
