@@ -2,7 +2,7 @@
 
 use std::{io, path::PathBuf};
 
-/// Why a rig cannot be read, changed, written or run.
+/// Errors of reading, changing, writing or running a rig.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RigError {

@@ -17,7 +17,7 @@ pub struct IntegrationSettings {
     /// makes an impact ever shorter must not take ever longer. Not tuned: chosen by hand.
     pub coarse_max_steps: f64,
     /// Most steps a sample in runs for the likelihood for what turns with the shaft. Chosen on local defects, whose
-    /// moments are right at any step: three steps leave an error of a thousandth where the contact is lost.
+    /// moments are right at any step: with three steps the error is a thousandth where the contact is lost.
     pub coarse_max_turning_steps: f64,
     /// Fastest rate of an sdof rig times step, theory (43): RK4 then errs by 0.3⁵/120, 2e-5 of the fastest motion, in a
     /// step.
@@ -81,7 +81,7 @@ pub struct LinearisationSettings {
     pub seed: u64,
     /// Half the span of a slope's difference quotient, in standard deviations of its coordinate. Not tuned: chosen by hand.
     pub difference_std: f64,
-    /// The same span in a run without noise, whose force laws are smooth. Not tuned: chosen by hand.
+    /// Half that span in a run without noise, whose force laws are smooth. Not tuned: chosen by hand.
     pub noise_free_difference_std: f64,
     /// Positions of the cage over a pitch that the contact is averaged over. Not tuned: chosen by hand.
     pub cage_positions: usize,

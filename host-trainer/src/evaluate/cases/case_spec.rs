@@ -50,7 +50,7 @@ impl Severity {
     /// All severities.
     pub const ALL: [Self; 3] = [Self::Slight, Self::Plain, Self::Severe];
 
-    /// As a word.
+    /// Name in one word.
     pub fn name(self) -> &'static str {
         match self {
             Self::Slight => "slight",
@@ -82,7 +82,7 @@ impl Kind {
     /// All kinds.
     pub const ALL: [Self; 4] = [Self::Control, Self::Single, Self::Pair, Self::Outside];
 
-    /// As a word.
+    /// Name in one word.
     pub fn name(self) -> &'static str {
         match self {
             Self::Control => "control",

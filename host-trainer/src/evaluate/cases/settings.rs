@@ -9,11 +9,11 @@ pub struct CaseSettings {
     pub controls: usize,
     /// Cases of each effect outside the vocabulary in a round.
     pub outside_each: usize,
-    /// Of so many cases one is loud.
+    /// Cases per loud case.
     pub loud_one_in: f64,
-    /// Of so many cases one has a tachometer.
+    /// Cases per case with a tachometer.
     pub tachometer_one_in: f64,
-    /// Of so many cases one has a guessed rig and a baseline.
+    /// Cases per case with a guessed rig and a baseline.
     pub guessed_one_in: f64,
     /// Recordings of a case.
     pub recordings: usize,

@@ -46,7 +46,7 @@ pub struct HeldOut {
     pub recording: String,
     /// The channel.
     pub channel: &'static str,
-    /// Log-spectral distance (61) of the rig before, dB.
+    /// Log-spectral distance, theory (61), of the rig before, dB.
     pub before_db: f64,
     /// Log-spectral distance of the calibrated rig, dB.
     pub after_db: f64,

@@ -20,7 +20,7 @@ pub struct Estimate {
     pub key: String,
     /// Value in the rig before.
     pub before: f64,
-    /// Most likely value.
+    /// Value of greatest likelihood.
     pub value: f64,
     /// 95 % confidence interval, if the rig is right otherwise.
     pub interval95: [f64; 2],
@@ -42,8 +42,8 @@ pub struct Undetermined {
 /// Covariance of the first `count` unknowns of an expansion at its optimum, the others free as well, theory (59). An
 /// unknown on which nothing depends has an enormous variance.
 ///
-/// The inverse of the information is widened where scores of bands scatter more than the information says, as where the
-/// rig is not quite the machine: White, "Maximum likelihood estimation of misspecified models",
+/// The inverse of the information is widened where scores of bands scatter more than expected, because the rig is not quite
+/// the machine: White, "Maximum likelihood estimation of misspecified models",
 /// Econometrica 50 (1982) 1–25, eq. 3.4.
 pub fn covariance(expansion: &Expansion, count: usize) -> Mat<f64> {
     let inverse = inverse(&expansion.information);
@@ -138,7 +138,7 @@ pub fn estimates(sought: &[Coordinate], before: &[f64], found: &[f64], covarianc
         .collect()
 }
 
-/// Directions in which the recordings leave the parameters free.
+/// Undetermined directions of the parameters.
 pub fn undetermined(sought: &[Coordinate], covariance: &Mat<f64>) -> Vec<Undetermined> {
     let Ok(directions) = covariance.self_adjoint_eigen(Side::Lower) else { return Vec::new() };
     let (values, vectors) = (directions.S().column_vector(), directions.U());
@@ -214,7 +214,7 @@ mod tests {
         assert!((values[2].interval95[1] - 0.098f64.exp()).abs() < 1e-3, "{values:?}");
     }
 
-    /// Scores twice as large as the information says, and half as large.
+    /// Scores twice as large as expected from the information, and half as large.
     #[test]
     fn a_parameter_that_bands_disagree_about_has_a_wider_interval() {
         let expansion = |pull: f64| Expansion {

@@ -24,13 +24,13 @@ pub fn refine(rig: &mut Rig, keys: &[String], states: &States) -> Option<Fit> {
         Some(left)
     };
     let mut left = masked(rig)?;
-    let mut damping = 1e-9;
+    let mut damping = SETTINGS.refinement_initial_damping;
     let mut slopes = Vec::new();
     for _ in 0..SETTINGS.refinement_steps {
         slopes.clear();
         for key in keys {
             let value = rig.get(key)?;
-            let step = if value == 0.0 { 1e-6 } else { 1e-4 * value.abs() };
+            let step = if value == 0.0 { 1e-6 } else { SETTINGS.refinement_difference * value.abs() };
             let mut moved = rig.clone();
             let step = if moved.set(key, value + step).is_ok() { step } else { -step };
             moved.set(key, value + step).ok()?;
@@ -38,7 +38,7 @@ pub fn refine(rig: &mut Rig, keys: &[String], states: &States) -> Option<Fit> {
             slopes.push(left.iter().zip(&moved).map(|(b, m)| (b - m) / step).collect::<Vec<f64>>());
         }
         let mut better = None;
-        while damping < 1e4 {
+        while damping < SETTINGS.refinement_max_damping {
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
             let mut normal: Vec<Vec<f64>> =
                 (0..keys.len()).map(|i| (0..=i).map(|j| dot(&slopes[i], &slopes[j])).collect()).collect();
@@ -51,12 +51,12 @@ pub fn refine(rig: &mut Rig, keys: &[String], states: &States) -> Option<Fit> {
                 better = Some((trial, now));
                 break;
             }
-            damping = f64::max(damping, 1e-7) * 10.0;
+            damping = f64::max(damping, SETTINGS.damping_floor) * SETTINGS.refinement_damping_growth;
         }
         let Some((trial, now)) = better else { break };
         let fall = 1.0 - square(&now) / square(&left);
         (*rig, left) = (trial, now);
-        damping *= 0.1;
+        damping *= SETTINGS.damping_fall;
         if fall < SETTINGS.refinement_min_fall {
             break;
         }

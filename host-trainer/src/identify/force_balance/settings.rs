@@ -9,7 +9,7 @@ pub struct BalanceSettings {
     pub kernel_reach_std: f64,
     /// Shortest recording, samples. Not tuned: chosen by hand.
     pub min_samples: usize,
-    /// Least length of a recording, standard deviations of the kernel: leaves some dozens of rows.
+    /// Least length of a recording, standard deviations of the kernel: some dozens of rows.
     pub min_recording_std: f64,
     /// Distance of rows, standard deviations of the kernel. Not tuned: chosen by hand.
     pub stride_std: f64,
@@ -50,10 +50,30 @@ pub struct BalanceSettings {
     pub shooting_steps: usize,
     /// Relative fall of the error below which the shooting has converged. Not tuned: chosen by hand.
     pub shooting_min_fall: f64,
+    /// Damping at the start of the shooting, relative to the normal matrix's diagonal. Not tuned: chosen by hand.
+    pub shooting_initial_damping: f64,
+    /// Damping at which the shooting ends without gain. Not tuned: chosen by hand.
+    pub shooting_max_damping: f64,
+    /// Factor of the shooting's damping after a step without gain. Not tuned: chosen by hand.
+    pub shooting_damping_growth: f64,
+    /// Relative step of the shooting's difference quotients. Not tuned: chosen by hand.
+    pub shooting_difference: f64,
     /// Most steps of the refinement's Gauss–Newton iteration. Not tuned: chosen by hand.
     pub refinement_steps: usize,
     /// Relative fall of the error below which the refinement has converged. Not tuned: chosen by hand.
     pub refinement_min_fall: f64,
+    /// Damping at the start of the refinement. Not tuned: chosen by hand.
+    pub refinement_initial_damping: f64,
+    /// Damping at which the refinement ends without gain. Not tuned: chosen by hand.
+    pub refinement_max_damping: f64,
+    /// Factor of the refinement's damping after a step without gain. Not tuned: chosen by hand.
+    pub refinement_damping_growth: f64,
+    /// Relative step of the refinement's difference quotients. Not tuned: chosen by hand.
+    pub refinement_difference: f64,
+    /// Least damping that is multiplied after a step without gain. Not tuned: chosen by hand.
+    pub damping_floor: f64,
+    /// Factor of the damping after a step with gain. Not tuned: chosen by hand.
+    pub damping_fall: f64,
     /// Error of a simulation over the sensor's noise up to which it is accepted, theory (68). Not tuned: chosen by hand.
     pub max_noise_ratio: f64,
     /// Error of a simulation over the signal up to which it is accepted, theory (68): numerical error of a sensor without
@@ -97,8 +117,18 @@ impl BalanceSettings {
         hold_error_ratio: 0.995,
         shooting_steps: 25,
         shooting_min_fall: 1e-7,
+        shooting_initial_damping: 1e-6,
+        shooting_max_damping: 1e6,
+        shooting_damping_growth: 8.0,
+        shooting_difference: 1e-5,
         refinement_steps: 15,
         refinement_min_fall: 1e-8,
+        refinement_initial_damping: 1e-9,
+        refinement_max_damping: 1e4,
+        refinement_damping_growth: 10.0,
+        refinement_difference: 1e-4,
+        damping_floor: 1e-7,
+        damping_fall: 0.1,
         max_noise_ratio: 1.6,
         max_signal_ratio: 1e-4,
         max_half_width: 1.0,

@@ -48,12 +48,12 @@ pub fn refine(rig: &Rig, keys: &[String], states: &States, window: Option<usize>
     let run = Run { states, keys };
     let mut rig = rig.clone();
     let mut values: Vec<f64> = keys.iter().map(|key| rig.get(key)).collect::<Option<_>>()?;
-    let mut damping = 1e-6;
+    let mut damping = SETTINGS.shooting_initial_damping;
     let mut pieces = run.linearise(&rig, &values, &windows)?;
     let mut cost = cost_of(&pieces);
     for _ in 0..SETTINGS.shooting_steps {
         let mut improved = None;
-        while damping < 1e6 {
+        while damping < SETTINGS.shooting_max_damping {
             let Some((step, starts)) = solve(&pieces, keys.len(), damping) else {
                 damping = f64::max(damping, 1e-9) * 10.0;
                 continue;
@@ -67,7 +67,7 @@ pub fn refine(rig: &Rig, keys: &[String], states: &States, window: Option<usize>
                 improved = Some((trial, moved, better));
                 break;
             }
-            damping = f64::max(damping, 1e-7) * 8.0;
+            damping = f64::max(damping, SETTINGS.damping_floor) * SETTINGS.shooting_damping_growth;
         }
         let Some((trial, moved, better)) = improved else { break };
         let fall = 1.0 - better / cost;
@@ -78,7 +78,7 @@ pub fn refine(rig: &Rig, keys: &[String], states: &States, window: Option<usize>
         }
         pieces = run.linearise(&rig, &values, &windows)?;
         cost = cost_of(&pieces);
-        damping *= 0.1;
+        damping *= SETTINGS.damping_fall;
         if fall < SETTINGS.shooting_min_fall {
             break;
         }
@@ -185,14 +185,14 @@ impl Run<'_> {
                 let error = self.error(rig, window, window.start)?;
                 let mut slopes = Vec::with_capacity(self.keys.len() + 2);
                 for (key, value) in self.keys.iter().zip(values) {
-                    let step = if *value == 0.0 { 1e-6 } else { 1e-5 * value.abs() };
+                    let step = if *value == 0.0 { 1e-6 } else { SETTINGS.shooting_difference * value.abs() };
                     let mut moved = rig.clone();
                     // Backwards where forwards is outside what the number may be.
                     let step = if moved.set(key, value + step).is_ok() { step } else { -step };
                     moved.set(key, value + step).ok()?;
                     slopes.push(slope(&error, &self.error(&moved, window, window.start)?, step));
                 }
-                let steps = [1e-5 * largest_q.max(1e-12), 1e-5 * largest_v.max(1e-12)];
+                let steps = [largest_q, largest_v].map(|x| SETTINGS.shooting_difference * x.max(1e-12));
                 for (axis, step) in steps.into_iter().enumerate() {
                     let mut start = window.start;
                     start[axis] += step;

@@ -32,7 +32,7 @@ pub struct Observed {
     pub tachometer: Option<Reading>,
 }
 
-/// Why a recording cannot be explained by a bearing rig.
+/// Error of a recording that lacks what a bearing rig needs.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{recording}: found {found}, expected {expected}")]
 pub struct NotObserved {

@@ -64,8 +64,8 @@ pub struct AlignmentSettings {
     pub turns: f64,
     /// Most such turns, in lengths of the recording. Not tuned: chosen by hand.
     pub max_recordings: f64,
-    /// Distance from the tachometer's angle within which the search looks, rad: over some twenty turns the balls then pass
-    /// every position, a tenth of a pitch a turn.
+    /// Greatest distance of a searched angle from the tachometer's, rad: over some twenty turns the balls still pass every
+    /// position, a tenth of a pitch a turn.
     pub near_tachometer_rad: f64,
     /// Positions of the cage that are tried, evenly over a pitch of its balls. Not tuned: chosen by hand.
     pub cage_positions: usize,

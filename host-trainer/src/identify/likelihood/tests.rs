@@ -220,7 +220,7 @@ fn invariant_a_housing_that_friction_holds_is_as_many_runs_show() {
         simulate_many(&runs).unwrap().iter().map(|r| Observed::from_recording(r).unwrap()).collect();
     let noise = alone(&Asked { rig: &rig, condition: at, known: None });
     for bins in [600..1200, 1200..2400, 2400..4800] {
-        // Runs begin at other angles: what repeats in them stands out of the rest, whose median it does not move.
+        // Runs begin at other angles: the deterministic lines do not move the median.
         let power = |o: &Observed, k: usize| o.spectra[1].as_ref().unwrap()[k].norm_sqr() / noise.variance[1][k];
         let mut powers: Vec<f64> = bins.clone().flat_map(|k| many.iter().map(move |o| power(o, k))).collect();
         powers.sort_by(f64::total_cmp);

@@ -31,7 +31,7 @@ pub(super) struct Step<const N: usize, const M: usize> {
 impl<const N: usize, const M: usize> Step<N, M> {
     /// Matrices of a step of `h` s, with A `system` and the M entries of B `inverse_mass`, 1/kg.
     pub(super) fn new(system: &Matrix<N>, inverse_mass: &[f64; M], h: f64) -> Self {
-        // Velocities in units of the fastest mode's, or the norm of A says nothing about its size.
+        // Velocities in units of the fastest mode's, so that the norm of A measures its size.
         let fastest = system[M..].iter().flatten().fold(1.0f64, |w, v| w.max(v.abs().sqrt()));
         let unit = |i: usize| if i < M { 1.0 } else { fastest };
         let scaled: Matrix<N> =

@@ -93,7 +93,7 @@ pub fn latched(
     best_of(rig, observed, noise, &(0..lobes as usize).map(turned).collect::<Vec<_>>())
 }
 
-/// Most likely of several choices of angles for each recording, among those that can be simulated.
+/// Angles of greatest likelihood for each recording, of several choices that can be simulated.
 ///
 /// # Errors
 /// The simulation's error for a recording whose choices it refuses all.
