@@ -1,13 +1,14 @@
-//! How often a diagnosis is right: concealed cases, diagnosed from their folders, scored against what was hidden.
+//! Accuracy of the diagnosis: cases with hidden causes, diagnosed from their folders, scored against the truth.
 //!
-//! OUT holds, case by case, `cases/NAME` (what an engineer would have), `diagnoses/NAME` (what was said) and, once every
+//! OUT holds, case by case, `cases/NAME` (rig and recordings), `diagnoses/NAME` (the diagnosis) and, once every
 //! case has been diagnosed and not before, `truth/NAME.json`. The truth of a case follows from the seed, so that nothing
-//! of it need be kept while the diagnosing goes on. What is there already is not done again.
+//! of it need be kept during the diagnoses. Finished cases are not diagnosed again.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`score`] | one case: what was hidden beside what was said |
-//! | [`table`] | all of them: confusion matrix, severities, intervals, times |
+//! | [`cases`] | rigs, recordings and hidden causes |
+//! | [`score`] | one case: diagnosis against truth |
+//! | [`table`] | all cases: confusion matrix, severities, intervals, times |
 
 pub mod cases;
 pub mod score;
@@ -33,12 +34,12 @@ use crate::report;
 use crate::rig::Rig;
 use score::Score;
 
-/// Which cases, and how.
+/// Selection of the cases.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Config {
-    /// Seed of everything that is drawn.
+    /// Seed of all draws.
     pub seed: u64,
-    /// Rounds: times that every case of the list comes.
+    /// Rounds of the list of cases.
     pub rounds: usize,
     /// Length of a recording, s.
     pub seconds: f64,
@@ -46,14 +47,14 @@ pub struct Config {
     pub kinds: Vec<String>,
     /// Severities of single effects; empty for all.
     pub severities: Vec<String>,
-    /// Effects, or what is outside, by name; empty for all.
+    /// Effects, of the vocabulary or outside it, by name; empty for all.
     pub effects: Vec<String>,
-    /// Of the cases that are left, every how manieth.
+    /// Step through the selected cases: 1 takes all.
     pub every: usize,
 }
 
 impl Config {
-    /// The cases: number in the whole list, so that a part of it has the same cases, and what it is to be.
+    /// Selected cases with their numbers in the whole list, by which a part of the list has the same cases.
     pub fn briefs(&self) -> Vec<(usize, CaseSpec)> {
         let all = (0..self.rounds).flat_map(round).enumerate();
         all.filter(|(_, spec)| self.wants(spec)).step_by(self.every.max(1)).collect()
@@ -80,58 +81,59 @@ fn name(number: usize) -> String {
     format!("case{number:03}")
 }
 
-/// Why an evaluation ends early.
+/// Errors of an evaluation.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EvaluateError {
-    /// A case that could not be made.
+    /// Case that could not be made.
     #[error("{0}: {1}")]
     Case(String, CaseError),
-    /// A file.
+    /// File that cannot be read or written.
     #[error("{path}: {source}")]
     Io {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// What the operating system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// A document that cannot be read.
+    /// Document that cannot be read.
     #[error("{path}: {source}")]
     Json {
-        /// Which.
+        /// The document.
         path: PathBuf,
-        /// Where in it.
+        /// Error of the parser, with its place.
         source: serde_json::Error,
     },
-    /// A folder of another evaluation.
+    /// Folder of another evaluation.
     #[error(
         "{path}: found the cases of another evaluation, expected a new folder or the same seed, rounds and seconds"
     )]
     Another {
-        /// Its settings.
+        /// Settings of that evaluation.
         path: PathBuf,
     },
-    /// No case is left of the list.
-    #[error("--kind, --severity and --effect: found no case that all of them want, expected at least one")]
+    /// Selection without a case.
+    #[error("--kind, --severity and --effect: found no case that all of them select, expected at least one")]
     Nothing,
-    /// The threads.
+    /// Threads that cannot be started.
     #[error("threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
-/// How a diagnosis went, beside its document.
+/// Run of a diagnosis: time and error.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Ran {
     /// Wall time, s.
     pub seconds: f64,
-    /// What it ended with where it gave no diagnosis.
+    /// Error of a run without a diagnosis.
     pub error: Option<String>,
 }
 
-/// Makes, diagnoses and scores the cases, `jobs` at a time. `progress` is told what has been done, of how many.
+/// Makes, diagnoses and scores the cases, `jobs` at a time. `progress` gets a finished case's name, the number finished, and
+/// the number of cases.
 ///
 /// # Errors
-/// The first thing that goes wrong with the files; a diagnosis that ends with an error is a wrong one, not an end.
+/// The first error of the files; a diagnosis that ends with an error counts as wrong and does not end the evaluation.
 pub fn evaluate(
     config: &Config,
     out: &Path,
@@ -168,7 +170,7 @@ pub fn evaluate(
     briefs.iter().map(|(number, spec)| open(config, *number, spec, out)).collect()
 }
 
-/// Writes the settings that fix the cases, or finds the same ones.
+/// Writes the settings that fix the cases, or checks that the folder has the same ones.
 fn claim(config: &Config, out: &Path) -> Result<(), EvaluateError> {
     let path = out.join("evaluation.json");
     let all = Config { kinds: Vec::new(), severities: Vec::new(), effects: Vec::new(), every: 1, ..config.clone() };
@@ -179,7 +181,7 @@ fn claim(config: &Config, out: &Path) -> Result<(), EvaluateError> {
     store(&path, &all)
 }
 
-/// Makes and diagnoses a case, unless that has been done.
+/// Makes and diagnoses a case, unless it has been diagnosed.
 fn one(config: &Config, number: usize, spec: &CaseSpec, out: &Path) -> Result<(), EvaluateError> {
     let name = name(number);
     let (case, diagnosis) = (out.join("cases").join(&name), out.join("diagnoses").join(&name));
@@ -195,7 +197,7 @@ fn one(config: &Config, number: usize, spec: &CaseSpec, out: &Path) -> Result<()
     store(&ran, &Ran { seconds: start.elapsed().as_secs_f64(), error })
 }
 
-/// As the command `diagnose` does it, with nothing but the folder.
+/// Diagnoses a folder as the command `diagnose` does.
 fn diagnosed(case: &Path, out: &Path) -> Result<(), String> {
     let text = |e: &dyn std::fmt::Display| e.to_string();
     let read = |path: &Path| load_all(path).map_err(|e| text(&e));
@@ -208,7 +210,7 @@ fn diagnosed(case: &Path, out: &Path) -> Result<(), String> {
     report::diagnosis::folder(out, &task, &outcome).map_err(|e| text(&e))
 }
 
-/// Says what was hidden, and scores what was said.
+/// Writes the truth of a case, and scores its diagnosis.
 fn open(config: &Config, number: usize, spec: &CaseSpec, out: &Path) -> Result<Score, EvaluateError> {
     let name = name(number);
     let truth = config.case(number, spec)?.truth;

@@ -1,4 +1,4 @@
-//! One case: what was hidden beside what was said.
+//! Score of one case: diagnosis against truth.
 
 use serde::Serialize;
 
@@ -10,51 +10,51 @@ use crate::evaluate::cases::case_spec::{CaseSpec, Hidden, Kind};
 /// One case, scored.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Score {
-    /// Case.
+    /// Name of the case.
     pub case: String,
     /// Kind of case.
     pub kind: &'static str,
     /// Severity of a single effect.
     pub severity: Option<&'static str>,
-    /// Whether noise was several times the usual.
+    /// Whether the noise was several times the usual.
     pub loud: bool,
     /// Whether a tachometer was recorded.
     pub tachometer: bool,
-    /// Whether the rig held guesses.
+    /// Whether some parameters of the rig were guesses.
     pub guessed: bool,
-    /// What was hidden.
+    /// Hidden causes.
     pub truth: Truth,
-    /// Names that were said; empty for a verdict without a cause.
+    /// Names of the diagnosed causes; empty for a verdict without a cause.
     pub said: Vec<String>,
-    /// Verdict, or the error that there was instead.
+    /// Verdict, or the error of the diagnosis.
     pub verdict: String,
-    /// Whether what was said is exactly what was hidden.
+    /// Whether the diagnosed causes are exactly the hidden ones.
     pub right: bool,
-    /// Whether the first cause said is one that was hidden.
+    /// Whether the first diagnosed cause is a hidden one.
     pub first_right: bool,
-    /// Parameters of causes that are right.
+    /// Parameters of right causes.
     pub parameters: Vec<Checked>,
-    /// Held-out error before and after, where a cause was named.
+    /// Held-out error before and after, if a cause was diagnosed.
     pub held_out: Option<[f64; 2]>,
     /// Wall time, s.
     pub seconds: f64,
 }
 
-/// A parameter beside its truth.
+/// Estimate of a parameter against its true value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Checked {
     /// Cause and key.
     pub key: String,
-    /// As hidden.
+    /// True value.
     pub truth: f64,
-    /// As found.
+    /// Estimated value.
     pub found: f64,
-    /// Whether its 95 % interval holds the truth; nothing where none was stated.
+    /// Whether the 95 % interval holds the truth; `None` without an interval.
     pub held: Option<bool>,
 }
 
 impl Score {
-    /// Scores a case; `said` is nothing where the diagnosis ended with an error.
+    /// Score of a case; `said` is `None` if the diagnosis ended with an error.
     pub fn new(case: String, spec: &CaseSpec, truth: Truth, said: Option<&Diagnosis>, ran: &Ran) -> Self {
         let names: Vec<String> = said.map_or(Vec::new(), |s| s.causes.iter().map(|c| c.name.clone()).collect());
         let verdict = match (said, &ran.error) {

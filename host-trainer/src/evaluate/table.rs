@@ -1,4 +1,4 @@
-//! All cases together.
+//! Summary of all cases.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -8,12 +8,12 @@ use serde::Serialize;
 use super::score::{Checked, Score};
 use crate::evaluate::cases::case_spec::{Kind, Severity};
 
-/// A share of cases.
+/// Share of cases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Share {
-    /// How many are.
+    /// Number of cases that count.
     pub of: usize,
-    /// Of how many.
+    /// Number of all cases.
     pub all: usize,
 }
 
@@ -34,31 +34,31 @@ impl std::fmt::Display for Share {
     }
 }
 
-/// What an evaluation comes to.
+/// Summary of an evaluation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
     /// Single effects whose first cause is right.
     pub first_right: Share,
-    /// Single effects of which nothing else is said.
+    /// Single effects diagnosed without another cause.
     pub only_right: Share,
-    /// Controls on which nothing is said.
+    /// Controls without a diagnosed cause.
     pub quiet: Share,
     /// Effects outside the vocabulary that are called unexplained.
     pub honest: Share,
-    /// Pairs of which both are named, and nothing else.
+    /// Pairs of which both are diagnosed, and nothing else.
     pub both: Share,
-    /// Pairs of which the first is one of the two.
+    /// Pairs of which the first diagnosed cause is one of the two.
     pub one_of_two: Share,
-    /// 95 % intervals that hold the truth.
+    /// Intervals of 95 % that hold the truth.
     pub intervals: Share,
-    /// Named causes whose held-out error falls.
+    /// Diagnosed causes whose held-out error falls.
     pub improved: Share,
     /// Wall time of a case, s: median, slowest.
     pub seconds: [f64; 2],
 }
 
 impl Summary {
-    /// Of all scores.
+    /// Summary of all scores.
     pub fn from_scores(scores: &[Score]) -> Self {
         let kind = |kind: Kind| scores.iter().filter(move |s| s.kind == kind.name());
         let mut seconds: Vec<f64> = scores.iter().map(|s| s.seconds).collect();
@@ -82,7 +82,7 @@ impl Summary {
     }
 }
 
-/// Everything as Markdown.
+/// All tables as Markdown.
 pub fn markdown(scores: &[Score]) -> String {
     let summary = Summary::from_scores(scores);
     let mut out = String::from("| | |\n|---|---|\n");
@@ -123,13 +123,13 @@ pub fn markdown(scores: &[Score]) -> String {
         }
     }
     out.push_str("\n| all cases that are right | with | without |\n|---|---|---|\n");
-    let mut beside = |what: &str, has: &dyn Fn(&Score) -> bool| {
+    let mut split = |what: &str, has: &dyn Fn(&Score) -> bool| {
         let share = |with: bool| Share::count(scores.iter().filter(|s| has(s) == with), |s| s.right);
         _ = writeln!(out, "| {what} | {} | {} |", share(true), share(false));
     };
-    beside("loud", &|s| s.loud);
-    beside("tachometer", &|s| s.tachometer);
-    beside("guessed rig, with a baseline", &|s| s.guessed);
+    split("loud", &|s| s.loud);
+    split("tachometer", &|s| s.tachometer);
+    split("guessed rig, with a baseline", &|s| s.guessed);
     out.push_str("\n| parameter | cases | median error | in its 95 % interval |\n|---|---|---|---|\n");
     let mut parameters: BTreeMap<&str, Vec<&Checked>> = BTreeMap::new();
     for checked in scores.iter().flat_map(|s| &s.parameters) {
@@ -146,7 +146,7 @@ pub fn markdown(scores: &[Score]) -> String {
     out
 }
 
-/// The confusion matrix as CSV: what was hidden in rows, what was said first in columns.
+/// Confusion matrix as CSV: hidden causes in rows, diagnosed causes in columns.
 pub fn confusion(scores: &[Score]) -> String {
     let mut cells: BTreeMap<(String, String), usize> = BTreeMap::new();
     for score in scores {
@@ -183,17 +183,17 @@ fn hidden(score: &Score) -> String {
     }
 }
 
-/// What was said: causes, or the verdict without one.
+/// Diagnosed causes, or the verdict without one.
 fn answer(score: &Score) -> String {
     if score.said.is_empty() { score.verdict.replace(',', ";") } else { score.said.join(" + ") }
 }
 
-/// The answers that are wrong, with their cases.
+/// Wrong diagnoses, with their cases.
 fn otherwise(scores: &[&Score]) -> String {
     let wrong = scores.iter().filter(|s| !s.right);
-    let told = wrong.map(|s| {
+    let listed = wrong.map(|s| {
         let severity = s.severity.map_or(String::new(), |severity| format!(", {severity}"));
         format!("{} ({}{severity})", answer(s), s.case)
     });
-    told.collect::<Vec<_>>().join("; ")
+    listed.collect::<Vec<_>>().join("; ")
 }

@@ -19,7 +19,7 @@ fn config(kinds: &[&str], effects: &[&str], every: usize) -> Config {
     }
 }
 
-/// The whole evaluation in its short form: a control, and effects that nobody should miss.
+/// Short form of the whole evaluation: a control, and effects that nobody should miss.
 #[test]
 fn short_form_names_what_is_severe_and_is_quiet_on_a_control() {
     let folder = tempfile::tempdir().unwrap();
@@ -31,7 +31,7 @@ fn short_form_names_what_is_severe_and_is_quiet_on_a_control() {
     for score in &scores {
         assert!(score.right, "{}: {:?} called {:?} {}", score.case, score.truth.causes, score.said, score.verdict);
     }
-    // What has been done is not done again.
+    // Finished cases are not diagnosed again.
     let ran = |score: &Score| folder.path().join("diagnoses").join(&score.case).join("run.json");
     let before = std::fs::metadata(ran(&scores[0])).unwrap().modified().unwrap();
     assert_eq!(run(&severe).unwrap(), scores[..3]);

@@ -1,4 +1,4 @@
-//! Parameters of a rig from recordings.
+//! Parameters of a rig from recordings, theory (54) to (69).
 
 pub mod calibrate;
 pub mod force_balance;

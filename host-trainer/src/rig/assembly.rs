@@ -1,14 +1,14 @@
-//! What a run computes, and the places at which an effect can act on it.
+//! Assembly of a run, and the points at which an effect can act on it.
 //!
-//! A plan starts as the nominal machine. Each effect changes it at one or more of these points:
+//! An assembly starts as the nominal machine. Each effect changes it at one or more of these points:
 //!
 //! | point | for |
 //! |---|---|
-//! | [`Plan::machine`] | parameters before the run |
-//! | [`Plan::speed_rate_per_s`], [`Plan::cage_factor`] | how shaft and cage turn |
-//! | [`Plan::profiles`], [`Plan::pits`] | contact geometry: what each ball loses of its deflection |
-//! | [`Plan::forces`] | forces on the degrees of freedom, of state, time and angles |
-//! | [`Plan::signals`] | what happens between the machine and the file |
+//! | [`Assembly::machine`] | parameters before the run |
+//! | [`Assembly::speed_rate_per_s`], [`Assembly::cage_factor`] | rotation of shaft and cage, theory (28) |
+//! | [`Assembly::profiles`], [`Assembly::defects`] | contact geometry: each ball's loss of deflection, theory (29) |
+//! | [`Assembly::forces`] | forces on the degrees of freedom, of state, time and angles |
+//! | [`Assembly::signals`] | acquisition chain from machine to file, theory (38) |
 
 use std::f64::consts::TAU;
 
@@ -18,14 +18,14 @@ use super::state::{DOFS, Instant, VelocityCovariance};
 
 /// Adds forces in N to each degree of freedom, from positions in m and velocities in m/s.
 pub type Force = Box<dyn Fn(&Instant, &[f64; DOFS], &[f64; DOFS], &mut [f64; DOFS]) + Send + Sync>;
-/// Adds to each ball's loss of deflection, m: what its contact force law then has less of.
+/// Adds to each ball's loss of deflection, m, which is subtracted before the contact law.
 pub type Profile = Box<dyn Fn(&Instant, &mut [f64]) + Send + Sync>;
-/// Adds the balls that meet a pit between two moments, a step apart.
+/// Adds the balls that meet a local defect between two instants, a step apart.
 pub type Meeting = Box<dyn Fn(&[Instant; 2], usize, &mut Vec<Passage>) + Send + Sync>;
 /// Alters a signal.
 pub type Signal = Box<dyn Fn(&Acquisition, &mut Vec<f64>) + Send + Sync>;
 
-/// What a [`Signal`] knows.
+/// Context of a [`Signal`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Acquisition<'a> {
     /// The channel.
@@ -34,8 +34,8 @@ pub struct Acquisition<'a> {
     pub sample_rate_hz: f64,
     /// Samples before t = 0 that the signal begins with.
     pub preroll: usize,
-    /// Force that the bearing passes to the housing in the channel's direction, or the force on the mass of an sdof
-    /// rig, N, at the signal's samples. Empty unless [`Plan::needs_path_force`].
+    /// Force on the outer race in the channel's direction at the signal's samples, N: contact and effects, without the
+    /// process force; of an sdof rig the force on the mass. Empty unless [`Assembly::needs_path_force`].
     pub path_force: &'a [f64],
 }
 
@@ -46,30 +46,31 @@ impl Acquisition<'_> {
     }
 }
 
-/// Where between machine and file a [`Signal`] acts. They are passed in this order, whatever the order of effects.
+/// Stage between machine and file at which a [`Signal`] acts. Stages are passed in this order, whatever the order of
+/// effects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
-    /// Between the mass that the rig knows and the sensor.
+    /// Structure between the rig's mass and the sensor.
     Structure,
-    /// The sensor. Its noise is added after it.
+    /// Sensor; sensor noise is added after it.
     Transducer,
-    /// The structure between all that the rig has, its noise included, and the recording: a `[[path]]` of the file.
+    /// Transmission path of the signal, noise included: a `[[path]]` of the file.
     Path,
-    /// On the way to the converter.
+    /// Cable to the converter.
     Cable,
-    /// The converter's range.
+    /// Converter with its range.
     Converter,
-    /// What keeps the samples. The only stage that sees the tachometer too.
+    /// Logger of the samples; the only stage that sees the tachometer too.
     Logger,
 }
 
-/// A run with its effects.
+/// Machine of a run with its effects.
 pub struct Assembly {
     /// Parameters.
     pub machine: Machine,
-    /// Of the noise that the run leaves out: a force law is then the mean over it.
+    /// Velocity covariance of the noise that the run leaves out; a force law is then the mean over it.
     pub velocity_covariance: Option<VelocityCovariance>,
-    /// Whether a force law is another where noise scatters the state.
+    /// Whether a force law depends on [`Assembly::velocity_covariance`].
     pub depends_on_velocity_noise: bool,
     /// Change of the shaft speed per second from t = 0, as a fraction.
     pub speed_rate_per_s: f64,
@@ -79,24 +80,24 @@ pub struct Assembly {
     pub forces: Vec<Force>,
     /// Contact geometry.
     pub profiles: Vec<Profile>,
-    /// Contact geometry that a ball may be past in less than a step.
+    /// Local defects, which a ball may pass in less than a step.
     pub defects: Vec<Meeting>,
     /// Output chain.
     pub signals: Vec<(Stage, Signal)>,
-    /// Fastest rate that an effect brings, rad/s; the step is chosen by it and by [`Plan::turning_rad_per_s`].
+    /// Fastest rate of an effect, rad/s; together with [`Assembly::turning_rad_per_s`] it sets the step.
     pub rate_rad_per_s: f64,
-    /// The same as the shaft turns, rad for each rad of that.
+    /// Fastest rate of an effect that turns with the shaft, rad per rad of the shaft.
     order: f64,
     /// Time that the output chain needs to settle, s.
     pub preroll_s: f64,
     /// Whether the output chain needs [`Acquisition::path_force`].
     pub needs_path_force: bool,
-    /// Samples to take beyond those of the condition, for effects that lose some.
+    /// Samples beyond those of the condition, for effects that drop some.
     pub surplus: usize,
 }
 
 impl Assembly {
-    /// The nominal machine.
+    /// Assembly of the nominal machine.
     pub fn new(machine: Machine) -> Self {
         Self {
             machine,
@@ -116,7 +117,7 @@ impl Assembly {
         }
     }
 
-    /// The bearing rig, if it is one.
+    /// Bearing rig; `None` for an sdof rig.
     pub fn bearing(&mut self) -> Option<&mut BearingRig> {
         match &mut self.machine {
             Machine::Bearing(rig) => Some(rig),
@@ -124,17 +125,17 @@ impl Assembly {
         }
     }
 
-    /// Says that something in the run changes as fast as this, rad/s or 1/s.
+    /// Declares a rate of the run, rad/s or 1/s.
     pub fn declare_rate(&mut self, rad_per_s: f64) {
         self.rate_rad_per_s = self.rate_rad_per_s.max(rad_per_s);
     }
 
-    /// Says that something in the run changes as fast as this for each rad that the shaft turns.
+    /// Declares a rate per rad of the shaft.
     pub fn declare_order(&mut self, order: f64) {
         self.order = self.order.max(order);
     }
 
-    /// Fastest rate that comes with the turning of a shaft, rad/s.
+    /// Fastest rate of what turns with the shaft, rad/s.
     pub fn turning_rad_per_s(&self, shaft_hz: f64) -> f64 {
         self.order * TAU * shaft_hz.abs()
     }
@@ -152,7 +153,7 @@ impl Assembly {
         self.profiles.push(Box::new(profile));
     }
 
-    /// Adds a pit.
+    /// Adds a local defect.
     pub fn defect(&mut self, meeting: impl Fn(&[Instant; 2], usize, &mut Vec<Passage>) + Send + Sync + 'static) {
         self.defects.push(Box::new(meeting));
     }

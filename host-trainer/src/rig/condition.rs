@@ -1,8 +1,8 @@
-//! Under what a rig runs, and from where a run starts.
+//! Operating condition of a rig, and start of a run.
 
-use super::{noise, state::VelocityCovariance};
+use super::{noise, settings::IntegrationSettings, state::VelocityCovariance};
 
-/// Under what the machine runs, and for how long it is recorded.
+/// Operating condition of a machine, and length of its recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OperatingCondition {
     /// Shaft speed, revolutions per second.
@@ -16,19 +16,19 @@ pub struct OperatingCondition {
 }
 
 impl OperatingCondition {
-    /// Whether a time, s, is in the recording and at least `edge` samples from its ends.
+    /// Whether a time, s, lies in the recording, at least `edge` samples from its ends.
     pub fn is_within(&self, time_s: f64, edge: usize) -> bool {
         let sample = time_s * self.sample_rate_hz;
         sample >= edge as f64 && sample + edge as f64 <= self.samples as f64
     }
 }
 
-/// What is not known about a run: where it starts, and its random parts.
+/// Unknowns of a run: angles at its start, and its random parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {
     /// φ₀ at t = 0, rad: angle of ball 0.
     pub cage_angle0_rad: f64,
-    /// ψ at t = 0, rad.
+    /// Shaft angle ψ at t = 0, rad.
     pub shaft_angle0_rad: f64,
     /// Time that the rig runs from rest before t = 0, s.
     pub settle_s: f64,
@@ -38,15 +38,14 @@ pub struct Start {
     pub noise: bool,
     /// Steps for each sample; `None` chooses them by the stiffest contact and the fastest effect.
     pub substeps: Option<usize>,
-    /// What a process force that the run leaves out would add to its state: the run is then the mean over it, as far as the
-    /// force laws that know of it go.
+    /// Velocity covariance of the process force that a noise-free run leaves out: force laws that depend on it take their
+    /// mean over it, theory (46) and (47).
     pub velocity_covariance: Option<VelocityCovariance>,
 }
 
 impl Start {
-    /// Settling time of [`Start::seeded`] and [`Start::silent`], s: the slowest mode of the reference rigs has decayed
-    /// by e⁻³⁵.
-    pub const SETTLE_S: f64 = 0.4;
+    /// Settling time of [`Start::seeded`] and [`Start::noise_free`], s.
+    pub const SETTLE_S: f64 = IntegrationSettings::DEFAULT.settle_s;
 
     /// Random angles and noise, all by one seed.
     pub fn seeded(seed: u64) -> Self {
@@ -67,7 +66,7 @@ impl Start {
         Self::seeded(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(index as u64))
     }
 
-    /// These angles, and nothing random.
+    /// Given angles of cage and shaft, rad, without noise.
     pub fn noise_free(cage_angle0_rad: f64, shaft_angle0_rad: f64) -> Self {
         Self { cage_angle0_rad, shaft_angle0_rad, noise: false, ..Self::seeded(0) }
     }

@@ -1,8 +1,8 @@
-//! What can be wrong with a rig.
+//! Errors of a rig.
 
 use std::{io, path::PathBuf};
 
-/// Why a rig cannot be read, changed, written or run.
+/// Errors of reading, changing, writing or running a rig.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RigError {
@@ -11,7 +11,7 @@ pub enum RigError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the operating system said.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// Not TOML.
@@ -21,30 +21,30 @@ pub enum RigError {
         path: PathBuf,
         /// Line, from 1.
         row: usize,
-        /// What the parser said.
+        /// Message of the parser.
         found: String,
     },
-    /// A section or key that a rig does not have.
+    /// Unknown section or key.
     #[error("{path}, {key}: found an unknown key, expected {expected}")]
     UnknownKey {
         /// The file.
         path: PathBuf,
         /// The key with its section, such as `outer.mass_g` or `effect[2].depth`.
         key: String,
-        /// The keys there are.
+        /// Known keys.
         expected: String,
     },
-    /// A key that must be there.
+    /// Missing key.
     #[error("{path}, {key}: found nothing, expected {expected}")]
     MissingKey {
         /// The file.
         path: PathBuf,
         /// The key with its section.
         key: String,
-        /// What should be there.
+        /// Expected value.
         expected: String,
     },
-    /// A value of a wrong type or an impossible one.
+    /// Value of a wrong type or out of range.
     #[error("{path}, {key}: found {found}, expected {expected}")]
     BadValue {
         /// The file.
@@ -53,20 +53,20 @@ pub enum RigError {
         key: String,
         /// The value.
         found: String,
-        /// What should be there.
+        /// Expected value.
         expected: String,
     },
-    /// An operating condition or start that cannot be simulated.
+    /// Operating condition or start that cannot be simulated.
     #[error("{field}: found {found}, expected {expected}")]
     BadCondition {
         /// The field.
         field: &'static str,
-        /// Its value.
+        /// Value of the field.
         found: String,
-        /// What it can be.
+        /// Allowed values.
         expected: &'static str,
     },
-    /// A state that is no longer finite: the parameters are impossible together.
+    /// State that is no longer finite: the parameters are impossible together.
     #[error("the simulation diverged at {time_s} s")]
     Diverged {
         /// Time from the first sample, s; negative while settling.

@@ -1,8 +1,8 @@
-//! The rig: simulation of a machine from what the engineer knows of it, and of what can be the matter with it.
+//! The rig: simulation of a machine from its known parameters and its effects.
 //!
-//! Start at [`simulate()`]: [`config`] reads a [`Rig`], [`effect`] turns its `[[effect]]` tables into a [`assembly`],
-//! [`bearing`] or [`sdof`] integrates that, and the plan's output chain makes a
-//! [`Recording`](crate::recording::Recording) of it. [`simulate_many`] does the same for many parameter sets or seeds
+//! Start at [`simulate()`]: [`config`] reads a [`Rig`], [`effect`] turns its `[[effect]]` tables into an [`assembly`],
+//! [`bearing`] (theory (28) to (41)) or [`sdof`] (theory (42) and (43)) integrates that, and the assembly's output chain
+//! (theory (38)) makes a [`Recording`](crate::recording::Recording). [`simulate_many`] runs many parameter sets or seeds
 //! side by side.
 //!
 //! # How the 5-DoF rig is integrated
@@ -10,9 +10,9 @@
 //! The stiffest modes are linear: the resonator at 5.4 kHz against 1 kHz of the contact. So the linear part is
 //! solved exactly and only the contact force is approximated, by the exponential Runge–Kutta method of order four of
 //! Cox and Matthews (2002), four contact forces a step. The step follows from the contact's frequency at its
-//! deflection under the load, and from the fastest rate that an effect declares. What is left is the onset of contact,
-//! where δ^1.5 has no second derivative: from there on the error falls with h^2.5, whatever the order, which is
-//! why a higher one would not pay, and what is seen below. RMS error in m/s² (the larger of the two channels) against
+//! deflection under the load, and from the fastest rate that an effect declares. The remaining error comes from the onset
+//! of contact, where δ^1.5 has no second derivative: it falls with h^2.5, whatever the order, so that a higher order
+//! would not pay. RMS error in m/s² (the larger of the two channels) against
 //! the reference trajectories, whose accelerations are 0.01 to 0.07 m/s² RMS:
 //!
 //! | steps a sample | rig A, 9 balls | rig B, 13 balls |
@@ -52,6 +52,7 @@ mod error;
 pub(crate) mod noise;
 pub mod random_part;
 pub mod sdof;
+pub mod settings;
 pub mod simulate;
 #[cfg(test)]
 mod simulate_tests;

@@ -18,7 +18,7 @@ fn stream(seed: u64, stream: u64) -> ChaCha8Rng {
     rng
 }
 
-/// Independent normal numbers of zero mean.
+/// `count` independent normal numbers of zero mean and standard deviation `deviation`, from stream `of` of a seed.
 pub fn white(seed: u64, of: u64, deviation: f64, count: usize) -> Vec<f64> {
     let mut rng = stream(seed, of);
     (0..count)

@@ -12,23 +12,26 @@ use super::{
     effect::Values,
     error::RigError,
     noise,
+    settings::IntegrationSettings,
     state::VelocityCovariance,
 };
 use crate::recording::{Channel, Recording, Source};
+
+const SETTINGS: IntegrationSettings = IntegrationSettings::DEFAULT;
 
 /// One run of [`simulate_many`].
 #[derive(Clone, Copy, Debug)]
 pub struct Run<'a> {
     /// The rig, a bearing's.
     pub rig: &'a Rig,
-    /// Its operating condition.
+    /// Operating condition.
     pub condition: OperatingCondition,
-    /// Its start.
+    /// Start of the run.
     pub start: Start,
 }
 
-/// Simulates one recording: channels `ax` and `ay` in m/s² where the rig's sensors sit, and `tacho`, 1 at each turn's
-/// first sample. Same rig, condition and start give the same bits.
+/// Simulates one recording, theory (28) to (41): channels `ax` and `ay` in m/s² where the rig's sensors sit, and `tacho`,
+/// 1 at each turn's first sample. Same rig, condition and start give the same bits.
 ///
 /// # Errors
 ///
@@ -37,7 +40,7 @@ pub fn simulate(rig: &Rig, condition: &OperatingCondition, start: &Start) -> Res
     simulate_altered(rig, condition, start, &|_| ())
 }
 
-/// As [`simulate`], of a machine that is altered beyond what its rig says: for what the vocabulary has no name for.
+/// Simulates one recording as [`simulate`], of an assembly altered by `alter`: for effects outside the vocabulary.
 ///
 /// # Errors
 ///
@@ -65,7 +68,8 @@ pub fn simulate_many(runs: &[Run]) -> Result<Vec<Recording>, RigError> {
     simulate_all(runs)?.into_iter().collect()
 }
 
-/// As [`simulate_many`], with each run's own failure to diverge or not: a search may step where no rig can stand.
+/// Simulates as [`simulate_many`], with a result of its own for each run that diverges: a search may step to an impossible
+/// rig.
 ///
 /// # Errors
 ///
@@ -76,7 +80,8 @@ pub fn simulate_all(runs: &[Run]) -> Result<Vec<Result<Recording, RigError>>, Ri
     Ok(side_by_side(prepared, |n, prepared, signals| finish(&runs[n], prepared, &chains[n], signals)))
 }
 
-/// Integrates runs, those of one shape side by side, and ends each, by its number, in the same thread; in their order.
+/// Integrates runs, those of one shape side by side, and passes each with its index to `end` in the same thread; results
+/// in the runs' order.
 pub(super) fn side_by_side<T: Send>(
     runs: Vec<Prepared>,
     end: impl Fn(usize, &Prepared, Signals) -> T + Send + Sync,
@@ -102,42 +107,28 @@ pub(super) fn side_by_side<T: Send>(
     results.into_iter().map(|(_, result)| result).collect()
 }
 
-/// Steps for each sample that are enough where errors of 1e-5 m/s² do not matter, as beside any real noise: the linear
-/// modes are exact at any step, the contact follows at one step a sample, and only an effect can be too fast for that.
+/// Steps a sample for errors up to 1e-5 m/s², far below real noise (after theory (41)): linear modes are exact at any
+/// step, the contact follows at one step a sample, only an effect can be too fast for that.
 pub fn fewest_substeps(rig: &Rig, scatter: Option<VelocityCovariance>, condition: &OperatingCondition) -> usize {
     let plan = assemble_in_noise(rig, scatter);
-    let steps = |rate: f64, most: f64| (rate / (condition.sample_rate_hz * FASTEST_PER_STEP)).ceil().clamp(1.0, most);
+    let steps = |rate: f64, most: f64| {
+        (rate / (condition.sample_rate_hz * SETTINGS.coarse_effect_rate_per_step)).ceil().clamp(1.0, most)
+    };
     let turning = plan.turning_rad_per_s(condition.shaft_hz);
-    steps(plan.rate_rad_per_s, MOST_SUBSTEPS).max(steps(turning, MOST_IN_TURNING)) as usize
+    let (most, most_turning) = (SETTINGS.coarse_max_steps, SETTINGS.coarse_max_turning_steps);
+    steps(plan.rate_rad_per_s, most).max(steps(turning, most_turning)) as usize
 }
 
-/// Time from rest that is enough where what is left of the start may be a ten-thousandth of the noise: some time constants
-/// of the mass that is damped least.
+/// Settling time after which the transient of the start is below a ten-thousandth of the noise, s: some time constants of
+/// the mass that is damped least.
 pub fn shortest_settling_s(rig: &Rig) -> f64 {
     let Some(rig) = rig.bearing() else { return Start::SETTLE_S };
     let rate = |s: &Support| 0.5 * s.damping_n_s_per_m / s.mass_kg;
     let least = rate(&rig.inner).min(rate(&rig.outer)).min(rate(&rig.resonator));
-    (TIME_CONSTANTS / least.max(1e-9)).clamp(0.02, Start::SETTLE_S)
+    (SETTINGS.settle_time_constants / least.max(1e-9)).clamp(SETTINGS.min_settle_s, Start::SETTLE_S)
 }
 
-/// e⁻¹² is 6e-6.
-const TIME_CONSTANTS: f64 = 12.0;
-
-/// What is faster than so many steps a sample follow is not seen at the sample rate: a search that makes an impact ever
-/// shorter must not take ever longer.
-const MOST_SUBSTEPS: f64 = 8.0;
-
-/// Of a pit, whose moments are right at any step, three leave an error of a thousandth where the contact is lost.
-const MOST_IN_TURNING: f64 = 3.0;
-
-/// Rate of an effect times step that an explicit method of order four follows, inside its stability limit of 2.7.
-const FASTEST_PER_STEP: f64 = 1.2;
-
-/// A transmission path starts this long before the recording: until an impulse is down to this share.
-const SETTLED: f64 = 1e-3;
-const LONGEST_SETTLING_S: f64 = 0.2;
-
-/// What a run's signals pass through.
+/// Acquisition chain of a run, theory (38).
 struct Chain {
     noise_std: f64,
     locations: [&'static str; 2],
@@ -171,7 +162,7 @@ fn prepare(run: &Run, alter: &dyn Fn(&mut Assembly)) -> Result<(Prepared, Chain)
         return Err(RigError::BadCondition {
             field: "sample_rate_hz",
             found: format!("{sample_rate_hz} and a path of the rig for {}", path.sample_rate_hz),
-            expected: "one rate; the path between rig and sensor was identified at it",
+            expected: "the rate at which the path was identified",
         });
     }
     let mut plan = assemble_in_noise(run.rig, run.start.velocity_covariance);
@@ -182,11 +173,11 @@ fn prepare(run: &Run, alter: &dyn Fn(&mut Assembly)) -> Result<(Prepared, Chain)
     Ok((prepared, chain))
 }
 
-/// The machine of a model, a bearing's.
+/// Bearing rig of a machine.
 ///
 /// # Errors
 ///
-/// That it is another kind's.
+/// A machine of another kind.
 pub fn bearing_of(model: &Machine) -> Result<BearingRig, RigError> {
     match model {
         Machine::Bearing(rig) => Ok(rig.clone()),
@@ -204,19 +195,19 @@ fn chain(rig: &BearingRig, start: &Start, plan: Assembly) -> Chain {
     Chain { noise_std, locations, signals: output_chain(plan) }
 }
 
-/// The output chain from machine to file.
+/// Output chain from machine to file.
 pub(super) fn output_chain(plan: Assembly) -> Vec<(Stage, Signal)> {
     let mut signals = plan.signals;
     signals.sort_by_key(|(stage, _)| *stage);
     signals
 }
 
-/// The rig's machine with its effects put in.
+/// Assembly of a rig with its effects.
 pub(crate) fn assemble(rig: &Rig) -> Assembly {
     assemble_in_noise(rig, None)
 }
 
-/// The same where noise that is left out scatters the state.
+/// Assembly of a rig whose force laws take their mean over left-out noise of covariance `scatter`.
 pub(super) fn assemble_in_noise(rig: &Rig, scatter: Option<VelocityCovariance>) -> Assembly {
     let mut plan = Assembly::new(rig.model.clone());
     plan.velocity_covariance = scatter;
@@ -226,7 +217,8 @@ pub(super) fn assemble_in_noise(rig: &Rig, scatter: Option<VelocityCovariance>) 
         }
     }
     for path in &rig.paths {
-        let settle = path.settles_within(SETTLED, (path.sample_rate_hz * LONGEST_SETTLING_S) as usize);
+        let longest = (path.sample_rate_hz * SETTINGS.max_path_preroll_s) as usize;
+        let settle = path.settles_within(SETTINGS.path_decay, longest);
         plan.preroll_s = plan.preroll_s.max(settle as f64 / path.sample_rate_hz);
         let path = path.clone();
         plan.signal(Stage::Path, move |at, signal| {
@@ -284,7 +276,7 @@ fn finish(run: &Run, prepared: &Prepared, chain: &Chain, signals: Signals) -> Re
     })
 }
 
-/// 1 at each turn's first sample.
+/// Tachometer signal: 1 at each turn's first sample.
 fn tachometer(turning: &Turning, sample_rate_hz: f64, samples: usize) -> Vec<f64> {
     let turn = |sample: f64| (turning.shaft(sample / sample_rate_hz) / std::f64::consts::TAU).floor();
     let mut before = turn(-1.0);

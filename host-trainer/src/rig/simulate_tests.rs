@@ -45,7 +45,7 @@ fn golden_reference_trajectories() {
     }
 }
 
-/// Pits that a ball turns past in 70 µs, less than two samples, and in four: one step a sample follows them.
+/// Local defects that a ball passes in 70 µs, less than two samples, and in four: one step a sample follows them.
 #[test]
 fn invariant_a_narrow_pit_is_as_fine_steps_have_it() {
     for (name, width) in
@@ -96,7 +96,7 @@ fn invariant_the_seed_is_the_run() {
     let run = |seed| simulate(&nominal(), &condition(30.0, 500.0, 600), &Start::seeded(seed)).unwrap();
     assert_eq!(run(3), run(3));
     assert_ne!(samples(&run(3), "ax"), samples(&run(4), "ax"));
-    // The sensor's noise does not hang on whether there is process force.
+    // Sensor noise does not depend on the process force.
     let mut quiet = nominal();
     quiet.set(ModelKey::ProcessForce, 0.0).unwrap();
     let noisy = simulate(&quiet, &condition(30.0, 500.0, 4000), &Start::seeded(3)).unwrap();

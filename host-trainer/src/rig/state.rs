@@ -15,7 +15,7 @@ pub const RESONATOR_Y: usize = 4;
 /// The mass of an sdof rig.
 pub const MASS: usize = 0;
 
-/// How far the noise that a run leaves out takes its state from where it is: the covariance of the velocities, m²/s².
+/// Covariance of the five velocities under the noise that a run leaves out, m²/s², theory (52).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VelocityCovariance(pub [[f64; DOFS]; DOFS]);
 

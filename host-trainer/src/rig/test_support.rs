@@ -89,7 +89,7 @@ pub fn line(signal: &[f64], rate: f64, frequency: f64) -> f64 {
     4.0 * sum.norm() / signal.len() as f64
 }
 
-/// Frequency of the highest line between two, Hz.
+/// Frequency of the highest line between `from` and `to`, Hz.
 pub fn peak(signal: &[f64], rate: f64, from: f64, to: f64) -> f64 {
     let steps = 800;
     let at = |k: usize| from + (to - from) * k as f64 / steps as f64;

@@ -1,28 +1,28 @@
-//! The way from the rig to the sensor where the structure between them is unknown: an all-pole filter.
+//! Transmission path from the rig to the sensor through an unknown structure: an all-pole filter, theory (53).
 //!
-//! x_k = gain · s_k − Σ a_i x_{k−i}. Poles are resonances; zeros are approximated by many of them (J. Makhoul, "Linear
-//! prediction: a tutorial review", Proc. IEEE 63 (1975) 561–580). It is stored as reflection coefficients, all within
-//! ±1, so that every file that is accepted is a stable filter.
+//! Poles are resonances; zeros are approximated by many of them (J. Makhoul, "Linear prediction: a tutorial review",
+//! Proc. IEEE 63 (1975) 561–580). The filter is stored as reflection coefficients, all within ±1, so that every accepted
+//! file is a stable filter.
 
 use realfft::num_complex::Complex;
 
 use crate::signal::transform::{forward_plan, inverse_plan};
 
-/// A transmission path of one channel.
+/// Transmission path of one channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransmissionPath {
     /// `ax` or `ay`.
     pub channel: String,
-    /// Rate that the filter is for, Hz.
+    /// Sample rate of the filter, Hz.
     pub sample_rate_hz: f64,
-    /// Gain of what goes in.
+    /// Gain of the input.
     pub gain: f64,
     /// Reflection coefficients, each within ±1.
     pub reflection: Vec<f64>,
 }
 
 impl TransmissionPath {
-    /// a_1 … a_p, by Levinson's recursion (Makhoul, eq. 38d).
+    /// Filter coefficients a_1 … a_p, by Levinson's recursion (Makhoul, eq. 38d).
     pub fn coefficients(&self) -> Vec<f64> {
         let mut a: Vec<f64> = Vec::with_capacity(self.reflection.len());
         for &k in &self.reflection {
@@ -44,7 +44,7 @@ impl TransmissionPath {
         }
     }
 
-    /// |H|² at the frequencies of `samples` samples, from 0 to half the sample rate.
+    /// Squared gain |H|² at the frequencies of `samples` samples, from 0 to half the sample rate.
     pub fn power(&self, samples: usize) -> Vec<f64> {
         let transform = forward_plan(samples);
         let mut buffer = transform.make_input_vec();
@@ -57,7 +57,7 @@ impl TransmissionPath {
         out.iter().map(|a| self.gain * self.gain / a.norm_sqr().max(f64::MIN_POSITIVE)).collect()
     }
 
-    /// Samples after which an impulse has come down to `share` of its greatest; at most `most`.
+    /// Samples after which the impulse response stays within `share` of its greatest value; at most `most`.
     pub fn settles_within(&self, share: f64, most: usize) -> usize {
         let mut impulse = vec![0.0; most];
         if let Some(first) = impulse.first_mut() {
@@ -68,8 +68,8 @@ impl TransmissionPath {
         impulse.iter().rposition(|v| v.abs() > share * greatest).map_or(0, |last| last + 1)
     }
 
-    /// The filter of this many poles whose power is nearest to `power`, given at evenly spaced frequencies from 0 to
-    /// half the sample rate: the autocorrelation method (Makhoul, section III), which matches peaks better than valleys.
+    /// Filter of `poles` poles fitted to `power`, given at evenly spaced frequencies from 0 to half the sample rate: the
+    /// autocorrelation method (Makhoul, section III), which matches peaks better than valleys.
     pub fn of_power(channel: &str, sample_rate_hz: f64, power: &[f64], poles: usize) -> Self {
         let length = 2 * power.len().saturating_sub(1).max(1);
         let inverse = inverse_plan(length);

@@ -1,17 +1,20 @@
-//! Which cases there are: every effect at every severity, controls, pairs, and what the vocabulary has no name for, with
-//! noise, tachometer and knowledge of the rig drawn for each.
+//! List of cases: every effect at every severity, controls, pairs, and effects outside the vocabulary, with noise,
+//! tachometer and knowledge of the rig drawn for each.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::effects;
 use super::outside::Outside;
+use super::settings::CaseSettings;
 use crate::rig::effect::EffectKind;
 
-/// What a case is to be, before anything of it is drawn.
+const SETTINGS: CaseSettings = CaseSettings::DEFAULT;
+
+/// Specification of a case, before its draw.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CaseSpec {
-    /// What is hidden.
+    /// Hidden causes.
     pub hidden: Hidden,
     /// Whether sensor noise and process force are several times the usual.
     pub loud: bool,
@@ -21,33 +24,33 @@ pub struct CaseSpec {
     pub guessed: bool,
 }
 
-/// What is hidden.
+/// Hidden causes of a case.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Hidden {
     /// Nothing: a control.
     Nothing,
     /// One or two effects of the vocabulary.
     Effects(Vec<(EffectKind, Severity)>),
-    /// An effect without a name.
+    /// An effect outside the vocabulary.
     Outside(Outside),
 }
 
-/// How strong an effect is, in thirds of its range.
+/// Severity of an effect, in thirds of its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// The weakest third.
     Slight,
-    /// The middle.
+    /// The middle third.
     Plain,
-    /// The strongest.
+    /// The strongest third.
     Severe,
 }
 
 impl Severity {
-    /// All.
+    /// All severities.
     pub const ALL: [Self; 3] = [Self::Slight, Self::Plain, Self::Severe];
 
-    /// As a word.
+    /// Name in one word.
     pub fn name(self) -> &'static str {
         match self {
             Self::Slight => "slight",
@@ -56,7 +59,7 @@ impl Severity {
         }
     }
 
-    /// Where its third begins, and how long it is.
+    /// Start and length of the severity's third, as shares of the range.
     pub fn share(self) -> (f64, f64) {
         (f64::from(self as u8) / 3.0, 1.0 / 3.0)
     }
@@ -69,17 +72,17 @@ pub enum Kind {
     Control,
     /// One effect.
     Single,
-    /// Two.
+    /// Two effects.
     Pair,
-    /// One without a name.
+    /// One effect outside the vocabulary.
     Outside,
 }
 
 impl Kind {
-    /// All.
+    /// All kinds.
     pub const ALL: [Self; 4] = [Self::Control, Self::Single, Self::Pair, Self::Outside];
 
-    /// As a word.
+    /// Name in one word.
     pub fn name(self) -> &'static str {
         match self {
             Self::Control => "control",
@@ -91,7 +94,7 @@ impl Kind {
 }
 
 impl CaseSpec {
-    /// What kind of case it is.
+    /// Kind of the case.
     pub fn kind(&self) -> Kind {
         match &self.hidden {
             Hidden::Nothing => Kind::Control,
@@ -102,24 +105,25 @@ impl CaseSpec {
     }
 }
 
-/// How many cases there are of each kind for one round.
-const CONTROLS: usize = 20;
-const OUTSIDE_EACH: usize = 2;
-
-/// The cases of one round. Another round has the same kinds under other circumstances.
+/// Cases of one round. Another round has the same kinds under other circumstances.
 pub fn round(number: usize) -> Vec<CaseSpec> {
-    let mut hidden = vec![Hidden::Nothing; CONTROLS];
+    let mut hidden = vec![Hidden::Nothing; SETTINGS.controls];
     for severity in Severity::ALL {
         hidden.extend(EffectKind::ALL.iter().map(|kind| Hidden::Effects(vec![(*kind, severity)])));
     }
     hidden.extend(
         pairs(number).into_iter().map(|[a, b]| Hidden::Effects(vec![(a, Severity::Plain), (b, Severity::Plain)])),
     );
-    hidden.extend(Outside::ALL.into_iter().flat_map(|kind| vec![Hidden::Outside(kind); OUTSIDE_EACH]));
-    // Drawn, so that every how manieth of them has all circumstances.
+    hidden.extend(Outside::ALL.into_iter().flat_map(|kind| vec![Hidden::Outside(kind); SETTINGS.outside_each]));
+    // Drawn, so that any step through the list has all circumstances.
     let mut rng = ChaCha8Rng::seed_from_u64(number as u64);
     let mut one_in = |of: f64| rng.random_bool(1.0 / of);
-    let circumstances = |hidden| CaseSpec { hidden, loud: one_in(3.0), tachometer: one_in(2.0), guessed: one_in(5.0) };
+    let circumstances = |hidden| CaseSpec {
+        hidden,
+        loud: one_in(SETTINGS.loud_one_in),
+        tachometer: one_in(SETTINGS.tachometer_one_in),
+        guessed: one_in(SETTINGS.guessed_one_in),
+    };
     hidden.into_iter().map(circumstances).collect()
 }
 

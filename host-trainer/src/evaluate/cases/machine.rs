@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
+use super::settings::CaseSettings;
 use crate::rig::OperatingCondition;
 use crate::rig::config::BearingRig;
 use crate::rig::simulate::bearing_of;
@@ -13,20 +14,16 @@ use crate::rig::{Rig, RigError};
 
 /// Two machines: a bearing of 9 large balls, and one of 13 small ones.
 const RIGS: [&str; 2] = [include_str!("large.toml"), include_str!("small.toml")];
-const SAMPLE_RATE_HZ: f64 = 25_600.0;
-/// Of all masses, springs and dampers, the largest factor by which a drawn machine differs from those.
-const OTHER: f64 = 1.25;
-/// What is guessed is wrong by this factor at most.
-const WRONG: f64 = 1.2;
+const SETTINGS: CaseSettings = CaseSettings::DEFAULT;
 
-/// A machine and the conditions that it is recorded under.
+/// Drawn machine and its operating conditions.
 #[derive(Clone, Debug)]
 pub struct Drawn {
-    /// The machine as it is when nothing is the matter.
+    /// Healthy machine.
     pub rig: Rig,
-    /// Its parameters.
+    /// Parameters of the machine.
     pub machine: BearingRig,
-    /// Conditions.
+    /// Operating conditions.
     pub conditions: Vec<OperatingCondition>,
 }
 
@@ -58,7 +55,7 @@ impl Drawn {
     }
 }
 
-/// Evenly in the logarithm.
+/// Draw between two numbers, uniform in the logarithm.
 pub fn log_uniform(from: f64, to: f64, rng: &mut ChaCha8Rng) -> f64 {
     from * (to / from).powf(rng.random::<f64>())
 }
@@ -84,38 +81,40 @@ pub fn draw(loud: bool, seconds: f64, count: usize, rng: &mut ChaCha8Rng) -> Res
     let text = RIGS[usize::from(rng.random::<bool>())];
     let mut rig = Rig::parse(text, std::path::Path::new("rig.toml"))?;
     for key in SUPPORTS {
-        scale(&mut rig, key, log_uniform(1.0 / OTHER, OTHER, rng));
+        scale(&mut rig, key, log_uniform(1.0 / SETTINGS.machine_factor, SETTINGS.machine_factor, rng));
     }
-    scale(&mut rig, ModelKey::Unbalance, log_uniform(0.5, 2.0, rng));
+    let [least, most] = SETTINGS.unbalance_factor;
+    scale(&mut rig, ModelKey::Unbalance, log_uniform(least, most, rng));
     if loud {
-        scale(&mut rig, ModelKey::SensorNoise, 4.0);
-        scale(&mut rig, ModelKey::ProcessForce, 10.0);
+        scale(&mut rig, ModelKey::SensorNoise, SETTINGS.loud_sensor_factor);
+        scale(&mut rig, ModelKey::ProcessForce, SETTINGS.loud_force_factor);
     }
-    let (shaft_hz, load_n) = (rng.random_range(18.0..42.0), log_uniform(350.0, 1800.0, rng));
-    let factors = [(1.0, 1.0), (0.9, 0.7), (1.1, 1.3), (1.0, 1.15)];
+    let ([slowest, fastest], [lightest, heaviest]) = (SETTINGS.shaft_hz, SETTINGS.load_n);
+    let (shaft_hz, load_n) = (rng.random_range(slowest..fastest), log_uniform(lightest, heaviest, rng));
+    let ([least, most], factors) = (SETTINGS.condition_scatter, SETTINGS.condition_factors);
     let mut conditions = Vec::new();
     for n in 0..count {
         let (speed, load) = factors[n % factors.len()];
-        let mut near = |value: f64| value * rng.random_range(0.97..1.03);
+        let mut near = |value: f64| value * rng.random_range(least..most);
         conditions.push(OperatingCondition {
             shaft_hz: rounded(near(shaft_hz * speed)),
             load_n: rounded(near(load_n * load)),
-            sample_rate_hz: SAMPLE_RATE_HZ,
-            samples: (seconds * SAMPLE_RATE_HZ).round() as usize,
+            sample_rate_hz: SETTINGS.sample_rate_hz,
+            samples: (seconds * SETTINGS.sample_rate_hz).round() as usize,
         });
     }
     let machine = bearing_of(&rig.model)?;
     Ok(Drawn { rig, machine, conditions })
 }
 
-/// As an engineer writes it down.
+/// Value rounded to two decimals.
 fn rounded(value: f64) -> f64 {
     (value * 100.0).round() / 100.0
 }
 
 fn scale(rig: &mut Rig, key: ModelKey, factor: f64) {
     if let Some(value) = rig.get(key) {
-        // A positive number stays one.
+        // A positive factor keeps the value in range.
         _ = rig.set(key, value * factor);
     }
 }
@@ -127,7 +126,7 @@ fn scale(rig: &mut Rig, key: ModelKey, factor: f64) {
 pub fn guess(rig: &mut Rig, rng: &mut ChaCha8Rng) -> Result<(), RigError> {
     let keys = [ModelKey::OuterStiffness, ModelKey::InnerDamping, ModelKey::SensorNoise];
     for key in keys {
-        scale(rig, key, log_uniform(1.0 / WRONG, WRONG, rng));
+        scale(rig, key, log_uniform(1.0 / SETTINGS.guess_factor, SETTINGS.guess_factor, rng));
     }
     rig.unknown = keys.map(|key| key.name().to_owned()).to_vec();
     rig.check()

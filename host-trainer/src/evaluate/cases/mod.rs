@@ -1,20 +1,22 @@
-//! Cases whose answer is concealed: a nominal rig, and recordings of a machine that has something the rig leaves out.
+//! Cases with hidden causes: a nominal rig, and recordings of a machine with effects that the rig leaves out.
 //!
-//! What is hidden, how strongly, and under which speeds and loads is drawn here, from ranges of its own; nothing of the
-//! diagnosis is known to this module. A case on disk is what an engineer would have: a rig and recordings, perhaps of
-//! the healthy machine too. What was hidden is in [`Truth`], and stays in memory until somebody scores.
+//! Causes, severities, speeds and loads are drawn here, from ranges of their own, independently of the diagnosis. A case
+//! on disk is what an engineer would have: a rig and recordings, perhaps of the healthy machine too. Its causes are in
+//! [`Truth`], and stay in memory until the case is scored.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`spec`] | which cases there are |
+//! | [`case_spec`] | list of cases |
 //! | [`machine`] | rigs, speeds and loads |
-//! | [`effects`] | how strong an effect of the vocabulary is |
-//! | [`outside`] | effects that the vocabulary has no name for |
+//! | [`effects`] | strengths of the effects of the vocabulary |
+//! | [`outside`] | effects outside the vocabulary |
+//! | [`settings`] | counts, and ranges of the draws |
 
 pub mod case_spec;
 pub mod effects;
 pub mod machine;
 pub mod outside;
+pub mod settings;
 #[cfg(test)]
 mod tests;
 
@@ -31,49 +33,46 @@ use crate::rig::{EffectEntry, Rig, RigError, Value};
 use crate::rig::{OperatingCondition, Start};
 use case_spec::{CaseSpec, Hidden};
 use machine::Drawn;
+use settings::CaseSettings;
 
-/// Recordings of a case, and of the healthy machine where they come with it.
-const RECORDINGS: usize = 4;
-const BASELINE: usize = 3;
-/// Draws of an effect until one stands that can be simulated.
-const ATTEMPTS: usize = 20;
+const SETTINGS: CaseSettings = CaseSettings::DEFAULT;
 
-/// A case.
+/// A case with its truth.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// What the engineer knows.
+    /// Nominal rig.
     pub rig: Rig,
-    /// What was recorded.
+    /// Recordings of the machine with its causes.
     pub recordings: Vec<Recording>,
-    /// Recordings of the healthy machine; none where the rig is known.
+    /// Recordings of the healthy machine; `None` if the rig is exact.
     pub baseline: Option<Vec<Recording>>,
-    /// What nobody may know.
+    /// Hidden causes.
     pub truth: Truth,
 }
 
-/// What was hidden.
+/// Hidden causes of a case.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Truth {
-    /// Names of the vocabulary; none in a control, `unexplained` for what the vocabulary has not.
+    /// Names of the vocabulary; none in a control, `unexplained` for an effect outside the vocabulary.
     pub causes: Vec<String>,
     /// Names that are the same physics in this rig.
     pub accept: Vec<String>,
-    /// The causes' parameters, in SI units; names of components beside them.
+    /// Parameters of the causes, in SI units, and names of components.
     pub effects: Vec<HiddenEffect>,
-    /// What was drawn that is no cause of the vocabulary.
+    /// Name of an effect outside the vocabulary.
     pub outside: Option<String>,
-    /// RMS of what the causes change, with all that is random the same, over the RMS of the recording without them.
+    /// RMS change by the causes, with the same noise, over the RMS of the recordings without them.
     pub change: f64,
 }
 
 /// An effect with its numbers and names.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct HiddenEffect {
-    /// Name.
+    /// Name of the effect.
     pub name: String,
-    /// Numbers.
+    /// Numbers by key, in SI units.
     pub numbers: std::collections::BTreeMap<String, f64>,
-    /// Component, channel.
+    /// Component and channel by key.
     pub names: std::collections::BTreeMap<String, String>,
 }
 
@@ -94,15 +93,16 @@ impl Case {
     /// Draws a case. The same spec and seed give the same samples.
     ///
     /// # Errors
-    /// Where no draw of the effect can be simulated: the last one's error.
+    /// The last draw's error if no draw of the effect can be simulated.
     pub fn draw(spec: &CaseSpec, seconds: f64, seed: u64) -> Result<Self, RigError> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let drawn = machine::draw(spec.loud, seconds, RECORDINGS + BASELINE, &mut rng)?;
+        let CaseSettings { recordings: count, baseline: healthy_count, attempts, .. } = SETTINGS;
+        let drawn = machine::draw(spec.loud, seconds, count + healthy_count, &mut rng)?;
         let start = |n: usize| Start::of_series(seed, n);
         let healthy = |n: usize| simulate(&drawn.rig, &drawn.conditions[n], &start(n));
-        let without = (0..RECORDINGS).map(healthy).collect::<Result<Vec<_>, _>>()?;
+        let without = (0..count).map(healthy).collect::<Result<Vec<_>, _>>()?;
         let mut attempt = hide(spec, &drawn, &without, &start, &mut rng);
-        for _ in 1..ATTEMPTS {
+        for _ in 1..attempts {
             if attempt.is_ok() {
                 break;
             }
@@ -113,7 +113,7 @@ impl Case {
         let mut rig = drawn.rig.clone();
         let baseline = if spec.guessed {
             machine::guess(&mut rig, &mut rng)?;
-            Some((RECORDINGS..RECORDINGS + BASELINE).map(healthy).collect::<Result<Vec<_>, _>>()?)
+            Some((count..count + healthy_count).map(healthy).collect::<Result<Vec<_>, _>>()?)
         } else {
             None
         };
@@ -123,10 +123,10 @@ impl Case {
         Ok(Self { rig, recordings, baseline, truth })
     }
 
-    /// Writes what an engineer would have: `rig.toml`, the recordings with their manifest, `baseline/`. Nothing else.
+    /// Writes a case without its truth: `rig.toml`, the recordings with their manifest, `baseline/`.
     ///
     /// # Errors
-    /// What the operating system refuses.
+    /// A file that cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), CaseError> {
         folder(path, &self.recordings)?;
         if let Some(baseline) = &self.baseline {
@@ -136,19 +136,19 @@ impl Case {
     }
 }
 
-/// Why a case could not be written.
+/// Errors of writing a case.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CaseError {
-    /// The recordings.
+    /// Recordings that cannot be written.
     #[error(transparent)]
     Recordings(#[from] WriteError),
-    /// The rig.
+    /// Rig that cannot be simulated or written.
     #[error(transparent)]
     Rig(#[from] RigError),
 }
 
-/// The machine with what is hidden, recorded.
+/// Recordings of the machine with its hidden causes, and the truth.
 fn hide(
     spec: &CaseSpec,
     drawn: &Drawn,

@@ -1,4 +1,4 @@
-//! Effects that the vocabulary has no name for.
+//! Effects outside the vocabulary.
 
 use std::f64::consts::TAU;
 
@@ -7,37 +7,40 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Exp};
 
 use super::machine::{Drawn, log_uniform};
+use super::settings::OutsideSettings;
 use crate::recording::Recording;
 use crate::rig::assembly::{Assembly, Stage};
 use crate::rig::noise::white;
 use crate::rig::state::{INNER_X, INNER_Y, OUTER_X, OUTER_Y};
 
-/// A kind of effect.
+const SETTINGS: OutsideSettings = OutsideSettings::DEFAULT;
+
+/// Kind of effect outside the vocabulary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outside {
-    /// The housing's spring swings at a rate that is no order of the bearing.
+    /// Stiffness of the housing that swings at a rate that is no order of the bearing.
     SwingingStiffness,
-    /// A force across the motion of the inner race, as of a seal or an oil film.
+    /// Cross-coupled force on the inner race, as of a seal or an oil film.
     CrossCoupling,
-    /// Damping that is negative for small motions: the housing keeps itself in motion.
+    /// Damping of the housing that is negative for small motions.
     SelfExcitation,
     /// Many small impacts at random times, as of cavitation or grit.
     RandomImpacts,
-    /// A tone of another machine.
+    /// Tone of another machine.
     ForeignTone,
-    /// A sensor whose output is a curve.
+    /// Sensor with a quadratic characteristic.
     SensorCurve,
-    /// The signal comes a second time, later and weaker.
+    /// Second, later and weaker copy of the signal.
     Echo,
-    /// Noise that swells and fades.
+    /// Noise of periodically changing level.
     SwellingNoise,
 }
 
-/// Alters the plan of a recording, given by its place among the others.
+/// Alters the assembly of a recording, given by its index among the others.
 pub type Alter = Box<dyn Fn(usize, &mut Assembly)>;
 
 impl Outside {
-    /// All.
+    /// All kinds.
     pub const ALL: [Self; 8] = [
         Self::SwingingStiffness,
         Self::CrossCoupling,
@@ -49,7 +52,7 @@ impl Outside {
         Self::SwellingNoise,
     ];
 
-    /// As words.
+    /// Name in words.
     pub fn name(self) -> &'static str {
         match self {
             Self::SwingingStiffness => "swinging stiffness",
@@ -64,13 +67,13 @@ impl Outside {
     }
 }
 
-/// Draws one of this kind.
+/// Draws an effect of a kind.
 pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCha8Rng) -> Alter {
     let machine = &drawn.machine;
     match kind {
         Outside::SwingingStiffness => {
-            let depth = rng.random_range(0.1..0.3) * machine.outer.stiffness_n_per_m;
-            let order = rng.random_range(0.55..0.85);
+            let depth = uniform(SETTINGS.swing_depth, rng) * machine.outer.stiffness_n_per_m;
+            let order = uniform(SETTINGS.swing_order, rng);
             Box::new(move |_, plan| {
                 plan.force(move |at, q, _, f| {
                     let k = depth * (order * at.shaft_rad).sin();
@@ -80,9 +83,9 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
             })
         }
         Outside::CrossCoupling => {
-            // The damper of the inner race takes out c ω each turn of the whirl: half of that stays bounded.
+            // Damping c ω of the inner race balances the whirl: half of it stays bounded.
             let omega = (machine.inner.stiffness_n_per_m / machine.inner.mass_kg).sqrt();
-            let cross = rng.random_range(0.3..0.6) * machine.inner.damping_n_s_per_m * omega;
+            let cross = uniform(SETTINGS.cross_coupling, rng) * machine.inner.damping_n_s_per_m * omega;
             Box::new(move |_, plan| {
                 plan.force(move |_, q, _, f| {
                     f[INNER_X] += cross * q[INNER_Y];
@@ -91,8 +94,8 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
             })
         }
         Outside::SelfExcitation => {
-            let push = rng.random_range(1.2..2.0) * machine.outer.damping_n_s_per_m;
-            let speed = TAU * drawn.outer_hz() * rng.random_range(0.5e-7..2e-7);
+            let push = uniform(SETTINGS.negative_damping, rng) * machine.outer.damping_n_s_per_m;
+            let speed = TAU * drawn.outer_hz() * uniform(SETTINGS.self_excited_m, rng);
             Box::new(move |_, plan| {
                 plan.force(move |_, _, v, f| {
                     for dof in [OUTER_X, OUTER_Y] {
@@ -102,24 +105,23 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
             })
         }
         Outside::RandomImpacts => {
-            let (rate_hz, seconds) = (rng.random_range(15.0..60.0), drawn.seconds());
-            let size = log_uniform(0.5e-3, 4e-3, rng);
+            let (rate_hz, seconds) = (uniform(SETTINGS.impact_rate_hz, rng), drawn.seconds());
+            let size = log_within(SETTINGS.impact_n_s, rng);
             let each = Each::draw(rng);
             Box::new(move |n, plan| {
                 let times = impacts(rate_hz, seconds, size, &mut each.rng_for(n));
                 plan.force(move |at, _, _, f| {
-                    const LASTS_S: f64 = 2e-4;
-                    let first = times.partition_point(|(t, _)| t + LASTS_S < at.time_s);
+                    let first = times.partition_point(|(t, _)| t + SETTINGS.impact_s < at.time_s);
                     for (t, impulse) in times[first..].iter().take_while(|(t, _)| *t <= at.time_s) {
-                        let x = (at.time_s - t) / LASTS_S;
-                        f[OUTER_Y] += impulse / LASTS_S * 2.0 * (std::f64::consts::PI * x).sin().powi(2);
+                        let x = (at.time_s - t) / SETTINGS.impact_s;
+                        f[OUTER_Y] += impulse / SETTINGS.impact_s * 2.0 * (std::f64::consts::PI * x).sin().powi(2);
                     }
                 });
             })
         }
         Outside::ForeignTone => {
-            let hz = log_uniform(150.0, 5000.0, rng);
-            let amplitude = log_uniform(0.2, 1.0, rng) * rms(without);
+            let hz = log_within(SETTINGS.tone_hz, rng);
+            let amplitude = log_within(SETTINGS.tone_amplitude, rng) * rms(without);
             let each = Each::draw(rng);
             Box::new(move |n, plan| {
                 let phase = each.rng_for(n).random_range(0.0..TAU);
@@ -131,7 +133,7 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
             })
         }
         Outside::SensorCurve => {
-            let curve = rng.random_range(0.05..0.2) / rms(without);
+            let curve = uniform(SETTINGS.curvature, rng) / rms(without);
             Box::new(move |_, plan| {
                 plan.signal(Stage::Transducer, move |_, signal| {
                     signal.iter_mut().for_each(|v| *v += curve * *v * *v);
@@ -139,7 +141,7 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
             })
         }
         Outside::Echo => {
-            let (later_s, weaker) = (log_uniform(3e-4, 5e-3, rng), rng.random_range(0.3..0.7));
+            let (later_s, weaker) = (log_within(SETTINGS.echo_s, rng), uniform(SETTINGS.echo_gain, rng));
             Box::new(move |_, plan| {
                 plan.preroll_s = plan.preroll_s.max(later_s);
                 plan.signal(Stage::Structure, move |at, signal| {
@@ -151,7 +153,7 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
             })
         }
         Outside::SwellingNoise => {
-            let (hz, size) = (log_uniform(1.5, 8.0, rng), log_uniform(1.5, 5.0, rng));
+            let (hz, size) = (log_within(SETTINGS.swell_hz, rng), log_within(SETTINGS.swell_noise, rng));
             let std = size * machine.sensor.noise_std_m_per_s2;
             let each = Each::draw(rng);
             Box::new(move |n, plan| {
@@ -168,7 +170,17 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
     }
 }
 
-/// What is drawn anew for every recording.
+/// Uniform draw from a range.
+fn uniform([from, to]: [f64; 2], rng: &mut ChaCha8Rng) -> f64 {
+    rng.random_range(from..to)
+}
+
+/// Draw from a range, uniform in the logarithm.
+fn log_within([from, to]: [f64; 2], rng: &mut ChaCha8Rng) -> f64 {
+    log_uniform(from, to, rng)
+}
+
+/// Seed of what is drawn anew for every recording.
 struct Each(u64);
 
 impl Each {
@@ -183,13 +195,13 @@ impl Each {
     }
 }
 
-/// Times, s, and impulses, N s, of impacts that come at a rate.
+/// Times, s, and impulses, N s, of impacts of a mean rate.
 fn impacts(rate_hz: f64, seconds: f64, size_n_s: f64, rng: &mut ChaCha8Rng) -> Vec<(f64, f64)> {
     let mut impacts = Vec::new();
     let Ok(gap) = Exp::new(rate_hz) else { return impacts };
     let mut time = gap.sample(rng);
     while time < seconds {
-        impacts.push((time, size_n_s * rng.random_range(0.3..1.7)));
+        impacts.push((time, size_n_s * uniform(SETTINGS.impact_scatter, rng)));
         time += gap.sample(rng);
     }
     impacts

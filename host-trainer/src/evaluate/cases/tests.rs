@@ -52,7 +52,7 @@ fn null_a_control_has_nothing_hidden_and_everything_else_has() {
     assert!(case.truth.change > 0.05, "{}", case.truth.change);
 }
 
-/// No two recordings have the same noise, impacts at the same times, or a tone in the same phase.
+/// Recordings of a case: no two have the same noise, impacts at the same times, or a tone in the same phase.
 #[test]
 fn what_is_random_outside_the_vocabulary_is_another_in_every_recording() {
     for kind in [Outside::RandomImpacts, Outside::ForeignTone, Outside::SwellingNoise] {

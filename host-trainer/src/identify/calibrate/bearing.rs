@@ -1,10 +1,11 @@
-//! Calibration of the 5-DoF rig.
+//! Calibration of the 5-DoF rig by the likelihood, theory (54) to (61).
 
 use crate::rig::config::RigKey;
 use serde::Serialize;
 
 use super::distance::log_spectral;
 use super::estimate::{Estimate, ParameterPrior, Undetermined, covariance, estimates, undetermined};
+use super::settings::CalibrationSettings;
 use super::split::Split;
 use super::{CalibrateError, transfer_path};
 use crate::identify::likelihood::coordinate::{Coordinate, NOISE};
@@ -16,17 +17,12 @@ use crate::recording::Recording;
 use crate::rig::transfer_path::TransmissionPath;
 use crate::rig::{Rig, Run, Start, simulate_many};
 
-/// Bands that a channel's residual is looked at in.
-const BANDS: usize = 24;
-/// A rig whose residual is further than this from its variance, RMS over bands, lacks a part of the structure, dB.
-const LACKS_STRUCTURE_DB: f64 = 1.0;
-/// Simulations that a spectrum of the rig is averaged over.
-const REPLICATES: usize = 8;
+const SETTINGS: CalibrationSettings = CalibrationSettings::DEFAULT;
 
-/// Whether to look for a transmission path.
+/// Whether to identify a transmission path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PathChoice {
-    /// Where the rig alone does not come near the recordings.
+    /// If the rig alone does not fit the recordings.
     #[default]
     Auto,
     /// Never.
@@ -35,71 +31,71 @@ pub enum PathChoice {
     AllPole,
 }
 
-/// How to calibrate.
+/// Options of a calibration.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options {
-    /// The structure between rig and sensor.
+    /// Transmission path between rig and sensor.
     pub path: PathChoice,
-    /// Seed of the simulations that spectra are compared by.
+    /// Seed of the simulations whose spectra are compared.
     pub seed: u64,
 }
 
-/// How near a rig comes to a recording that took no part in the fit.
+/// Fit of a rig to one channel of a held-out recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HeldOut {
     /// The recording.
     pub recording: String,
     /// The channel.
     pub channel: &'static str,
-    /// Log-spectral distance of the rig before, dB.
+    /// Log-spectral distance, theory (61), of the rig before, dB.
     pub before_db: f64,
-    /// And of the calibrated rig.
+    /// Log-spectral distance of the calibrated rig, dB.
     pub after_db: f64,
-    /// And of two runs of the calibrated rig with different noise: what no rig can be below.
+    /// Log-spectral distance of two runs of the calibrated rig with different noise, dB: a bound for every rig.
     pub floor_db: f64,
 }
 
-/// How much of a channel the calibrated rig explains.
+/// Explained part of a channel by the calibrated rig.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Explained {
     /// The channel.
     pub channel: &'static str,
-    /// Share of the power that the angles fix and the rig's deterministic part takes away.
+    /// Share of the power that the rig's deterministic part explains.
     pub deterministic: f64,
-    /// RMS over bands of the residual's power against its variance under the rig, dB; about 0.1 where all is explained.
+    /// Residual power against its variance under the rig, RMS over bands, dB; about 0.1 for a complete fit.
     pub residual_db: f64,
 }
 
-/// A calibrated rig and what is known of it.
+/// Result of a calibration.
 #[derive(Clone, Debug, Serialize)]
 pub struct Calibration {
     /// The rig.
     #[serde(skip)]
     pub rig: Rig,
-    /// What is known of its parameters; nothing where a transmission path takes their place.
+    /// Prior of the rig's parameters; empty with a transmission path.
     #[serde(skip)]
     pub prior: ParameterPrior,
-    /// Parameters and noise levels; empty where a transmission path takes their place.
+    /// Parameters and noise levels; empty with a transmission path.
     pub parameters: Vec<Estimate>,
-    /// What the recordings do not determine.
+    /// Undetermined combinations of parameters.
     pub undetermined: Vec<Undetermined>,
     /// Poles of the transmission path of each channel that has one.
     pub path_poles: Vec<(String, usize)>,
     /// Angles of cage and shaft at the first sample of each recording, rad.
     pub angles_rad: Vec<(String, [f64; 2])>,
-    /// What the rig explains, on the fitted recordings.
+    /// Explained part of each channel, on the fitted recordings.
     pub explained: Vec<Explained>,
     /// Whether the search ended because there was no more to gain.
     pub converged: bool,
-    /// Which recordings took no part.
+    /// Names of the held-out recordings.
     pub held_out_recordings: String,
-    /// How near the rig comes to them.
+    /// Fit to the held-out recordings.
     pub held_out: Vec<HeldOut>,
 }
 
 /// Calibrates a bearing rig to recordings of the healthy machine.
 ///
-/// The parameters that count for `held_out` come from the other recordings; those that are returned from all of them.
+/// Parameters judged in `held_out` come from the other recordings, returned ones from all of them.
 ///
 /// # Errors
 /// Recordings without acceleration, speed or load, a rig that cannot run, an unknown that is a whole number.
@@ -117,7 +113,7 @@ pub fn calibrate(
     progress("searching with the recordings that are fitted");
     let (part, found) = fit(rig, &fitted)?;
     let explained = explained(&part, &found)?;
-    let far = explained.iter().any(|e| e.residual_db > LACKS_STRUCTURE_DB);
+    let far = explained.iter().any(|e| e.residual_db > SETTINGS.max_residual_db);
     let wants_path = options.path == PathChoice::AllPole || options.path == PathChoice::Auto && far;
     if wants_path {
         progress("identifying the transmission path");
@@ -153,7 +149,7 @@ pub fn calibrate(
     let before: Vec<f64> = whole.coordinates.iter().map(|c| rig.get(c.key).unwrap_or_default()).collect();
     let mut calibrated = whole.rig_at(&last.point.coordinates)?;
     let parameters = estimates(&whole.coordinates, &before, &last.point.coordinates, &covariance);
-    // What is known now is no guess any more.
+    // A determined parameter is no longer unknown.
     let known = |key: RigKey| parameters.iter().any(|p| p.key == key && p.determined);
     calibrated.unknown =
         rig.unknown_keys().into_iter().filter(|key| !known((*key).into())).map(|key| key.name().to_owned()).collect();
@@ -172,7 +168,7 @@ pub fn calibrate(
     })
 }
 
-/// What is sought: the unknown parameters, and the noise levels whether the rig's file calls them unknown or not.
+/// Sought coordinates: the unknown parameters, and the noise levels whether the rig's file calls them unknown or not.
 fn sought(rig: &Rig) -> Result<Vec<Coordinate>, CalibrateError> {
     let mut keys: Vec<RigKey> = rig.unknown_keys().into_iter().map(RigKey::from).collect();
     let noise = NOISE.into_iter().filter(|key| !keys.contains(key)).collect::<Vec<_>>();
@@ -184,8 +180,8 @@ fn sought(rig: &Rig) -> Result<Vec<Coordinate>, CalibrateError> {
 
 fn fit<'o>(rig: &Rig, observed: &'o [Observed]) -> Result<(Problem<'o>, Optimum), CalibrateError> {
     let mut rig = rig.clone();
-    for (key, least) in NOISE.into_iter().zip([1e-9, 1e-4]) {
-        // A logarithm needs somewhere to start.
+    for (key, least) in NOISE.into_iter().zip(SETTINGS.min_noise) {
+        // The logarithm of zero cannot be a start.
         if rig.get(key).is_some_and(|v| v < least) {
             rig.set(key, least)?;
         }
@@ -193,12 +189,12 @@ fn fit<'o>(rig: &Rig, observed: &'o [Observed]) -> Result<(Problem<'o>, Optimum)
     let all = sought(&rig)?;
     let noise_only = all.iter().filter(|c| NOISE.contains(&c.key)).cloned().collect();
     let mut problem = Problem::new(observed, rig, noise_only);
-    let quick = Limits { change: 2.0, ..Limits::default() };
+    let quick = Limits { change: SETTINGS.max_noise_change, ..Limits::default() };
     let found = search(&problem, problem.start()?, &quick)?;
     problem.rig = problem.rig_at(&found.point.coordinates)?;
     problem.coordinates = all;
     let found = search_from_rig(&problem)?;
-    // Angles that suited the guess need not suit what it has become.
+    // The angles that suited the guess need not suit the fitted rig.
     let again = Point { angles: problem.aligned(&problem.rig_at(&found.point.coordinates)?)?, ..found.point.clone() };
     let better = search(&problem, again, &Limits::default())?;
     let best =
@@ -210,7 +206,7 @@ fn explained(problem: &Problem, found: &Optimum) -> Result<Vec<Explained>, Calib
     let expected = problem.predict(&found.point)?;
     let of = |channel: usize| {
         let (mut total, mut left) = (0.0, 0.0);
-        let mut bands = [(0.0, 0usize); BANDS];
+        let mut bands = [(0.0, 0usize); SETTINGS.residual_bands];
         for (o, e) in problem.observed.iter().zip(&expected) {
             let Some(x) = &o.spectra[channel] else { continue };
             let bins = judged_bins(x, 1.0);
@@ -218,7 +214,7 @@ fn explained(problem: &Problem, found: &Optimum) -> Result<Vec<Explained>, Calib
                 let residual = (x[k] - e.mean[channel][k]).norm_sqr();
                 total += x[k].norm_sqr();
                 left += residual;
-                let band = &mut bands[(k - bins.start) * BANDS / bins.len()];
+                let band = &mut bands[(k - bins.start) * SETTINGS.residual_bands / bins.len()];
                 band.0 += residual / e.noise.variance[channel][k];
                 band.1 += 1;
             }
@@ -234,7 +230,7 @@ fn explained(problem: &Problem, found: &Optimum) -> Result<Vec<Explained>, Calib
     Ok([0, 1].into_iter().filter_map(of).collect())
 }
 
-/// The transmission path of each channel from a rig to recordings.
+/// Transmission path of each channel from a rig to recordings, theory (53).
 ///
 /// # Errors
 /// As [`calibrate`].
@@ -244,10 +240,10 @@ pub fn identify(rig: &Rig, measured: &[Recording], seed: u64) -> Result<Vec<Tran
     Ok(transfer_path::identify(measured, &replicates(&bare, measured, seed)?))
 }
 
-/// Runs of a rig under the conditions of recordings, [`REPLICATES`] times over, each with its own angles and noise.
+/// Runs of a rig under the conditions of recordings, some times over, each with its own angles and noise.
 fn replicates(rig: &Rig, recordings: &[Recording], seed: u64) -> Result<Vec<Recording>, CalibrateError> {
     let observed = Observed::from_recordings(recordings)?;
-    let repeated = std::iter::repeat_n(&observed, REPLICATES).flatten().enumerate();
+    let repeated = std::iter::repeat_n(&observed, SETTINGS.replicates).flatten().enumerate();
     let runs: Vec<Run> =
         repeated.map(|(index, o)| Run { rig, condition: o.condition, start: Start::of_series(seed, index) }).collect();
     Ok(simulate_many(&runs)?)
@@ -279,7 +275,7 @@ fn held_out(before: &Rig, after: &Rig, recordings: &[Recording], seed: u64) -> R
     Ok(out)
 }
 
-/// What a rig gives under a recording's condition, from the angles that suit the recording best, with noise by a seed.
+/// Simulation of a rig under a recording's condition, from the angles that suit the recording best, with noise by a seed.
 ///
 /// # Errors
 /// As [`calibrate`].

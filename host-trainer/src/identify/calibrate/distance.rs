@@ -1,22 +1,20 @@
-//! How far two spectra are apart.
+//! Log-spectral distance.
 
+use super::settings::CalibrationSettings;
 use crate::signal::spectrum::welch;
 
-/// Samples in a segment of the spectra that are compared.
-const SEGMENT: usize = 2048;
-/// What is this far below the greatest of the measured density is rounding.
-const FLOOR: f64 = 1e-9;
+const SETTINGS: CalibrationSettings = CalibrationSettings::DEFAULT;
 
-/// Log-spectral distance of two recordings of a channel, dB: root mean square over frequencies of ten times the
-/// logarithm of the ratio of their power densities (A. Gray, J. Markel, "Distance measures for speech processing", IEEE
+/// Log-spectral distance of two recordings of a channel, dB, theory (61): root mean square over frequencies of ten times
+/// the logarithm of the ratio of their power densities (A. Gray, J. Markel, "Distance measures for speech processing", IEEE
 /// Trans. ASSP 24 (1976) 380–391, eq. 5; Welch's densities, Hann windows of 2048 samples).
 ///
 /// `None` for recordings of under 8 samples.
 pub fn log_spectral(measured: &[f64], predicted: &[f64], sample_rate_hz: f64) -> Option<f64> {
-    let segment = SEGMENT.min(measured.len()).min(predicted.len());
+    let segment = SETTINGS.segment.min(measured.len()).min(predicted.len());
     let density = |samples: &[f64]| welch(&[samples], sample_rate_hz, segment);
     let (p, q) = (density(measured)?.values, density(predicted)?.values);
-    let floor = FLOOR * p.iter().copied().fold(0.0, f64::max);
+    let floor = SETTINGS.density_floor * p.iter().copied().fold(0.0, f64::max);
     let pairs = p.iter().zip(&q).filter(|(p, _)| **p > floor);
     let (sum, count) = pairs.fold((0.0, 0usize), |(sum, count), (p, q)| {
         (sum + (10.0 * ((p + 1e-30) / (q + 1e-30)).log10()).powi(2), count + 1)

@@ -1,4 +1,4 @@
-//! What a search has found, as values with intervals, and what the recordings do not tell.
+//! Estimates with intervals from a search, and undetermined combinations: theory (59) and (60).
 
 use crate::rig::config::RigKey;
 use faer::Mat;
@@ -6,48 +6,45 @@ use faer::Side;
 use faer::linalg::solvers::DenseSolveCore;
 use serde::Serialize;
 
+use super::settings::CalibrationSettings;
 use crate::identify::likelihood::coordinate::{Coordinate, Scale};
 use crate::identify::likelihood::problem::Expansion;
 
-/// 97.5 % quantile of the normal distribution.
+/// Quantile of the normal distribution at 97.5 %.
 const Z975: f64 = 1.959_963_985;
-/// A standard deviation beyond this, in a logarithm or in the coordinate's unit, is no knowledge: the interval's ends
-/// are a factor of four apart.
-const UNDETERMINED: f64 = 0.354;
-/// Share of a direction from which a parameter counts as part of it.
-const TAKES_PART: f64 = 0.3;
+const SETTINGS: CalibrationSettings = CalibrationSettings::DEFAULT;
 
-/// A parameter's value.
+/// Estimate of a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Estimate {
     /// Name, such as `outer.mass_kg`.
     pub key: RigKey,
     /// Value in the rig before.
     pub before: f64,
-    /// Most likely value.
+    /// Value of greatest likelihood.
     pub value: f64,
-    /// Interval that holds the truth with 95 % probability, if the rig is right otherwise.
+    /// 95 % confidence interval, if the rig is right otherwise.
     pub interval95: [f64; 2],
-    /// Whether the recordings tell it: the interval's ends are less than a factor of four apart.
+    /// Whether the recordings determine the parameter: the interval's ends are less than a factor of four apart.
     pub determined: bool,
 }
 
-/// Parameters that the recordings tell only together.
+/// Parameters of which the recordings determine only a combination.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Undetermined {
-    /// Their names.
+    /// Names of the parameters.
     pub keys: Vec<RigKey>,
-    /// The product of their powers that can be anything, such as `outer.mass_kg^0.7 · outer.stiffness_n_per_m^0.7`.
+    /// Undetermined product of powers, such as `outer.mass_kg^0.7 · outer.stiffness_n_per_m^0.7`.
     pub free: String,
-    /// Standard deviation of its logarithm.
+    /// Standard deviation of the product's logarithm.
     pub deviation: f64,
 }
 
-/// Covariance of the first `count` unknowns of an expansion at its optimum, the others free as well. What nothing depends
-/// on has an enormous variance.
+/// Covariance of the first `count` unknowns of an expansion at its optimum, the others free as well, theory (59). An
+/// unknown on which nothing depends has an enormous variance.
 ///
-/// It is the inverse of the information, widened where what bands pull at a parameter scatters more than the information
-/// says, as where the rig is not quite the machine: White, "Maximum likelihood estimation of misspecified models",
+/// The inverse of the information is widened where scores of bands scatter more than expected, because the rig is not quite
+/// the machine: White, "Maximum likelihood estimation of misspecified models",
 /// Econometrica 50 (1982) 1–25, eq. 3.4.
 pub fn covariance(expansion: &Expansion, count: usize) -> Mat<f64> {
     let inverse = inverse(&expansion.information);
@@ -62,7 +59,7 @@ pub fn covariance(expansion: &Expansion, count: usize) -> Mat<f64> {
 
 fn inverse(information: &Mat<f64>) -> Mat<f64> {
     let n = information.nrows();
-    // On a common scale, so that what is added to make it invertible is small beside everything that is known.
+    // On a common scale, so that the ridge that makes it invertible is small against all information.
     let scale: Vec<f64> = (0..n).map(|a| 1.0 / information[(a, a)].sqrt().max(1e-6)).collect();
     let scaled =
         Mat::from_fn(n, n, |a, b| information[(a, b)] * scale[a] * scale[b] + if a == b { 1e-10 } else { 0.0 });
@@ -73,22 +70,22 @@ fn inverse(information: &Mat<f64>) -> Mat<f64> {
     Mat::from_fn(n, n, |a, b| inverse[(a, b)] * scale[a] * scale[b])
 }
 
-/// What recordings of the healthy machine tell of a rig's parameters.
+/// Prior of a rig's parameters, from recordings of the healthy machine.
 #[derive(Clone, Debug)]
 pub struct ParameterPrior {
-    /// The parameters.
+    /// Parameters.
     pub coordinates: Vec<Coordinate>,
-    /// Their covariance.
+    /// Covariance of the parameters' coordinates.
     pub covariance: Mat<f64>,
 }
 
 impl ParameterPrior {
-    /// Nothing but what the rig's file says.
+    /// Prior without parameters: the rig's file is exact.
     pub fn none() -> Self {
         Self { coordinates: Vec::new(), covariance: Mat::zeros(0, 0) }
     }
 
-    /// Of these parameters only.
+    /// Prior of the parameters that `is_meant` selects.
     #[must_use]
     pub fn restricted_to(&self, is_meant: impl Fn(&Coordinate) -> bool) -> Self {
         let kept: Vec<usize> = (0..self.coordinates.len()).filter(|a| is_meant(&self.coordinates[*a])).collect();
@@ -99,9 +96,9 @@ impl ParameterPrior {
     }
 }
 
-/// Covariance of the first `count` unknowns of a problem that was solved with a rig of which no more than `knowledge` is
-/// known: as [`covariance`], and what the rig's parameters, did they err, would make them err. `expansion` is at that
-/// solution, with the rig's parameters after the first `count`.
+/// Covariance of the first `count` unknowns of a problem whose rig has uncertain parameters `knowledge`, theory (60): as
+/// [`covariance`], plus the effect of the parameters' errors. `expansion` is at the solution, with the rig's parameters
+/// after the first `count`.
 pub fn covariance_under(knowledge: &ParameterPrior, expansion: &Expansion, count: usize) -> Mat<f64> {
     let known = count..count + knowledge.coordinates.len();
     let free: Vec<usize> = (0..expansion.gradient.len()).filter(|a| !known.contains(a)).collect();
@@ -122,7 +119,7 @@ fn part(of: &Mat<f64>, rows: &[usize], columns: &[usize]) -> Mat<f64> {
     Mat::from_fn(rows.len(), columns.len(), |a, b| of[(rows[a], columns[b])])
 }
 
-/// Values and intervals.
+/// Estimates of the `sought` coordinates at `found`, with intervals.
 pub fn estimates(sought: &[Coordinate], before: &[f64], found: &[f64], covariance: &Mat<f64>) -> Vec<Estimate> {
     sought
         .iter()
@@ -136,17 +133,17 @@ pub fn estimates(sought: &[Coordinate], before: &[f64], found: &[f64], covarianc
                 before: before[a],
                 value: coordinate.to_value(found[a]),
                 interval95: [one.min(other), one.max(other)],
-                determined: deviation < UNDETERMINED,
+                determined: deviation < SETTINGS.undetermined_std,
             }
         })
         .collect()
 }
 
-/// Directions in which the recordings leave the parameters free.
+/// Undetermined directions of the parameters.
 pub fn undetermined(sought: &[Coordinate], covariance: &Mat<f64>) -> Vec<Undetermined> {
     let Ok(directions) = covariance.self_adjoint_eigen(Side::Lower) else { return Vec::new() };
     let (values, vectors) = (directions.S().column_vector(), directions.U());
-    let free = |k: &usize| values[*k].max(0.0).sqrt() >= UNDETERMINED;
+    let free = |k: &usize| values[*k].max(0.0).sqrt() >= SETTINGS.undetermined_std;
     (0..sought.len())
         .rev()
         .filter(free)
@@ -154,7 +151,8 @@ pub fn undetermined(sought: &[Coordinate], covariance: &Mat<f64>) -> Vec<Undeter
             let largest =
                 (0..sought.len()).map(|a| vectors[(a, k)]).fold(0.0f64, |l, v| if v.abs() > l.abs() { v } else { l });
             let part = |a: usize| vectors[(a, k)] * largest.signum();
-            let members: Vec<usize> = (0..sought.len()).filter(|a| part(*a).abs() >= TAKES_PART).collect();
+            let members: Vec<usize> =
+                (0..sought.len()).filter(|a| part(*a).abs() >= SETTINGS.min_direction_share).collect();
             let power = |a: &usize| match sought[*a].scale {
                 Scale::Log { .. } if members.len() == 1 => sought[*a].key.to_string(),
                 Scale::Log { .. } => format!("{}^{:.2}", sought[*a].key, part(*a)),
@@ -185,7 +183,7 @@ mod tests {
             .collect()
     }
 
-    /// Nothing pulls.
+    /// Expansion without scores.
     fn quiet(information: Mat<f64>) -> Expansion {
         let gradient = vec![0.0; information.nrows()];
         Expansion { neg_log_likelihoods: Vec::new(), excess: 0.0, gradient, scores: Vec::new(), information }
@@ -217,7 +215,7 @@ mod tests {
         assert!((values[2].interval95[1] - 0.098f64.exp()).abs() < 1e-3, "{values:?}");
     }
 
-    /// Bands that pull at it twice as hard as the information says, and half as hard.
+    /// Scores twice as large as expected from the information, and half as large.
     #[test]
     fn a_parameter_that_bands_disagree_about_has_a_wider_interval() {
         let expansion = |pull: f64| Expansion {
@@ -229,7 +227,7 @@ mod tests {
         assert!((covariance(&expansion(1.0), 1)[(0, 0)] - 0.01).abs() < 1e-9);
     }
 
-    /// What is told of a sum, where one of its terms is known from elsewhere: the other has the variances of both.
+    /// Sum of two terms of which one is known from elsewhere: the other has the variances of both.
     #[test]
     fn what_is_hardly_known_of_the_rig_widens_what_it_can_stand_for() {
         let sum = quiet(Mat::from_fn(2, 2, |_, _| 400.0));
@@ -248,7 +246,7 @@ mod tests {
         );
     }
 
-    /// What the other unknowns could do instead counts against an estimate.
+    /// Correlation with the other unknowns widens an estimate's interval.
     #[test]
     fn invariant_covariance_is_that_of_the_whole() {
         let information = Mat::from_fn(2, 2, |a, b| if a == b { 2.0 } else { 1.0 });

@@ -1,31 +1,31 @@
-//! Which recordings are fitted, and which are kept to judge the fit by.
+//! Split into fitted and held-out recordings.
 
+use super::settings::CalibrationSettings;
 use crate::recording::{Channel, Recording};
 
-/// Share of the recordings, or of the one there is, that takes no part.
-const HELD_OUT: f64 = 0.25;
+const SETTINGS: CalibrationSettings = CalibrationSettings::DEFAULT;
 
-/// Recordings that are fitted, and recordings that take no part.
+/// Fitted and held-out recordings.
 #[derive(Clone, Debug)]
 pub struct Split {
-    /// Fitted.
+    /// Fitted recordings.
     pub fitted: Vec<Recording>,
-    /// Kept out.
+    /// Held-out recordings.
     pub held_out: Vec<Recording>,
 }
 
 impl Split {
-    /// The last quarter of the recordings is held out; of a single one its last quarter.
+    /// Split with the last quarter of the recordings held out; of a single one its last quarter.
     pub fn new(recordings: &[Recording]) -> Self {
         if let [only] = recordings {
-            let cut = ((1.0 - HELD_OUT) * only.len() as f64) as usize;
+            let cut = ((1.0 - SETTINGS.held_out_share) * only.len() as f64) as usize;
             return Self { fitted: vec![part(only, 0..cut)], held_out: vec![part(only, cut..only.len())] };
         }
-        let kept = recordings.len() - (HELD_OUT * recordings.len() as f64).ceil() as usize;
+        let kept = recordings.len() - (SETTINGS.held_out_share * recordings.len() as f64).ceil() as usize;
         Self { fitted: recordings[..kept].to_vec(), held_out: recordings[kept..].to_vec() }
     }
 
-    /// The held-out ones in words.
+    /// Description of the held-out recordings.
     pub fn describe(&self) -> String {
         match (self.fitted.as_slice(), self.held_out.as_slice()) {
             ([one], [rest]) if one.source == rest.source => {

@@ -66,7 +66,7 @@ fn what_a_channel_does_not_see_is_said_to_be_undetermined() {
     assert_eq!(done.rig.unknown, [ModelKey::ResonatorDamping.name()]);
 }
 
-/// A structure that no rig has takes a path; a rig of the right kind takes none, and reaches the floor.
+/// A structure that no rig has is identified as a path; a rig of the right kind has none, and reaches the floor.
 #[test]
 fn a_path_is_identified_where_one_is() {
     let truth = nominal();
@@ -107,6 +107,6 @@ fn literature_the_path_of_a_real_machine_is_identified() {
     (recordings[0].shaft_hz, recordings[0].load_n) = (Some(29.93), Some(300.0));
     let done = calibrate(&nominal(), &recordings, &Options::default(), &|_| ()).unwrap();
     let held = &done.held_out[0];
-    // 16.6 dB before, 4.4 after: half way between shows that the path is there, and does not hang on digits.
+    // 16.6 dB before, 4.4 after: bounds half way between show the path without depending on digits.
     assert!(held.after_db < 6.0 && held.before_db > 12.0, "{held:?}");
 }

@@ -1,21 +1,19 @@
-//! Identification of the structure between rig and sensor.
+//! Identification of the structure between rig and sensor, theory (53).
 
 use realfft::num_complex::Complex;
 
+use super::settings::CalibrationSettings;
 use crate::identify::likelihood::observed::{CHANNELS, accelerations};
 use crate::recording::Recording;
 use crate::rig::transfer_path::TransmissionPath;
 use crate::signal::spectrum::{Spectrum, welch};
 use crate::signal::transform::{forward_plan, inverse_plan};
 
-/// Samples in a segment of the densities.
-const SEGMENT: usize = 2048;
-/// Numbers of poles that are tried.
-const POLES: [usize; 10] = [2, 4, 8, 12, 16, 24, 32, 48, 64, 96];
+const SETTINGS: CalibrationSettings = CalibrationSettings::DEFAULT;
 
-/// The path of each channel that was measured: that which takes the density of `simulated` to the density of `measured`.
-/// The number of poles is chosen on the second half of the measured recordings, with the filter from the first, and the
-/// filter then taken from all.
+/// Transmission path of each measured channel, from the density of `simulated` to the density of `measured`. The number of
+/// poles is chosen on the second halves of the measured recordings, with the filter from the first halves; the filter
+/// returned is fitted to both.
 pub fn identify(measured: &[Recording], simulated: &[Recording]) -> Vec<TransmissionPath> {
     (0..2).filter_map(|channel| of_channel(measured, simulated, channel)).collect()
 }
@@ -24,7 +22,7 @@ fn of_channel(measured: &[Recording], simulated: &[Recording], channel: usize) -
     let rate = measured.first()?.sample_rate_hz;
     let (measured, simulated) = (signals(measured, channel), signals(simulated, channel));
     let shortest = measured.iter().map(|s| s.len()).min()?;
-    let segment = SEGMENT.min(shortest / 2);
+    let segment = SETTINGS.segment.min(shortest / 2);
     let density = |signals: &[&[f64]]| welch(signals, rate, segment);
     let rig = density(&simulated)?;
     let half = |from: usize| -> Vec<&[f64]> {
@@ -40,7 +38,8 @@ fn of_channel(measured: &[Recording], simulated: &[Recording], channel: usize) -
         let h = filter(&first, *poles).power(segment);
         second.iter().zip(&h).skip(1).map(|(r, h)| (r / h).ln().powi(2)).sum()
     };
-    let poles = POLES
+    let poles = SETTINGS
+        .path_poles
         .into_iter()
         .filter(|p| 4 * p < segment)
         .min_by(|a, b| neg_log_likelihood(a).total_cmp(&neg_log_likelihood(b)))?;
@@ -52,14 +51,13 @@ fn signals(recordings: &[Recording], channel: usize) -> Vec<&[f64]> {
     recordings.iter().filter_map(|r| accelerations(r)[channel]).map(|c| c.samples.as_slice()).collect()
 }
 
-/// The power whose logarithm has no finer structure than as many cosines: what is left of lines, which are the machine's
-/// turning and not its structure, is their mean in decibels (cepstral smoothing; A. V. Oppenheim, R. W. Schafer,
-/// "Discrete-Time Signal Processing", chapter 13).
+/// Power smoothed in the cepstrum to as many cosines (A. V. Oppenheim, R. W. Schafer, "Discrete-Time Signal Processing",
+/// chapter 13): lines, which come from the machine's rotation and not its structure, are levelled.
 fn smoothed(power: &[f64], cosines: usize) -> Vec<f64> {
     let length = 2 * (power.len() - 1);
     let (inverse, forward) = (inverse_plan(length), forward_plan(length));
     let mut log: Vec<Complex<f64>> = power.iter().map(|p| Complex::new(p.max(f64::MIN_POSITIVE).ln(), 0.0)).collect();
-    // The mean was taken out before, so that nothing is known of the lowest bin; it is as its neighbour.
+    // The mean was removed before, so that the lowest bin takes its neighbour's value.
     log[0] = log[1];
     let mut cepstrum = inverse.make_output_vec();
     inverse.process(&mut log, &mut cepstrum).unwrap_or_default();

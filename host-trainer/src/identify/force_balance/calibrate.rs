@@ -1,4 +1,4 @@
-//! The rig's unknown parameters from healthy recordings.
+//! Unknown parameters of a rig from healthy recordings: force balance or simulation, theory (62) to (68).
 
 use crate::rig::config::RigKey;
 use serde::Serialize;
@@ -7,6 +7,7 @@ use super::{
     equation::{self, Equation, Parameter},
     error::BalanceError,
     regression::{self, Fit},
+    settings::BalanceSettings,
     shooting::{self, Refined},
     states::States,
     traces::{self, HeldOutTrace},
@@ -14,88 +15,81 @@ use super::{
 use crate::recording::Recording;
 use crate::rig::Rig;
 
-/// How far above the sensor's noise a simulation's error may lie for the simulation to be believed.
-const CONSISTENT: f64 = 1.6;
-/// Share of the signal below which it is believed too: no sensor noise to speak of, and numerical error.
-const NEGLIGIBLE: f64 = 1e-4;
-/// Half-width of an interval, as a share of the value, beyond which the data do not determine a parameter.
-const OPEN: f64 = 1.0;
-/// |correlation| of two estimates above which only a combination of them is determined.
-const TIED: f64 = 0.95;
+const SETTINGS: BalanceSettings = BalanceSettings::DEFAULT;
 
-/// How an estimate was made.
+/// Method of an estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// By simulation, whose error is the sensor's noise.
+    /// Simulation, whose residual is the sensor's noise.
     Simulation,
-    /// By the force balance: the simulation leaves more than the sensor's noise, so forces disturb the machine.
+    /// Force balance: the simulation's residual exceeds the sensor's noise, so that forces disturb the machine.
     ForceBalance,
 }
 
 /// A fitted parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Estimate {
-    /// Its key in `rig.toml`.
+    /// Key in `rig.toml`.
     pub key: String,
-    /// Its unit.
+    /// Unit.
     pub unit: &'static str,
-    /// What the file had.
+    /// Value of the file.
     pub guess: f64,
-    /// The estimate.
+    /// Estimated value.
     pub value: f64,
     /// 95 % interval.
     pub interval95: [f64; 2],
 }
 
-/// Error on recordings that took no part in the fit, root mean square.
+/// Root mean square error on held-out recordings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HeldOutError {
-    /// Which recordings, or which part of the only one.
+    /// Held-out recordings, or part of the only one.
     pub recordings: String,
-    /// Force that the balance leaves with the file's values, N.
+    /// Residual of the balance with the file's values, N.
     pub balance_before_n: f64,
-    /// With the fitted ones.
+    /// Residual of the balance with the fitted values, N.
     pub balance_after_n: f64,
-    /// What the simulation leaves of the measured signal with the file's values, in its unit; none where it diverges.
+    /// Residual of the simulation with the file's values, in the sensor's unit; `None` if it diverges.
     pub simulation_before: Option<f64>,
-    /// With the fitted ones.
+    /// Residual of the simulation with the fitted values, in the sensor's unit; `None` if it diverges.
     pub simulation_after: Option<f64>,
-    /// Length of the windows that were simulated, each from a fitted start, s.
+    /// Length of the simulated windows, each from a fitted start, s.
     pub window_s: f64,
 }
 
 /// The result of a calibration.
 #[derive(Clone, Debug, Serialize)]
 pub struct SdofCalibration {
-    /// The rig with the fitted values; `unknown` stays, for what is fitted is no more certain than its interval.
+    /// Rig with the fitted values; `unknown` stays, as a fitted value is no more certain than its interval.
     #[serde(skip)]
     pub rig: Rig,
-    /// One for each unknown parameter that the data determine at all.
+    /// Estimates of the unknown parameters that the data determine.
     pub estimates: Vec<Estimate>,
-    /// Sentences on what the data cannot determine.
+    /// Sentences on undetermined parameters.
     pub undetermined: Vec<String>,
-    /// How the estimates were made.
+    /// Method of the estimates.
     pub method: Method,
-    /// On recordings that took no part; `None` where the data are too short to spare any.
+    /// Error on held-out recordings; `None` if the data are too short to hold any out.
     pub held_out: Option<HeldOutError>,
-    /// Those recordings, by the rig of the file and by one fitted to the others.
+    /// Held-out recordings, by the rig of the file and by one fitted to the others.
     #[serde(skip)]
     pub traces: Vec<HeldOutTrace>,
-    /// Noise of the sensor, standard deviation in its unit, from the spectrum above the signal's band.
+    /// Standard deviation of the sensor's noise in its unit, from the spectrum above the signal's band.
     pub sensor_noise_std: f64,
-    /// Frequency at which the balance's filter leaves half the amplitude, Hz.
+    /// Frequency at which the gain of the balance's filter is one half, Hz.
     pub cutoff_hz: f64,
 }
 
 /// Fits the rig's unknown parameters to healthy recordings with channels `u` and `q` (or `qdd`).
 ///
 /// The force balance gives a first estimate (IDIM-LS, Gautier, Janot, Vandanjon 2013), simulation over whole recordings
-/// the final one where its error is no more than the sensor's noise. Intervals allow for correlated rows.
+/// the final one if theory (68) accepts it. Intervals allow for correlated rows.
 ///
 /// # Errors
 ///
-/// A rig of another kind, recordings without what is needed, nothing unknown, or nothing that the data determine.
+/// A rig of another kind, recordings without the needed channels, no unknown parameter, or none that the data determine.
 pub fn calibrate_sdof(rig: &Rig, recordings: &[Recording]) -> Result<SdofCalibration, BalanceError> {
     let machine = equation::machine(rig)?;
     let mut states = States::new(recordings)?;
@@ -133,19 +127,23 @@ pub fn calibrate_sdof(rig: &Rig, recordings: &[Recording]) -> Result<SdofCalibra
 
 /// A fit of the rig's own parameters.
 pub struct OwnFit {
-    /// The rig with them.
+    /// Rig with the fitted parameters.
     pub rig: Rig,
-    /// What could be determined.
+    /// Determined parameters.
     pub determined: Vec<Parameter>,
-    /// Values and covariance in that order.
+    /// Values and covariance in the order of `determined`.
     pub fit: Fit,
-    /// How.
+    /// Method of the estimates.
     pub method: Method,
-    /// Sentences.
+    /// Sentences on undetermined parameters.
     pub undetermined: Vec<String>,
 }
 
-/// Fits `unknown`.
+/// Fits the parameters `unknown`.
+///
+/// # Errors
+///
+/// A rig of another kind, or no parameter that the data determine.
 pub fn fit(rig: &Rig, states: &States, unknown: &[Parameter]) -> Result<OwnFit, BalanceError> {
     let equation = Equation::new(rig, states)?;
     let (determined, mut undetermined) = determined(&equation, unknown);
@@ -156,7 +154,7 @@ pub fn fit(rig: &Rig, states: &States, unknown: &[Parameter]) -> Result<OwnFit, 
     let balance = balance(&equation, &determined, states).ok_or_else(nothing)?;
     let mut start = rig.clone();
     for (parameter, value) in determined.iter().zip(&balance.values) {
-        // A damping that came out a little below zero: the least that a rig can have.
+        // An estimate out of range, such as a slightly negative damping, is raised to the least value.
         let value =
             if rig.domain(parameter.key().into()).is_some_and(|d| d.holds(*value)) { *value } else { value.max(1e-9) };
         start.set(parameter.key(), value)?;
@@ -171,25 +169,25 @@ pub fn fit(rig: &Rig, states: &States, unknown: &[Parameter]) -> Result<OwnFit, 
     Ok(OwnFit { rig, determined, fit, method, undetermined })
 }
 
-/// Whether a simulation leaves no more than the sensor's noise.
+/// Whether a simulation's residual is no more than the sensor's noise, theory (68).
 pub fn consistent(refined: &Refined, states: &States) -> bool {
     let count: usize = states.tracks.iter().map(|t| t.len()).sum();
     let square: f64 = states.tracks.iter().flat_map(|t| &t.sensed).map(|x| x * x).sum();
     let signal = (square / count.max(1) as f64).sqrt();
-    refined.rms <= (CONSISTENT * states.band.noise_std).max(NEGLIGIBLE * signal)
+    refined.rms <= (SETTINGS.max_noise_ratio * states.band.noise_std).max(SETTINGS.max_signal_ratio * signal)
 }
 
-/// Least squares of the balance.
+/// Least squares of the balance on the columns of `unknown`, theory (62) and (66).
 pub fn balance(equation: &Equation, unknown: &[Parameter], states: &States) -> Option<Fit> {
     let columns: Vec<Vec<f64>> = unknown.iter().map(|p| equation.column(*p).to_vec()).collect();
     let target = equation.target(unknown);
     let groups: Vec<usize> = states.tracks.iter().map(|t| t.rows.len()).collect();
-    let rough = regression::least_squares(&columns, &target, &groups, 4)?;
+    let rough = regression::least_squares(&columns, &target, &groups, SETTINGS.min_lags)?;
     let lags = regression::correlation_length(&rough.residual, &groups);
     regression::least_squares(&columns, &target, &groups, lags)
 }
 
-/// The parameters that can be fitted together, and sentences on the others.
+/// Parameters that can be fitted together, and sentences on the others.
 pub fn determined(equation: &Equation, unknown: &[Parameter]) -> (Vec<Parameter>, Vec<String>) {
     let (mut left, mut sentences) = (unknown.to_vec(), Vec::new());
     // The last of a dependent set keeps its value: the gain before the mass.
@@ -223,14 +221,15 @@ pub fn determined(equation: &Equation, unknown: &[Parameter]) -> (Vec<Parameter>
     (left, sentences)
 }
 
-/// Sentences on parameters whose interval says nothing.
+/// Sentences on parameters whose interval is wider than their value.
 fn too_wide(parameters: &[Parameter], fit: &Fit) -> Vec<String> {
     let half = fit.half_widths();
-    let wide = |i: &usize| half[*i] > OPEN * fit.values[*i].abs();
+    let wide = |i: &usize| half[*i] > SETTINGS.max_half_width * fit.values[*i].abs();
     let mut sentences = Vec::new();
     for i in (0..parameters.len()).filter(wide) {
         let variance = |j: usize| fit.covariance[j][j].max(f64::MIN_POSITIVE);
-        let tied = |j: &usize| *j != i && (fit.covariance[i][*j] / (variance(i) * variance(*j)).sqrt()).abs() > TIED;
+        let correlation = |j: usize| fit.covariance[i][j] / (variance(i) * variance(j)).sqrt();
+        let tied = |j: &usize| *j != i && correlation(*j).abs() > SETTINGS.max_correlation;
         let partners: Vec<&str> = (0..parameters.len()).filter(tied).map(|j| parameters[j].key().name()).collect();
         let key = parameters[i].key();
         sentences.push(if partners.is_empty() {
@@ -242,7 +241,7 @@ fn too_wide(parameters: &[Parameter], fit: &Fit) -> Vec<String> {
     sentences
 }
 
-/// Fits without some recordings, and measures the error on those.
+/// Error on held-out recordings of a fit to the others.
 fn held_out(rig: &Rig, states: &States, unknown: &[Parameter]) -> Option<(HeldOutError, Vec<HeldOutTrace>)> {
     let (train, test, recordings) = states.split()?;
     let after = fit(rig, &train, unknown).ok()?;

@@ -1,4 +1,4 @@
-//! The known part of the equation of motion, and what is unknown of it.
+//! Columns of the equation of motion, and its known part: theory (62).
 
 use super::{
     error::BalanceError,
@@ -15,23 +15,23 @@ use crate::rig::{
 /// A parameter of the rig as a column of the balance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parameter {
-    /// m: q̈.
+    /// Mass m, column q̈.
     Mass,
-    /// c: q̇.
+    /// Damping c, column q̇.
     Damping,
-    /// k: g(q).
+    /// Stiffness k, column g(q).
     Stiffness,
-    /// Gain: −u.
+    /// Input gain, column −u.
     Gain,
-    /// Gravity: −1.
+    /// Constant force G, column −1.
     Gravity,
 }
 
 impl Parameter {
-    /// All of them, as `rig.toml` names them.
+    /// All parameters.
     pub const ALL: [Self; 5] = [Self::Mass, Self::Damping, Self::Stiffness, Self::Gain, Self::Gravity];
 
-    /// The key in `rig.toml`.
+    /// Key in `rig.toml`.
     pub fn key(self) -> ModelKey {
         match self {
             Self::Mass => ModelKey::Mass,
@@ -42,7 +42,7 @@ impl Parameter {
         }
     }
 
-    /// Its unit.
+    /// Unit.
     pub fn unit(self) -> &'static str {
         match self {
             Self::Mass => "kg",
@@ -53,7 +53,7 @@ impl Parameter {
         }
     }
 
-    /// Its value.
+    /// Value of the parameter in a rig.
     pub fn value_in(self, rig: &SdofRig) -> f64 {
         match self {
             Self::Mass => rig.mass_kg,
@@ -68,9 +68,9 @@ impl Parameter {
 /// The five columns that the rig's own parameters multiply: Σ p_i X_i = 0 for a machine without effects.
 #[derive(Clone, Debug)]
 pub struct Equation {
-    /// In the order of [`Parameter::ALL`], each of [`States::rows`] rows.
+    /// Columns in the order of [`Parameter::ALL`], each of [`States::rows`] rows.
     pub columns: [Vec<f64>; 5],
-    /// What the effects that the rig already has leave of the balance, N.
+    /// Force of the effects that the rig already has, N.
     pub effects: Vec<f64>,
     /// The rig.
     pub rig: SdofRig,
@@ -91,7 +91,7 @@ impl Equation {
         let effects = states.column(|track| forces(&plan, track, states.step_s()));
         let restoring = match rig.restoring {
             Restoring::Linear => states.position(),
-            // Only what sin q has beyond q is taken from smoothed states.
+            // Only the nonlinear part sin q − q is taken from smoothed states.
             Restoring::Pendulum => {
                 let beyond = states.column(|track| track.position.iter().map(|q| q.sin() - q).collect());
                 states.position().iter().zip(beyond).map(|(q, beyond)| q + beyond).collect()
@@ -113,8 +113,7 @@ impl Equation {
         &self.columns[parameter as usize]
     }
 
-    /// What the unknown parameters and missing effects must make up for: gain · u + gravity − m q̈ − c q̇ − k g(q) without
-    /// the unknown ones, N.
+    /// Target of the regression, N: gain · u + gravity − m q̈ − c q̇ − k g(q) plus effects, without the terms of `unknown`.
     pub fn target(&self, unknown: &[Parameter]) -> Vec<f64> {
         let mut target = self.effects.clone();
         for parameter in Parameter::ALL.into_iter().filter(|p| !unknown.contains(p)) {
@@ -125,7 +124,7 @@ impl Equation {
     }
 }
 
-/// The forces of a plan's effects on the mass at each sample of a recording, N.
+/// Force of an assembly's effects on the mass at each sample of a recording, N.
 pub fn forces(plan: &Assembly, track: &Track, step_s: f64) -> Vec<f64> {
     let (mut q, mut v) = ([0.0; DOFS], [0.0; DOFS]);
     let one = |k: usize| {
@@ -138,11 +137,11 @@ pub fn forces(plan: &Assembly, track: &Track, step_s: f64) -> Vec<f64> {
     (0..track.len()).map(one).collect()
 }
 
-/// The rig's machine, if it is one of one degree of freedom.
+/// Machine of a rig of one degree of freedom.
 ///
 /// # Errors
 ///
-/// Another kind of rig.
+/// A rig of another kind.
 pub fn machine(rig: &Rig) -> Result<&SdofRig, BalanceError> {
     match &rig.model {
         Machine::Sdof(machine) => Ok(machine),
@@ -150,7 +149,7 @@ pub fn machine(rig: &Rig) -> Result<&SdofRig, BalanceError> {
     }
 }
 
-/// The parameters that the rig's `unknown` names.
+/// Parameters named by the rig's `unknown`.
 pub fn unknown(rig: &Rig) -> Vec<Parameter> {
     let keys = rig.unknown_keys();
     Parameter::ALL.into_iter().filter(|p| keys.iter().any(|k| *k == p.key())).collect()

@@ -1,8 +1,8 @@
-//! Why a force balance cannot be drawn up.
+//! Errors of a force balance.
 
 use crate::rig::RigError;
 
-/// What stands in the way.
+/// Errors of a force balance.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BalanceError {
@@ -20,15 +20,15 @@ pub enum BalanceError {
     BadRecording {
         /// The recording.
         recording: String,
-        /// What it has.
+        /// Contents of the recording.
         found: String,
-        /// What it should have.
+        /// Expected contents.
         expected: String,
     },
     /// No parameter is unknown, or none can be determined.
     #[error("found nothing to determine, expected {expected}")]
     Nothing {
-        /// What there should be.
+        /// Expected input.
         expected: String,
     },
     /// The rig cannot be run.

@@ -1,16 +1,14 @@
-//! The filters that every term of the equation of motion passes alike, so that it still holds behind them.
+//! Filters that every term of the equation of motion passes alike, so that it still holds behind them: theory (63) to (65).
 //!
-//! A Gaussian kernel of at least 1.2 samples is band-limited: what a signal of up to a fifth of the sample rate folds back is 1e-7 of it. Its analytic
-//! derivatives sampled are therefore derivatives of the smoothed signal: no error of central differences, whatever the
-//! frequency (the aim of the parallel low-pass and decimation of Gautier, Janot, Vandanjon, "A new closed-loop output
-//! error method for parameter identification of robot dynamics", IEEE TCST 21 (2013) 428–444).
+//! A Gaussian kernel of at least 1.2 samples is band-limited: a signal of up to a fifth of the sample rate has aliases of
+//! 1e-7. The sampled analytic derivatives are therefore derivatives of the smoothed signal, without the error of central
+//! differences at any frequency (the aim of the parallel low-pass and decimation of Gautier, Janot, Vandanjon, "A new
+//! closed-loop output error method for parameter identification of robot dynamics", IEEE TCST 21 (2013) 428–444).
 
+use super::settings::BalanceSettings;
 use crate::signal::transform::{forward_plan, inverse_plan};
 
-/// Narrowest kernel whose sampled derivatives are exact to 1e-7, samples.
-pub const NARROWEST: f64 = 1.2;
-/// Standard deviations after which a kernel ends.
-const REACH: f64 = 6.5;
+const SETTINGS: BalanceSettings = BalanceSettings::DEFAULT;
 
 /// A finite symmetric or antisymmetric kernel: y_k = Σ_j taps_j x_(k − j + reach).
 #[derive(Clone, Debug, PartialEq)]
@@ -27,10 +25,10 @@ impl Kernel {
         Self::delayed(deviation, order, step_s, 0.0, 0.0)
     }
 
-    /// The same with a delay in samples, and widened by a variance in samples².
+    /// Gaussian, or its derivative, with a delay in samples, and widened by a variance in samples².
     pub fn delayed(deviation: f64, order: usize, step_s: f64, delay: f64, widened: f64) -> Self {
         let variance = deviation * deviation + widened;
-        let reach = (REACH * variance.sqrt()).ceil() as usize + 1;
+        let reach = (SETTINGS.kernel_reach_std * variance.sqrt()).ceil() as usize + 1;
         let tap = |j: usize| {
             let t = j as f64 - reach as f64 - delay;
             let bell = (-0.5 * t * t / variance).exp() / (std::f64::consts::TAU * variance).sqrt();
@@ -43,8 +41,8 @@ impl Kernel {
         Self { taps: (0..=2 * reach).map(tap).collect(), reach }
     }
 
-    /// A low-pass that is flat in its band: 1 − (1 − G)⁴ of a Gaussian's gain G, or its derivative (twicing, J. W. Tukey,
-    /// "Exploratory Data Analysis", 1977). Where G is 0.84 it leaves all but 7e-4.
+    /// Low-pass that is flat in its band, theory (65): 1 − (1 − G)⁴ of a Gaussian's gain G, or its derivative (twicing,
+    /// J. W. Tukey, "Exploratory Data Analysis", 1977). For G = 0.84 the gain is 1 − 7e-4.
     pub fn flat(deviation: f64, order: usize, step_s: f64) -> Self {
         let parts = [(4.0, 1.0), (-6.0, 2.0), (4.0, 3.0), (-1.0, 4.0f64)];
         let each = parts.map(|(weight, times)| (weight, Self::gaussian(deviation * times.sqrt(), order, step_s)));
@@ -78,19 +76,19 @@ impl Kernel {
     }
 }
 
-/// High-pass of a recording that was only measured as acceleration, and its integrals: zero phase, by the Fourier
-/// transform, gain (1 − exp(−f²/f₀²))², whose response does not ring and is as good as over after two periods of f₀.
+/// High-pass of a measured acceleration, and its integrals: zero phase, by the Fourier transform, gain G_high of
+/// theory (65), whose response does not ring and has decayed after two periods of f₀.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HighPass {
-    /// f₀, Hz.
+    /// Corner f₀, Hz.
     pub corner_hz: f64,
     /// Samples per second.
     pub sample_rate_hz: f64,
 }
 
 impl HighPass {
-    /// The signal, integrated `integrals` times, without what lies below the corner. The recording is taken to be at rest
-    /// before and after; two periods of the corner at either end are not to be trusted.
+    /// Signal integrated `integrals` times, without frequencies below the corner. The recording is taken to be at rest
+    /// before and after; two periods of the corner at either end are unreliable.
     pub fn apply(&self, signal: &[f64], integrals: i32) -> Vec<f64> {
         let n = signal.len();
         let pad = (4.0 * self.sample_rate_hz / self.corner_hz).ceil() as usize;
@@ -122,12 +120,12 @@ impl HighPass {
     }
 }
 
-/// Prediction-error filter 1, −a₁, … of an autocovariance by Levinson's recursion (Durbin 1960), and the variance it
-/// leaves. One lag more than the order must be given.
+/// Prediction-error filter 1, −a₁, … of an autocovariance by Levinson's recursion (Durbin 1960), and its residual
+/// variance. One lag more than the order must be given.
 pub fn levinson(autocovariance: &[f64]) -> (Vec<f64>, f64) {
     let order = autocovariance.len() - 1;
     let mut filter = vec![1.0];
-    // Enough white noise that a spectrum with deep gaps is not inverted beyond what numbers hold.
+    // White noise that keeps the inverse of a spectrum with deep gaps finite.
     let mut left = autocovariance[0] * (1.0 + 1e-9);
     for m in 1..=order {
         let product: f64 = filter.iter().enumerate().map(|(j, a)| a * autocovariance[m - j]).sum();
@@ -149,13 +147,14 @@ pub fn levinson(autocovariance: &[f64]) -> (Vec<f64>, f64) {
 mod tests {
     use super::*;
 
-    /// d/dt of the smoothed signal is the smoothed derivative, up to a fifth of the sample rate.
+    /// Derivative of the smoothed signal equals the smoothed derivative, up to a fifth of the sample rate.
     #[test]
     fn invariant_derivatives_of_a_smoothed_tone_are_exact() {
         let (step, omega) = (1e-3, 0.2 * std::f64::consts::TAU / 1e-3);
         let tone: Vec<f64> = (0..200).map(|k| (omega * k as f64 * step).sin()).collect();
-        let at = |order| Kernel::gaussian(NARROWEST, order, step).at(&tone, &[100])[0];
-        let gain = (-0.5 * (NARROWEST * omega * step).powi(2)).exp();
+        let narrowest = SETTINGS.min_kernel_std;
+        let at = |order| Kernel::gaussian(narrowest, order, step).at(&tone, &[100])[0];
+        let gain = (-0.5 * (narrowest * omega * step).powi(2)).exp();
         let (s, c) = (omega * 100.0 * step).sin_cos();
         for (order, expected) in [(0, s), (1, omega * c), (2, -omega * omega * s)] {
             assert!((at(order) - gain * expected).abs() < 1e-6 * omega.powi(order as i32), "{order}");

@@ -4,15 +4,13 @@
 use faer::Mat;
 
 use super::filter::{Kernel, levinson};
+use super::settings::BalanceSettings;
 use super::states::States;
 
-/// Relative pivot below which columns count as dependent.
-const DEPENDENT: f64 = 1e-9;
-/// Order of the whitening filter, in rows.
-const ORDER: usize = 12;
+const SETTINGS: BalanceSettings = BalanceSettings::DEFAULT;
 
-/// What disturbs the balance: noise of the sensor behind the filter's derivatives, and forces on the machine. The
-/// balance is whitened by this model of it rather than by what a fit leaves, whose own error would be whitened away too.
+/// Whitening of the balance's disturbances, theory (69): sensor noise behind the filter's derivatives, and force noise.
+/// A model of the disturbances is used rather than a fit's residual, whose lack of fit would be whitened away too.
 #[derive(Clone, Debug)]
 pub struct Whitening {
     filter: Vec<f64>,
@@ -21,8 +19,8 @@ pub struct Whitening {
 }
 
 impl Whitening {
-    /// For noise of the sensor through the kernel of m q̈ + c q̇ + k q, and white force noise of a variance (N², behind
-    /// the filter).
+    /// Whitening of sensor noise through `noise_kernel` of m q̈ + c q̇ + k q, and of white force noise of a variance, N²,
+    /// behind the filter.
     pub fn new(states: &States, noise_kernel: &[f64], force_variance: f64) -> Self {
         let variance = states.band.noise_std * states.band.noise_std;
         let bell = Kernel::gaussian(states.deviation, 0, states.step_s()).taps;
@@ -30,9 +28,10 @@ impl Whitening {
         let at = |lag: usize| {
             variance * overlap(noise_kernel, lag * states.stride) + force * overlap(&bell, lag * states.stride)
         };
-        let (filter, left) = levinson(&(0..=ORDER).map(at).collect::<Vec<_>>());
-        // One sensor sample reaches the rows that it touches through kernel and whitening alike.
-        let mut joint = vec![0.0; noise_kernel.len() + ORDER * states.stride];
+        let order = SETTINGS.whitening_order;
+        let (filter, left) = levinson(&(0..=order).map(at).collect::<Vec<_>>());
+        // One sensor sample reaches rows through kernel and whitening alike.
+        let mut joint = vec![0.0; noise_kernel.len() + order * states.stride];
         for (row, weight) in filter.iter().enumerate() {
             for (j, tap) in noise_kernel.iter().enumerate() {
                 joint[row * states.stride + j] += weight * tap;
@@ -44,8 +43,8 @@ impl Whitening {
         Self { filter: filter.into_iter().map(|a| a * scale).collect(), sensor_variance }
     }
 
-    /// Whitens a column of [`States::rows`] rows; of each recording the first rows, and those that something bad reaches
-    /// into, are left out. The same rows for every column.
+    /// Whitens a column of [`States::rows`] rows. The first rows of each recording, and those that bad samples reach, are
+    /// left out, the same rows for every column.
     pub fn apply(&self, states: &States, column: &[f64]) -> Vec<f64> {
         let mut out = Vec::with_capacity(column.len());
         self.each(states, |start, row| {
@@ -79,7 +78,7 @@ impl Whitening {
     }
 }
 
-/// Σ_j k_j k_(j+lag).
+/// Autocorrelation Σ_j k_j k_(j+lag) of a kernel.
 fn overlap(kernel: &[f64], lag: usize) -> f64 {
     kernel.iter().zip(kernel.get(lag..).unwrap_or_default()).map(|(a, b)| a * b).sum()
 }
@@ -94,7 +93,7 @@ pub struct Gram {
 }
 
 impl Gram {
-    /// Of columns of equal length, in blocks that end at these rows.
+    /// Inner products of columns of equal length, in blocks that end at the rows `ends`.
     pub fn new(columns: &[Vec<f64>], ends: &[usize]) -> Self {
         let p = columns.len();
         let scales: Vec<f64> = columns.iter().map(|c| super::regression::norm(c)).collect();
@@ -112,7 +111,7 @@ impl Gram {
         Self { blocks, total, counts, scales }
     }
 
-    /// Least squares of column 0 on others over all blocks but some. `None` where they are dependent.
+    /// Least squares of column 0 on the columns `active` over all blocks but `without`. `None` if they are dependent.
     pub fn solve(&self, active: &[usize], without: &[usize]) -> Option<Vec<f64>> {
         let sums = |i: usize, j: usize| {
             let left: f64 = without.iter().map(|b| self.blocks[*b][(i, j)]).sum();
@@ -125,12 +124,12 @@ impl Gram {
         Some(scaled.iter().zip(active).map(|(b, j)| b * self.scales[0] / self.scales[*j]).collect())
     }
 
-    /// Sum of squares that these coefficients leave in a block.
+    /// Residual sum of squares of given coefficients in a block.
     pub fn left(&self, active: &[usize], values: &[f64], block: usize) -> f64 {
         self.form(&self.blocks[block], active, values)
     }
 
-    /// Sum of squares that these coefficients leave in all blocks.
+    /// Residual sum of squares of given coefficients in all blocks.
     pub fn left_total(&self, active: &[usize], values: &[f64]) -> f64 {
         self.form(&self.total, active, values)
     }
@@ -145,8 +144,8 @@ impl Gram {
         sum.max(0.0) * self.scales[0] * self.scales[0]
     }
 
-    /// What each block keeps when it is predicted from the blocks of other folds; `fold` says for each block which it is
-    /// in. Blocks of fold `folds` and beyond are always fitted to, and keep nothing.
+    /// Residual sum of squares of each block, predicted from the blocks of other folds; `fold` holds the fold of each block.
+    /// Blocks of fold `folds` and beyond are always fitted to, and have 0.
     pub fn held_out(&self, active: &[usize], fold: &[usize], folds: usize) -> Option<Vec<f64>> {
         let mut left = vec![0.0; self.blocks.len()];
         for number in 0..folds {
@@ -172,7 +171,7 @@ pub fn cholesky_solve(normal: &mut [Vec<f64>], right: &[f64], damping: f64) -> O
             let mut sum = normal[i][j] / (scales[i] * scales[j]) + if i == j { damping } else { 0.0 };
             sum -= (0..j).map(|k| normal[i][k] * normal[j][k]).sum::<f64>();
             normal[i][j] = if i == j {
-                if sum.is_nan() || sum < DEPENDENT {
+                if sum.is_nan() || sum < SETTINGS.min_pivot {
                     return None;
                 }
                 sum.sqrt()

@@ -1,20 +1,21 @@
-//! What the input did between its samples.
+//! Choice of the input's course between its samples.
 
 use super::{
     equation::{Equation, Parameter, machine},
     error::BalanceError,
-    regression, shooting,
+    regression,
+    settings::BalanceSettings,
+    shooting,
     states::{Between, Sensed, States},
 };
 use crate::rig::Rig;
 use crate::rig::config::RigKey;
 
-/// Share of another's error that must be left at most to be preferred to it.
-const CLEARER: f64 = 0.995;
+const SETTINGS: BalanceSettings = BalanceSettings::DEFAULT;
 
 impl States {
-    /// Sets [`States::between`] by what leaves less: the balance with all parameters and the commonest nonlinear terms free,
-    /// or for accelerations, in which a held input shows at once either way, the simulation.
+    /// Sets [`States::between`] by the least residual: of the balance with all parameters and the commonest nonlinear terms
+    /// free, or for accelerations, in which a held input shows at once either way, of the simulation.
     ///
     /// # Errors
     ///
@@ -30,7 +31,7 @@ impl States {
                 (Sensed::Acceleration, Between::Smooth) => continue,
                 (Sensed::Acceleration, _) => self.left_of_simulation(rig),
             };
-            if left < CLEARER * best.1 {
+            if left < SETTINGS.hold_error_ratio * best.1 {
                 best = (between, left);
             }
         }
@@ -61,7 +62,7 @@ impl States {
         columns.extend([term(|q, _| q), term(|q, _| q * q), term(|q, _| q * q * q)]);
         columns.extend([term(|_, v| v * v.abs()), term(|_, v| (100.0 * v).tanh())]);
         let target: Vec<f64> = equation.column(Parameter::Gain).iter().map(|x| -x).collect();
-        // Dependent ones go, the later first.
+        // A column that depends on earlier ones is left out.
         let mut kept: Vec<Vec<f64>> = Vec::new();
         for column in columns {
             kept.push(column);

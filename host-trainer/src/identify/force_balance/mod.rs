@@ -1,24 +1,22 @@
-//! The rig of one degree of freedom against recordings: what its parameters are, and which forces it lacks.
+//! Parameters of a rig of one degree of freedom by force balance and simulation, theory (62) to (69).
 //!
-//! The equation of motion, filtered term by term, is a linear regression: gain · u less what the known parameters
-//! explain, on what the unknown ones and each named effect would add (SINDy's sparse regression on a library of physical
-//! terms; Brunton, Proctor, Kutz, PNAS 2016). [`calibrate_sdof`] fits the unknown parameters,
-//! [`diagnose_sdof`] lets the effects compete.
+//! The equation of motion, filtered term by term, is a linear regression: gain · u minus the terms of the known
+//! parameters, on the terms of the unknown ones and of each named effect (SINDy's sparse regression on a library of
+//! physical terms; Brunton, Proctor, Kutz, PNAS 2016). [`calibrate_sdof`] fits the unknown parameters; `diagnose` lets the
+//! effects compete.
 //!
 //! | module | step |
 //! |---|---|
-//! | `filter`, `noise` | kernels that keep the equation exact; band and noise from the data |
-//! | `states` | recordings to filtered states |
-//! | `equation` | the rig's own columns, and the target |
-//! | `regression` | estimates, intervals on correlated rows, what is not determined |
-//! | `shooting` | the same parameters by simulation, window by window |
-//! | `calibrate` | which of both to believe |
-//! | `acquisition`, `events` | faults that show in the samples themselves, or once |
-//! | `terms`, `flexible` | what each effect would add, and columns without a name |
-//! | `gram`, `table` | every hypothesis on rows that it was not fitted to |
-//! | `decide` | which causes the data ask for, and whether by chance |
-//! | `causes`, `refine` | coefficients to effects with parameters and intervals |
-//! | `diagnose` | all of it, with words, places and traces |
+//! | `filter`, `noise` | kernels that keep the equation exact, theory (63) to (65); band and noise from the data |
+//! | `states`, `held` | recordings to filtered states; the input between its samples |
+//! | `equation` | the rig's own columns, and the target, theory (62) |
+//! | `regression` | estimates, intervals on correlated rows, undetermined combinations, theory (66) |
+//! | `shooting` | the same parameters by simulation, window by window, theory (67) |
+//! | `calibrate` | the choice between both, theory (68) |
+//! | `gram` | whitened columns and held-out errors, theory (69) |
+//! | `refine` | parameters inside the terms of effects |
+//! | `traces` | held-out recordings, simulated |
+//! | `settings` | thresholds, lengths and counts |
 
 pub(crate) mod calibrate;
 pub(crate) mod equation;
@@ -29,6 +27,7 @@ mod held;
 pub(crate) mod noise;
 pub(crate) mod refine;
 pub(crate) mod regression;
+pub(crate) mod settings;
 pub(crate) mod shooting;
 pub(crate) mod states;
 #[cfg(test)]

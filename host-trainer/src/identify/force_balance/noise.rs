@@ -1,20 +1,18 @@
-//! What a sensor adds, and up to which frequency its signal stands above that.
+//! Noise floor of a sensor, and band of the signal above it.
 
+use super::settings::BalanceSettings;
 use crate::signal::transform::forward_plan;
 
-/// How far the signal must stand above the sensor's noise to belong to its band, in power.
-const ABOVE: f64 = 10.0;
-/// Part of the frequencies up to Nyquist's, from the top, in which only the sensor's noise is looked for.
-const TOP: f64 = 0.2;
+const SETTINGS: BalanceSettings = BalanceSettings::DEFAULT;
 
 /// Noise and band of a measured signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Band {
     /// Standard deviation of white noise in each sample; an upper bound where the signal fills the whole band.
     pub noise_std: f64,
-    /// Lowest frequency at which the signal stands above the noise, Hz.
+    /// Lowest frequency of the signal above the noise, Hz.
     pub low_hz: f64,
-    /// Highest such frequency, Hz.
+    /// Highest frequency of the signal above the noise, Hz.
     pub high_hz: f64,
 }
 
@@ -48,26 +46,26 @@ pub fn power(signals: &[&[f64]], segment: usize) -> Vec<f64> {
     sum
 }
 
-/// Noise and band of signals of one sample rate. `None` where they are shorter than 64 samples.
+/// Noise and band of signals of one sample rate. `None` for signals shorter than 64 samples.
 pub fn band(signals: &[&[f64]], sample_rate_hz: f64) -> Option<Band> {
     let shortest = signals.iter().map(|s| s.len()).min()?;
-    if shortest < 64 {
+    if shortest < SETTINGS.min_segment {
         return None;
     }
-    let segment = 2048.min(shortest / 4 * 2).max(64);
+    let segment = SETTINGS.segment.min(shortest / 4 * 2).max(SETTINGS.min_segment);
     let power = power(signals, segment);
     let step_hz = sample_rate_hz / segment as f64;
-    // The window's main lobe smears the mean that was taken out.
+    // The window's main lobe smears the subtracted mean.
     let first = 1;
-    let top = ((1.0 - TOP) * power.len() as f64) as usize;
+    let top = ((1.0 - SETTINGS.noise_share) * power.len() as f64) as usize;
     let mut highest: Vec<f64> = power[top..power.len() - 1].to_vec();
     highest.sort_by(f64::total_cmp);
     // The median over the mean of averaged periodograms is within a few percent of 1; a line there does not count.
     let floor = highest[highest.len() / 2];
-    let above = |k: &usize| power[*k] > ABOVE * floor;
+    let above = |k: &usize| power[*k] > SETTINGS.band_power_ratio * floor;
     let mut inside: Vec<usize> = (first..power.len()).filter(above).collect();
-    // What stands out alone, such as an electrical line, is no band: the highest of at least three in a row.
-    inside.retain(|k| *k <= 2 || (power[k - 1] > ABOVE * floor && power[k - 2] > ABOVE * floor));
+    // A single bin, such as an electrical line, is no band: the highest of at least three in a row.
+    inside.retain(|k| *k <= 2 || (above(&(k - 1)) && above(&(k - 2))));
     let high = inside.last().copied().unwrap_or(4).max(4);
     let low = inside.first().copied().unwrap_or(1);
     Some(Band { noise_std: floor.sqrt(), low_hz: low as f64 * step_hz, high_hz: high as f64 * step_hz })

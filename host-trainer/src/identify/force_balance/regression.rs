@@ -1,21 +1,22 @@
-//! Least squares on filtered, correlated rows: estimates, intervals that allow for the correlation, and what the data
-//! cannot determine.
+//! Least squares on filtered, correlated rows, theory (66): estimates, intervals that allow for the correlation, and
+//! undetermined combinations.
 
 use faer::{Mat, Side};
 
-/// Ratio of singular values of unit columns below which a combination of parameters is not determined.
-const RANK: f64 = 1e-6;
-/// 97.5 % point of the normal distribution.
+use super::settings::BalanceSettings;
+
+const SETTINGS: BalanceSettings = BalanceSettings::DEFAULT;
+/// Quantile of the normal distribution at 97.5 %.
 pub const Z95: f64 = 1.959_963_985;
 
 /// A fitted linear model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    /// One for each column.
+    /// Coefficient of each column.
     pub values: Vec<f64>,
     /// Covariance, row by row.
     pub covariance: Vec<Vec<f64>>,
-    /// Row by row, what the model leaves.
+    /// Residual of each row.
     pub residual: Vec<f64>,
 }
 
@@ -26,16 +27,16 @@ impl Fit {
     }
 }
 
-/// A combination of parameters that the data leave open.
+/// An undetermined combination of parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Open {
-    /// Index of each column that takes part and its share of the unit vector, in columns of unit length.
+    /// Index of each column in the combination and its share of the unit vector, in columns of unit length.
     pub parts: Vec<(usize, f64)>,
 }
 
 /// Least squares of `target` on `columns`, with the covariance of Newey and West (Econometrica 55 (1987) 703–708) over
-/// `lags` rows. `groups` are the lengths of the recordings one after the other, over whose ends nothing correlates.
-/// `None` where the columns are dependent or outnumber the rows.
+/// `lags` rows, theory (66). `groups` are the lengths of the recordings one after the other, over whose ends nothing
+/// correlates. `None` if the columns are dependent or outnumber the rows.
 pub fn least_squares(columns: &[Vec<f64>], target: &[f64], groups: &[usize], lags: usize) -> Option<Fit> {
     let (n, p) = (target.len(), columns.len());
     if n <= p + 2 {
@@ -50,7 +51,7 @@ pub fn least_squares(columns: &[Vec<f64>], target: &[f64], groups: &[usize], lag
     let inverse = invert(&gram)?;
     let y = Mat::from_fn(n, 1, |i, _| target[i]);
     let mut scaled = &inverse * (x.transpose() * &y);
-    // Once more on what is left, which brings back the digits that the normal equations lost.
+    // One refinement on the residual restores the digits that the normal equations lost.
     let left = &y - &x * &scaled;
     scaled += &inverse * (x.transpose() * &left);
     let left = &y - &x * &scaled;
@@ -59,7 +60,7 @@ pub fn least_squares(columns: &[Vec<f64>], target: &[f64], groups: &[usize], lag
     let meat = long_run(&scores, groups, lags);
     let meat = Mat::from_fn(p, p, |i, j| meat[i][j]);
     let spread = &inverse * meat * &inverse;
-    // Degrees of freedom that the fit itself took.
+    // Correction for the degrees of freedom of the fit.
     let share = n as f64 / (n - p) as f64;
     let covariance =
         (0..p).map(|i| (0..p).map(|j| share * spread[(i, j)] / (scales[i] * scales[j])).collect()).collect();
@@ -67,7 +68,7 @@ pub fn least_squares(columns: &[Vec<f64>], target: &[f64], groups: &[usize], lag
     Some(Fit { values, covariance, residual })
 }
 
-/// Σ of the products of rows at most `lags` apart, with Bartlett's weights.
+/// Sum of the products of rows at most `lags` apart, with Bartlett's weights.
 fn long_run(scores: &[Vec<f64>], groups: &[usize], lags: usize) -> Vec<Vec<f64>> {
     let p = scores.len();
     let mut sum = vec![vec![0.0; p]; p];
@@ -91,11 +92,11 @@ fn long_run(scores: &[Vec<f64>], groups: &[usize], lags: usize) -> Vec<Vec<f64>>
     sum
 }
 
-/// Lags after which the residual no longer correlates: the first below 2/√n, twice, at most a tenth of the shortest
-/// recording.
+/// Lags after which the residual no longer correlates: twice the first below 2/√n, at most a tenth of the shortest
+/// recording but never below 4.
 pub fn correlation_length(residual: &[f64], groups: &[usize]) -> usize {
     let shortest = groups.iter().copied().min().unwrap_or(0);
-    let most = (shortest / 10).max(1);
+    let most = (shortest / SETTINGS.recording_lags).max(1);
     let variance: f64 = residual.iter().map(|r| r * r).sum();
     let at = |lag: usize| {
         let mut start = 0;
@@ -109,10 +110,10 @@ pub fn correlation_length(residual: &[f64], groups: &[usize]) -> usize {
     };
     let limit = 2.0 / (residual.len().max(1) as f64).sqrt();
     let first = (1..=most).find(|lag| at(*lag).abs() < limit).unwrap_or(most);
-    (2 * first).clamp(4, most.max(4))
+    (2 * first).clamp(SETTINGS.min_lags, most.max(SETTINGS.min_lags))
 }
 
-/// Combinations of the columns that are determined no better than to 1e-6 of the best.
+/// Undetermined combinations of the columns: singular values below 1e-6 of the largest.
 pub fn undetermined(columns: &[Vec<f64>]) -> Vec<Open> {
     let scales: Vec<f64> = columns.iter().map(|c| norm(c).max(f64::MIN_POSITIVE)).collect();
     let (n, p) = (columns.first().map_or(0, Vec::len), columns.len());
@@ -127,9 +128,10 @@ pub fn undetermined(columns: &[Vec<f64>]) -> Vec<Open> {
     let singular: Vec<f64> = (0..live.len().min(n)).map(|i| svd.S().column_vector()[i]).collect();
     let largest = singular.iter().copied().fold(0.0, f64::max);
     for (i, s) in singular.iter().enumerate() {
-        if *s < RANK * largest {
+        if *s < SETTINGS.min_singular_ratio * largest {
             let parts = live.iter().enumerate().map(|(j, column)| (*column, svd.V()[(j, i)]));
-            open.push(Open { parts: parts.filter(|(_, share)| share.abs() > 0.1).collect() });
+            let parts = parts.filter(|(_, share)| share.abs() > SETTINGS.min_direction_share).collect();
+            open.push(Open { parts });
         }
     }
     open
@@ -145,7 +147,7 @@ fn invert(gram: &Mat<f64>) -> Option<Mat<f64>> {
     let factor = gram.llt(Side::Lower).ok()?;
     let p = gram.nrows();
     let smallest = (0..p).map(|i| factor.L()[(i, i)]).fold(f64::INFINITY, f64::min);
-    if smallest < RANK {
+    if smallest < SETTINGS.min_singular_ratio {
         return None;
     }
     let mut inverse = Mat::identity(p, p);

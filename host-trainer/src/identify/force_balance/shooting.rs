@@ -1,9 +1,9 @@
-//! Parameters by simulation: the rig's own run against what the sensor said, window by window.
+//! Parameters by simulation: the rig's own run against the sensor's signal, window by window, theory (67).
 //!
 //! Multiple shooting (H. G. Bock, "Recent advances in parameter identification techniques for O.D.E.", 1983): a recording
-//! is cut into windows, each with a start of its own, which is fitted with the parameters. White sensor noise makes this
-//! the maximum-likelihood estimate, where the force balance, whose columns hold the noise too, is a little biased.
-//! Disturbances of the machine make it the worse one: it believes in the simulation for a whole window.
+//! is cut into windows, each with a start of its own, which is fitted with the parameters. Under white sensor noise this
+//! is the maximum-likelihood estimate, while the force balance, whose columns hold the noise too, is a little biased.
+//! Under disturbing forces it is the worse estimate, because the simulation leaves them out for a whole window.
 
 use crate::rig::config::RigKey;
 use crate::rig::effect::{EffectKind, ParameterKey};
@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::{
     regression::{self, Fit},
+    settings::BalanceSettings,
     states::{Between, Sensed, States, Track},
 };
 use crate::rig::{
@@ -18,21 +19,18 @@ use crate::rig::{
     sdof::{Drive, Interpolation, simulate},
 };
 
-/// Most steps of the Gauss–Newton iteration.
-const STEPS: usize = 25;
-/// Relative fall of the error below which it has converged.
-const CONVERGED: f64 = 1e-7;
+const SETTINGS: BalanceSettings = BalanceSettings::DEFAULT;
 
 /// A rig fitted by simulation.
 #[derive(Clone, Debug)]
 pub struct Refined {
     /// The rig with the fitted values.
     pub rig: Rig,
-    /// Estimates in the order of the keys, their covariance, and what is left in each sample, in the sensor's unit.
+    /// Estimates in the order of the keys, their covariance, and the residual of each sample, in the sensor's unit.
     pub fit: Fit,
-    /// Root mean square of what is left.
+    /// Root mean square of the residual.
     pub rms: f64,
-    /// q and q̇ at the first sample of each window.
+    /// Start q and q̇ of each window.
     pub starts: Vec<[f64; 2]>,
 }
 
@@ -40,24 +38,24 @@ struct ShootingWindow<'a> {
     track: &'a Track,
     first: usize,
     last: usize,
-    /// q and q̇ at the first sample.
+    /// Start q and q̇ at the first sample.
     start: [f64; 2],
 }
 
 /// Fits the numbers named by `keys`, as [`Rig::set`] takes them, and the start of each window, from the rig's values on.
-/// `window` is in samples; `None` takes recordings whole. `None` is returned where nothing converges: the simulation
-/// diverges, or the keys are not determined.
+/// `window` is in samples; `None` takes recordings whole. Returns `None` if the simulation diverges or the keys are not
+/// determined.
 pub fn refine(rig: &Rig, keys: &[RigKey], states: &States, window: Option<usize>) -> Option<Refined> {
     let mut windows = cut(states, window);
     let run = Run { states, keys };
     let mut rig = rig.clone();
     let mut values: Vec<f64> = keys.iter().map(|key| rig.get(*key)).collect::<Option<_>>()?;
-    let mut damping = 1e-6;
+    let mut damping = SETTINGS.shooting_initial_damping;
     let mut pieces = run.linearise(&rig, &values, &windows)?;
     let mut cost = cost_of(&pieces);
-    for _ in 0..STEPS {
+    for _ in 0..SETTINGS.shooting_steps {
         let mut improved = None;
-        while damping < 1e6 {
+        while damping < SETTINGS.shooting_max_damping {
             let Some((step, starts)) = solve(&pieces, keys.len(), damping) else {
                 damping = f64::max(damping, 1e-9) * 10.0;
                 continue;
@@ -71,7 +69,7 @@ pub fn refine(rig: &Rig, keys: &[RigKey], states: &States, window: Option<usize>
                 improved = Some((trial, moved, better));
                 break;
             }
-            damping = f64::max(damping, 1e-7) * 8.0;
+            damping = f64::max(damping, SETTINGS.damping_floor) * SETTINGS.shooting_damping_growth;
         }
         let Some((trial, moved, better)) = improved else { break };
         let fall = 1.0 - better / cost;
@@ -82,8 +80,8 @@ pub fn refine(rig: &Rig, keys: &[RigKey], states: &States, window: Option<usize>
         }
         pieces = run.linearise(&rig, &values, &windows)?;
         cost = cost_of(&pieces);
-        damping *= 0.1;
-        if fall < CONVERGED {
+        damping *= SETTINGS.damping_fall;
+        if fall < SETTINGS.shooting_min_fall {
             break;
         }
     }
@@ -93,13 +91,13 @@ pub fn refine(rig: &Rig, keys: &[RigKey], states: &States, window: Option<usize>
     Some(Refined { rig, fit, rms, starts: windows.iter().map(|w| w.start).collect() })
 }
 
-/// Root mean square of what a rig's simulation leaves of each recording, over windows whose starts are fitted, in the
-/// sensor's unit. `None` where it diverges.
+/// Root mean square residual of a rig's simulation, over windows whose starts are fitted, in the sensor's unit. `None` if
+/// the simulation diverges.
 pub fn error(rig: &Rig, states: &States, window: Option<usize>) -> Option<f64> {
     refine(rig, &[], states, window).map(|refined| refined.rms)
 }
 
-/// What a rig's simulation gives for the only recording, from the start that leaves least. `None` where it diverges.
+/// Simulation of the only recording, from the start of least residual. `None` if the simulation diverges.
 pub fn follow(rig: &Rig, states: &States) -> Option<Vec<f64>> {
     let start = *refine(rig, &[], states, None)?.starts.first()?;
     let track = states.tracks.first()?;
@@ -123,7 +121,7 @@ fn cut(states: &States, window: Option<usize>) -> Vec<ShootingWindow<'_>> {
 /// A window's error and its derivatives.
 struct Piece {
     error: Vec<f64>,
-    /// By the keys, then by the start.
+    /// Derivatives by the keys, then by the start.
     slopes: Vec<Vec<f64>>,
 }
 
@@ -189,21 +187,21 @@ impl Run<'_> {
                 let error = self.error(rig, window, window.start)?;
                 let mut slopes = Vec::with_capacity(self.keys.len() + 2);
                 for (key, value) in self.keys.iter().zip(values) {
-                    let step = if *value == 0.0 { 1e-6 } else { 1e-5 * value.abs() };
+                    let step = if *value == 0.0 { 1e-6 } else { SETTINGS.shooting_difference * value.abs() };
                     let mut moved = rig.clone();
                     // Backwards where forwards is outside what the number may be.
                     let step = if moved.set(*key, value + step).is_ok() { step } else { -step };
                     moved.set(*key, value + step).ok()?;
                     slopes.push(slope(&error, &self.error(&moved, window, window.start)?, step));
                 }
-                let steps = [1e-5 * largest_q.max(1e-12), 1e-5 * largest_v.max(1e-12)];
+                let steps = [largest_q, largest_v].map(|x| SETTINGS.shooting_difference * x.max(1e-12));
                 for (axis, step) in steps.into_iter().enumerate() {
                     let mut start = window.start;
                     start[axis] += step;
                     let moved = self.error(rig, window, start)?;
                     slopes.push(slope(&error, &moved, step));
                 }
-                // An acceleration says nothing of where a rig without a spring stands.
+                // Accelerations do not determine the position of a rig without a spring.
                 if self.states.sensed == Sensed::Acceleration && slopes.iter().any(|s| s.iter().any(|x| !x.is_finite()))
                 {
                     return None;
@@ -214,12 +212,12 @@ impl Run<'_> {
     }
 }
 
-/// ∂(simulated)/∂(parameter).
+/// Derivative ∂(simulated)/∂(parameter).
 fn slope(base: &[f64], moved: &[f64], step: f64) -> Vec<f64> {
     base.iter().zip(moved).map(|(b, m)| (b - m) / step).collect()
 }
 
-/// The rig as a window sees it that begins later than its recording: effects that state a time, moved.
+/// Rig of a window that begins later than its recording: times and phases of effects are moved.
 fn later(rig: &Rig, offset_s: f64) -> Option<Rig> {
     if offset_s == 0.0 || rig.effects.is_empty() {
         return None;
@@ -247,7 +245,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Each piece's slopes by the keys, and its error, without what its start explains.
+/// Slopes by the keys and error of a piece, without the part that its start explains.
 fn without_start(piece: &Piece, count: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
     let mut basis: Vec<Vec<f64>> = Vec::with_capacity(2);
     for slope in &piece.slopes[count..] {

@@ -1,32 +1,30 @@
-//! From recordings to states and forces on one grid, all behind the same filter.
+//! States and forces of recordings on one grid, all behind the same filter: theory (63) to (65).
 //!
-//! A rig of one degree of freedom obeys m q̈ + c q̇ + k g(q) + Σ β T(q, q̇, t) = gain · u + gravity. Convolved with a
-//! kernel it still does, term by term: h ∗ q̈ is h″ ∗ q, and h ∗ T is the kernel over the term at each sample. So linear
-//! terms are taken from the raw position, and nonlinear ones from states smoothed only as much as the sensor's noise
-//! asks for, then passed through the same kernel as the force. Where the acceleration is measured, position and speed
-//! are its integrals without what lies below the band, and every term loses the same.
+//! The equation of motion, convolved with a kernel, still holds term by term. Linear terms are taken from the raw position,
+//! nonlinear ones from states smoothed only as much as the sensor's noise requires, then passed through the same kernel.
+//! If the acceleration is measured, position and speed are its integrals behind a high-pass, which every term passes.
 
 use super::{
     error::BalanceError,
-    filter::{HighPass, Kernel, NARROWEST},
+    filter::{HighPass, Kernel},
     noise::{self, Band},
+    settings::BalanceSettings,
 };
 use crate::recording::Recording;
 
-/// Shortest recording, samples.
-const SHORTEST: usize = 200;
+const SETTINGS: BalanceSettings = BalanceSettings::DEFAULT;
 
-/// What the sensor measures.
+/// Quantity that the sensor measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sensed {
-    /// q.
+    /// Position q.
     Position,
-    /// q̈.
+    /// Acceleration q̈.
     Acceleration,
 }
 
 impl Sensed {
-    /// The channel's name in recordings.
+    /// Name of the channel in recordings.
     pub fn channel(self) -> &'static str {
         match self {
             Self::Position => "q",
@@ -40,9 +38,9 @@ impl Sensed {
 pub enum Between {
     /// The last sample's value until the next, as of a converter: half a sample late.
     Held,
-    /// A straight line from one to the next.
+    /// A straight line from one sample to the next.
     Straight,
-    /// As its band allows: it was sampled itself.
+    /// Band-limited interpolation: the input was sampled itself.
     Smooth,
 }
 
@@ -51,24 +49,24 @@ pub enum Between {
 pub struct Track {
     /// The recording's name.
     pub name: String,
-    /// u, as recorded.
+    /// Input u, as recorded.
     pub input: Vec<f64>,
-    /// q or q̈, as recorded.
+    /// Position q or acceleration q̈, as recorded.
     pub sensed: Vec<f64>,
-    /// q, smoothed as little as nonlinear terms bear.
+    /// Position q for nonlinear terms, smoothed as little as possible.
     pub position: Vec<f64>,
-    /// q̇, likewise.
+    /// Velocity q̇ for nonlinear terms, smoothed as little as possible.
     pub velocity: Vec<f64>,
-    /// Samples that are not to be believed.
+    /// Whether each sample is invalid.
     pub bad: Vec<bool>,
-    /// Samples at which the filtered balance is drawn up.
+    /// Samples of the rows of the filtered balance.
     pub rows: Vec<usize>,
-    /// Of each row, whether nothing bad reaches into it.
+    /// Whether each row is free of invalid samples.
     pub valid: Vec<bool>,
 }
 
 impl Track {
-    /// Samples.
+    /// Number of samples.
     pub fn len(&self) -> usize {
         self.sensed.len()
     }
@@ -86,18 +84,18 @@ impl Track {
         }
     }
 
-    /// Whether there are none, which [`States::new`] refuses.
+    /// Whether there are no samples, which [`States::new`] refuses.
     pub fn is_empty(&self) -> bool {
         self.sensed.is_empty()
     }
 }
 
-/// All recordings' signals and the filter they pass.
+/// Signals of all recordings and the filter that they pass.
 #[derive(Clone, Debug)]
 pub struct States {
-    /// The recordings.
+    /// Recordings.
     pub tracks: Vec<Track>,
-    /// What was measured.
+    /// Measured quantity.
     pub sensed: Sensed,
     /// Samples per second, of all recordings.
     pub sample_rate_hz: f64,
@@ -107,11 +105,11 @@ pub struct States {
     pub stride: usize,
     /// Noise and band of the measured signal, from the data.
     pub band: Band,
-    /// Below what a measured acceleration is not integrated.
+    /// High-pass of a measured acceleration.
     pub high_pass: Option<HighPass>,
-    /// What the input did between its samples.
+    /// Input between its samples.
     pub between: Between,
-    /// q̈ for a unit of input, of which an acceleration that steps with a held input is made.
+    /// Acceleration q̈ for a unit of input: the part that steps with a held input.
     pub input_per_mass: f64,
 }
 
@@ -141,7 +139,7 @@ impl States {
                 let found = format!("{} Hz", recording.sample_rate_hz);
                 return Err(refuse(recording, &found, &format!("{rate} Hz as the first recording")));
             }
-            if measured.len() < SHORTEST || input.len() != measured.len() {
+            if measured.len() < SETTINGS.min_samples || input.len() != measured.len() {
                 let found = format!("{} samples of u and {} of the sensor", input.len(), measured.len());
                 return Err(refuse(recording, &found, "as many of each, at least 200"));
             }
@@ -164,7 +162,7 @@ impl States {
             tracks,
             sensed,
             sample_rate_hz: rate,
-            deviation: NARROWEST,
+            deviation: SETTINGS.min_kernel_std,
             stride: 1,
             band,
             high_pass: None,
@@ -175,7 +173,7 @@ impl States {
         Ok(states)
     }
 
-    /// Learns noise and band from the measured samples, and chooses the filter by them.
+    /// Estimates noise and band from the measured samples, and chooses the filter by them, theory (64).
     ///
     /// # Errors
     ///
@@ -184,33 +182,33 @@ impl States {
         let rate = self.sample_rate_hz;
         let signals: Vec<&[f64]> = self.tracks.iter().map(|t| t.sensed.as_slice()).collect();
         self.band = noise::band(&signals, rate).ok_or(BalanceError::NoRecordings)?;
-        // Half the amplitude is left where the signal meets its noise.
+        // The gain is one half where the signal meets its noise.
         let deviation = (2.0 * 2.0f64.ln()).sqrt() * rate / (std::f64::consts::TAU * self.band.high_hz);
         let shortest = signals.iter().map(|s| s.len()).min().unwrap_or_default();
         // A slow signal in a short recording: keep at least some dozens of rows.
-        self.deviation = deviation.min(shortest as f64 / 60.0).max(NARROWEST);
+        self.deviation = deviation.min(shortest as f64 / SETTINGS.min_recording_std).max(SETTINGS.min_kernel_std);
         self.high_pass = (self.sensed == Sensed::Acceleration).then(|| {
-            let corner_hz = (0.7 * self.band.low_hz).max(4.0 * rate / shortest as f64);
-            HighPass { corner_hz, sample_rate_hz: rate }
+            let least_hz = SETTINGS.min_corner_periods * rate / shortest as f64;
+            HighPass { corner_hz: (SETTINGS.corner_share * self.band.low_hz).max(least_hz), sample_rate_hz: rate }
         });
-        self.stride = ((1.5 * self.deviation) as usize).max(1);
+        self.stride = ((SETTINGS.stride_std * self.deviation) as usize).max(1);
         self.prepare();
         Ok(())
     }
 
-    /// Draws up smoothed states and rows anew, after measured samples or the list of bad ones has changed.
+    /// Computes smoothed states and rows, after measured samples or the list of bad ones has changed.
     pub fn prepare(&mut self) {
         let (step, deviation, stride) = (self.step_s(), self.deviation, self.stride);
         let reach = Kernel::delayed(deviation, 0, step, 0.5, 0.2).reach;
         let margin = reach + self.high_pass.map_or(0, |h| (2.0 * self.sample_rate_hz / h.corner_hz) as usize);
-        // Flat to 7e-4 where the signal meets its noise.
-        let smoothing = (0.5 * deviation).max(0.75 * NARROWEST);
+        let least = SETTINGS.min_smoothing_share * SETTINGS.min_kernel_std;
+        let smoothing = (SETTINGS.smoothing_share * deviation).max(least);
         for track in &mut self.tracks {
             (track.position, track.velocity) = match self.high_pass {
                 Some(pass) => {
                     let mut states = (pass.apply(&track.sensed, 2), pass.apply(&track.sensed, 1));
                     if self.between == Between::Held {
-                        // The part of q̈ that steps with the input stays until the next sample: its integral is half a
+                        // The part of q̈ that steps with the input holds until the next sample: its integral is half a
                         // sample later than that of a smooth signal through the same samples.
                         let late = -0.5 * step * self.input_per_mass;
                         for (state, integrals) in [(&mut states.0, 1), (&mut states.1, 0)] {
@@ -241,17 +239,17 @@ impl States {
         1.0 / self.sample_rate_hz
     }
 
-    /// Frequency at which the filter leaves half the amplitude, Hz.
+    /// Frequency at which the filter's gain is one half, Hz.
     pub fn cutoff_hz(&self) -> f64 {
         (2.0 * 2.0f64.ln()).sqrt() * self.sample_rate_hz / (std::f64::consts::TAU * self.deviation)
     }
 
-    /// Rows of all recordings.
+    /// Number of rows of all recordings.
     pub fn rows(&self) -> usize {
         self.tracks.iter().map(|t| t.rows.len()).sum()
     }
 
-    /// A signal of each recording's full rate, filtered, row by row.
+    /// Filtered signal, row by row, of a signal at each recording's full rate.
     pub fn column(&self, signal: impl Fn(&Track) -> Vec<f64>) -> Vec<f64> {
         self.filtered(0, 0.0, 0.0, |track| match self.high_pass {
             Some(pass) => pass.apply(&signal(track), 0),
@@ -259,7 +257,7 @@ impl States {
         })
     }
 
-    /// u behind the filter. Held, it acts half a sample late on a position; an acceleration follows it at once.
+    /// Input u behind the filter. A held input acts half a sample late on a position, at once on an acceleration.
     pub fn input(&self) -> Vec<f64> {
         let (delay, widened) = match (self.sensed, self.between) {
             (Sensed::Position, Between::Held) => (0.5, 1.0 / 12.0),
@@ -272,7 +270,7 @@ impl States {
         })
     }
 
-    /// q̈ behind the filter.
+    /// Acceleration q̈ behind the filter.
     pub fn acceleration(&self) -> Vec<f64> {
         match self.high_pass {
             Some(pass) => self.filtered(0, 0.0, 0.0, |track| pass.apply(&track.sensed, 0)),
@@ -280,7 +278,7 @@ impl States {
         }
     }
 
-    /// q̇ behind the filter.
+    /// Velocity q̇ behind the filter.
     pub fn velocity(&self) -> Vec<f64> {
         match self.high_pass {
             Some(_) => self.filtered(0, 0.0, 0.0, |track| track.velocity.clone()),
@@ -288,7 +286,7 @@ impl States {
         }
     }
 
-    /// q behind the filter.
+    /// Position q behind the filter.
     pub fn position(&self) -> Vec<f64> {
         match self.high_pass {
             Some(_) => self.filtered(0, 0.0, 0.0, |track| track.position.clone()),
@@ -301,7 +299,7 @@ impl States {
         self.tracks.iter().flat_map(|track| kernel.at(&signal(track), &track.rows)).collect()
     }
 
-    /// Weights with which a sample's noise enters the balance m q̈ + c q̇ + k q.
+    /// Kernel κ by which a sample's noise enters the balance m q̈ + c q̇ + k q, theory (69).
     pub fn noise_kernel(&self, mass: f64, damping: f64, stiffness: f64) -> Vec<f64> {
         let kernel = |order| Kernel::gaussian(self.deviation, order, self.step_s()).taps;
         if self.sensed == Sensed::Acceleration {
@@ -321,8 +319,8 @@ impl States {
 }
 
 impl States {
-    /// Two parts, one to fit and one to judge by, with a word on the latter: every fourth recording (at least the last),
-    /// of a single one the last quarter. `None` where that is too short.
+    /// Fitted and held-out parts, with the latter's name: every fourth recording (at least the last) is held out, of a
+    /// single one the last quarter. `None` if that is too short.
     pub fn split(&self) -> Option<(Self, Self, String)> {
         let part = |tracks: Vec<Track>| {
             let mut states = Self { tracks, ..self.clone() };
@@ -332,7 +330,7 @@ impl States {
         if let [track] = self.tracks.as_slice() {
             let at = track.len() * 3 / 4;
             let piece = |range: std::ops::Range<usize>| track.part(range);
-            if track.len() - at < SHORTEST {
+            if track.len() - at < SETTINGS.min_samples {
                 return None;
             }
             let word = format!("the last quarter of {}", track.name);
@@ -346,10 +344,10 @@ impl States {
         Some((part(of(&train)), part(of(&test)), word))
     }
 
-    /// Cuts a recording in two at a sample, which goes with the later part. Whether both parts were long enough.
+    /// Cuts a recording in two at a sample, which goes with the later part. Returns whether both parts are long enough.
     pub fn cut(&mut self, track: usize, at: usize) -> bool {
         let whole = &self.tracks[track];
-        if at < SHORTEST || whole.len() - at < SHORTEST {
+        if at < SETTINGS.min_samples || whole.len() - at < SETTINGS.min_samples {
             return false;
         }
         let part = |range: std::ops::Range<usize>| whole.part(range);
@@ -358,15 +356,14 @@ impl States {
         true
     }
 
-    /// Samples of a window over which a simulation is believed though forces disturb the machine: eight periods of the
-    /// fastest motion, at least 100 samples.
+    /// Samples of a window over which a simulation holds in spite of disturbing forces: some periods of the fastest motion.
     pub fn short_window(&self) -> usize {
-        ((8.0 * self.sample_rate_hz / self.band.high_hz) as usize).max(100)
+        ((SETTINGS.window_periods * self.sample_rate_hz / self.band.high_hz) as usize).max(SETTINGS.min_window)
     }
 }
 
 fn named<'a>(recording: &'a Recording, channel: &str) -> Option<&'a [f64]> {
-    // By its name, or as the manifest calls it: channels = { vir = "u" }.
+    // By its own name or the manifest's: channels = { vir = "u" }.
     recording.channel(channel).map(|c| c.samples.as_slice())
 }
 

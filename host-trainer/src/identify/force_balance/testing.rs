@@ -22,7 +22,7 @@ pub fn white(seed: u64, deviation: f64, count: usize) -> Vec<f64> {
 /// Samples per second of the synthetic recordings.
 pub const RATE: f64 = 500.0;
 
-/// A sum of tones in 0.3 to 12 Hz with random phases, of this RMS.
+/// Sum of tones in 0.3 to 12 Hz with random phases, of a given RMS.
 pub fn multisine(seed: u64, rms: f64, count: usize) -> Vec<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let tones: Vec<(f64, f64)> = (0..40).map(|_| (rng.random_range(0.3..12.0), rng.random_range(0.0..TAU))).collect();
@@ -40,7 +40,7 @@ pub fn rig(text: &str) -> Rig {
     parse(text)
 }
 
-/// Recordings of a rig driven by multisines of this RMS, with channels `u` and `q` (or `qdd`) and sensor noise of a share
+/// Recordings of a rig driven by multisines of a given RMS, with channels `u` and `q` (or `qdd`) and sensor noise of a share
 /// of the signal's RMS.
 pub fn recordings(rig: &Rig, channel: &str, rms: f64, share: f64, count: usize, seed: u64) -> Vec<Recording> {
     let one = |index: u64| {
@@ -58,7 +58,7 @@ pub fn recordings(rig: &Rig, channel: &str, rms: f64, share: f64, count: usize, 
     (0..4).map(one).collect()
 }
 
-/// A recording of these samples.
+/// Recording of given samples.
 pub fn recording(name: &str, input: Vec<f64>, channel: &str, samples: Vec<f64>) -> Recording {
     let channels = [("u", input), (channel, samples)];
     let channels = channels.into_iter().map(|(name, samples)| Channel { name: name.into(), location: None, samples });

@@ -1,11 +1,11 @@
-//! Recordings that took no part in the fit, simulated.
+//! Held-out recordings, simulated.
 
 use serde::Serialize;
 
 use super::{shooting, states::States};
 use crate::rig::Rig;
 
-/// A recording that took no part in the fit, as measured and as simulated.
+/// A held-out recording, as measured and as simulated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HeldOutTrace {
     /// The recording.
@@ -14,15 +14,15 @@ pub struct HeldOutTrace {
     pub channel: &'static str,
     /// Time from the recording's first sample, s.
     pub time_s: Vec<f64>,
-    /// As measured.
+    /// Measured signal, in the sensor's unit.
     pub measured: Vec<f64>,
-    /// By the rig with its unknown parameters fitted to the others.
+    /// Simulation by the rig with its unknown parameters fitted to the other recordings.
     pub before: Vec<f64>,
-    /// With the causes, fitted to the others.
+    /// Simulation with the causes, fitted to the other recordings.
     pub after: Vec<f64>,
 }
 
-/// Recordings as measured and as two rigs give them, each from the start that leaves least; those that diverge are left
+/// Recordings as measured and as simulated by two rigs, each from the start of least residual; those that diverge are left
 /// out.
 pub fn simulated(before: &Rig, after: &Rig, test: &States) -> Vec<HeldOutTrace> {
     let one = |index: usize| {

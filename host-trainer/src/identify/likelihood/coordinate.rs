@@ -1,16 +1,17 @@
-//! The numbers of a rig that are sought, as a search sees them.
+//! Sought numbers of a rig, on the scale of a search.
 
+use super::settings::SearchSettings;
 use crate::rig::config::Domain;
 use crate::rig::config::ModelKey;
 use crate::rig::config::RigKey;
 use crate::rig::{Rig, RigError};
 
-/// A number of a rig by its dotted name, on a scale on which its steps are about 1.
+/// A number of a rig by its dotted name, on a scale whose steps are about 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coordinate {
     /// Name, such as `outer.mass_kg` or `effect[1].depth_m`.
     pub key: RigKey,
-    /// How value and coordinate belong together.
+    /// Relation of value and coordinate.
     pub scale: Scale,
     /// Whether D depends on it.
     pub moves_mean: bool,
@@ -18,23 +19,23 @@ pub struct Coordinate {
     pub moves_variance: bool,
 }
 
-/// Numbers of the rig that only the noise depends on: power of the process force, standard deviation of the sensor.
+/// Numbers of the rig that move only S: density of the process force, standard deviation of the sensor.
 pub const NOISE: [RigKey; 2] = [RigKey::Model(ModelKey::ProcessForce), RigKey::Model(ModelKey::SensorNoise)];
 
 /// Step of a difference quotient in a coordinate.
-const STEP: f64 = 1e-4;
-/// The same in an angle, rad.
-pub const ANGLE_STEP: f64 = 2e-6;
+const STEP: f64 = SearchSettings::DEFAULT.coordinate_step;
+/// Step of a difference quotient in an angle, rad.
+pub const ANGLE_STEP: f64 = SearchSettings::DEFAULT.angle_step_rad;
 
-/// How a value and its coordinate belong together.
+/// Relation of a value and its coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scale {
-    /// value = sign · eᵘ: for what has a sign and no size of its own.
+    /// Logarithm, value = sign · eᵘ: for numbers with a sign and no size of their own.
     Log {
         /// 1 or −1.
         sign: f64,
     },
-    /// value = u · unit.
+    /// Multiple, value = u · unit.
     Linear {
         /// A step that matters, in the value's unit.
         unit: f64,
@@ -42,10 +43,10 @@ pub enum Scale {
 }
 
 impl Coordinate {
-    /// The number of this name, from where it stands: logarithmic where it has a sign and is not 0, otherwise linear in
-    /// the unit that its name ends in, or in itself where that is more.
+    /// Coordinate of the number of a key, from its present value: logarithmic if the number has a sign and is not 0,
+    /// otherwise linear in the unit that the key ends in, or in the value itself if that is greater.
     ///
-    /// `None` for a name that is none, or that holds whole numbers.
+    /// `None` for an unknown key or a whole number.
     pub fn for_key(rig: &Rig, key: impl Into<RigKey>) -> Option<Self> {
         let key = key.into();
         let value = rig.get(key)?;
@@ -64,14 +65,13 @@ impl Coordinate {
         })
     }
 
-    /// Step of a difference quotient: the square root of what rounding and the integrator leave. D's highest harmonics turn
-    /// some hundred times as fast as the cage, and an effect's angle can be told from the shaft's only where both
-    /// quotients err alike.
+    /// Step of a difference quotient. An effect's angle takes the step of the shaft's: the two can be distinguished only if
+    /// both quotients err alike.
     pub fn step(&self) -> f64 {
         if self.key.quantity().ends_with("_rad") { ANGLE_STEP } else { STEP }
     }
 
-    /// The coordinate of a value.
+    /// Coordinate of a value.
     pub fn from_value(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Log { sign } => (value * sign).max(f64::MIN_POSITIVE).ln(),
@@ -79,7 +79,7 @@ impl Coordinate {
         }
     }
 
-    /// The value at a coordinate.
+    /// Value at a coordinate.
     pub fn to_value(&self, coordinate: f64) -> f64 {
         match self.scale {
             Scale::Log { sign } => sign * coordinate.exp(),
@@ -90,14 +90,14 @@ impl Coordinate {
     /// Puts the value into a rig.
     ///
     /// # Errors
-    /// A value that it cannot have.
+    /// A value out of the range of the key.
     pub fn put(&self, rig: &mut Rig, coordinate: f64) -> Result<(), RigError> {
         rig.set(self.key, self.to_value(coordinate))
     }
 }
 
-/// A step that matters in a number that may be 0, by the unit in its name; of what is large, as much again. Angles and times
-/// have no size.
+/// Step that matters in a number that may be 0, by the unit in its key; for a large number, the number itself. Angles and
+/// times have no size.
 fn unit(key: &str, value: f64) -> f64 {
     const UNITS: [(&str, f64); 8] = [
         ("clearance_m", 1e-6),

@@ -1,16 +1,14 @@
-//! How likely recordings are under a rig.
+//! Likelihood of recordings under a rig, theory (54).
 //!
-//! A recording is the rig's answer to its turning, which angles and parameters fix to the last sample, and a random part:
-//! process force through the structure, and sensor noise. In the frequency domain (P. Whittle, "Estimation and
-//! information in stationary time series", Arkiv för Matematik 2 (1953) 423–434) both are judged at once: with X the
-//! recording's Fourier coefficients, D those of the silent rig, as it is on average in the noise that it leaves out, and S the
-//! variance of the random part,
+//! A recording is the rig's response to its rotation, which angles and parameters fix to the last sample, and a random part:
+//! process force through the structure, and sensor noise. The likelihood (P. Whittle, "Estimation and
+//! information in stationary time series", Arkiv för Matematik 2 (1953) 423–434) takes both at once: X are the recording's
+//! Fourier coefficients, D those of the noise-free rig, S is the variance of the random part,
 //!
 //! −ln L = Σ_k ln S_k + |X_k − D_k|²/S_k
 //!
 //! so that phases count where they are fixed and only powers where they are random. Gradient and expected information
-//! (D. R. Brillinger, "Time Series", 1981, section 5) are
-//! g_a = Σ −2 Re(E* ∂_a D)/S + (1 − |E|²/S) ∂_a ln S, and I_ab = Σ 2 Re(∂_a D* ∂_b D)/S + ∂_a ln S ∂_b ln S.
+//! (D. R. Brillinger, "Time Series", 1981, section 5) are theory (55) and (56).
 
 use rayon::prelude::*;
 use realfft::num_complex::Complex;
@@ -22,38 +20,38 @@ use crate::rig::state::VelocityCovariance;
 use crate::rig::{OperatingCondition, Rig, RigError, Run, Start};
 use crate::signal::transform::inverse_plan;
 
-/// What a rig says of one recording.
+/// Prediction of one recording by a rig.
 #[derive(Clone, Debug)]
 pub struct Prediction {
-    /// D of `ax` and `ay`.
+    /// Mean D of `ax` and `ay`.
     pub mean: [Coefficients; 2],
-    /// Of the random part.
+    /// Random part.
     pub noise: Noise,
 }
 
-/// What a rig says of a recording's random part.
+/// Random part of a recording under a rig.
 #[derive(Clone, Debug)]
 pub struct Noise {
-    /// S of `ax` and `ay`.
+    /// Variance S of `ax` and `ay`, one per bin, (m/s²)².
     pub variance: [Vec<f64>; 2],
-    /// How far it takes the state from where the silent rig is.
+    /// Velocity covariance under the process force.
     pub velocity_covariance: VelocityCovariance,
 }
 
-/// A run without noise, as it is on average in the noise that it leaves out.
+/// A noise-free run: the mean motion under the noise that it leaves out.
 #[derive(Clone, Copy, Debug)]
 pub struct NoiseFreeRun<'a> {
     /// The rig.
     pub rig: &'a Rig,
-    /// Its operating condition.
+    /// Operating condition.
     pub condition: OperatingCondition,
-    /// Cage and shaft at t = 0, rad.
+    /// Angles of cage and shaft at t = 0, rad.
     pub angles: [f64; 2],
-    /// The noise.
+    /// Velocity covariance of the left-out noise.
     pub scatter: VelocityCovariance,
 }
 
-/// The random part of each recording by each of these rigs, recording after recording.
+/// Random part of each recording by each of the rigs, recording after recording.
 ///
 /// # Errors
 /// As [`simulate`](crate::rig::simulate()).
@@ -63,16 +61,16 @@ pub fn noises_in(rigs: &[&Rig], observed: &[Observed]) -> Result<Vec<Noise>, Rig
     noises(&asked.collect::<Vec<_>>()).into_iter().collect()
 }
 
-/// Random parts of recordings: sensor noise, and the process force through the structure.
+/// Random parts of recordings, theory (51): sensor noise, and the process force through the structure.
 ///
 /// # Errors
-/// Of each its own, as [`random_parts`].
+/// For each its own, as [`random_parts`].
 pub fn noises(asked: &[Asked]) -> Vec<Result<Noise, RigError>> {
     let parts = random_parts(asked);
     asked.par_iter().zip(parts).map(|(of, part)| Ok(seen(of.rig, &of.condition, part?))).collect()
 }
 
-/// A random part as the recording has it.
+/// Random part in the recording's channels, theory (51).
 fn seen(rig: &Rig, condition: &OperatingCondition, part: RandomPart) -> Noise {
     let (psd, noise) = rig.bearing().map_or((0.0, 0.0), |machine| {
         (machine.excitation.process_force_psd_n2_per_hz, machine.sensor.noise_std_m_per_s2.powi(2))
@@ -92,8 +90,8 @@ fn seen(rig: &Rig, condition: &OperatingCondition, part: RandomPart) -> Noise {
     Noise { variance, velocity_covariance: scatter }
 }
 
-/// Mean of the squared magnitudes of the Fourier coefficients of short signals, as if each were followed by zeros up to a
-/// length. Of many, through their mean autocorrelation: long transforms of each would be most of the work.
+/// Mean squared magnitude of the Fourier coefficients of short signals, each padded with zeros to `length`. For many, by
+/// their mean autocorrelation: long transforms of each would be most of the work.
 pub(super) fn mean_power(signals: &[&[f64]], length: usize) -> Vec<f64> {
     let longest = signals.iter().map(|s| s.len()).max().unwrap_or_default();
     let short = (2 * longest).next_power_of_two();
@@ -104,7 +102,7 @@ pub(super) fn mean_power(signals: &[&[f64]], length: usize) -> Vec<f64> {
         mean(signals.iter().map(|s| squares(s, short))).into_iter().map(Complex::from).collect();
     let inverse = inverse_plan(short);
     let mut lags = inverse.make_output_vec();
-    // Both buffers are made to the transform's measure.
+    // Both buffers have the transform's length.
     inverse.process(&mut power, &mut lags).unwrap_or_default();
     let mut apart = vec![0.0; length];
     apart[..short / 2].copy_from_slice(&lags[..short / 2]);
@@ -128,10 +126,10 @@ fn mean(many: impl ExactSizeIterator<Item = Vec<f64>>) -> Vec<f64> {
     .collect()
 }
 
-/// D of many runs: silent simulations.
+/// Means D of many noise-free runs.
 ///
 /// # Errors
-/// What the simulation refuses; one that diverges is an error of its own in the list.
+/// A run that the simulation refuses; one that diverges is an error of its own in the list.
 pub fn means(runs: &[NoiseFreeRun]) -> Result<Vec<Result<[Coefficients; 2], RigError>>, RigError> {
     let runs: Vec<Run> = runs
         .iter()
@@ -152,14 +150,14 @@ pub fn means(runs: &[NoiseFreeRun]) -> Result<Vec<Result<[Coefficients; 2], RigE
     Ok(simulate_all(&runs)?.into_par_iter().map(|run| run.map(transform)).collect())
 }
 
-/// Bins that are judged, up to a share of half the sample rate: all but the mean and the last, whose coefficients are
-/// real.
+/// Bins of the likelihood, up to a share of half the sample rate: all but the first and the last. The first is real, the
+/// last too for an even number of samples.
 pub fn judged_bins(spectrum: &[Complex<f64>], band: f64) -> std::ops::Range<usize> {
     let last = spectrum.len().saturating_sub(1);
     1..((band * last as f64) as usize).clamp(1, last.max(1))
 }
 
-/// −ln L of a recording, up to a share of half the sample rate.
+/// Negative log-likelihood −ln L of a recording, up to a share of half the sample rate, theory (54) without tachometer.
 pub fn neg_log_likelihood(observed: &Observed, expected: &Prediction, band: f64) -> f64 {
     let channel = |c: usize| {
         let Some(x) = &observed.spectra[c] else { return 0.0 };

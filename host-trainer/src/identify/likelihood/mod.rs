@@ -1,14 +1,15 @@
-//! How likely recordings are under a rig, and the rig under which they are most likely.
+//! Likelihood of recordings under a rig, and the rig of greatest likelihood: theory (54) to (58).
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`observed`] | a recording in the frequency domain |
-//! | [`tachometer`] | what its tachometer says of the shaft's angle |
-//! | [`likelihood`] | what a rig says of it: D, fixed by the angles at its start, and S, the variance of its random part |
-//! | [`align`] | those angles |
-//! | [`coordinate`] | what is sought, as a search sees it |
-//! | [`problem`] | likelihood, gradient and information at a point |
-//! | [`search`] | the most likely point |
+//! | [`observed`] | a recording in the frequency domain, theory (1) |
+//! | [`tachometer`] | the tachometer's reading of the shaft's angle |
+//! | [`likelihood`] | a rig's prediction: D, fixed by the angles at the start, and S, the variance of the random part |
+//! | [`align`] | those angles, theory (58) |
+//! | [`coordinate`] | the sought numbers on the scale of a search |
+//! | [`problem`] | likelihood, gradient and information at a point, theory (54) to (56) |
+//! | [`search`] | the point of greatest likelihood, theory (57) |
+//! | [`settings`] | thresholds, steps and counts |
 
 pub mod align;
 pub mod coordinate;
@@ -16,6 +17,7 @@ pub mod likelihood;
 pub mod observed;
 pub mod problem;
 pub mod search;
+pub mod settings;
 pub mod tachometer;
 #[cfg(test)]
 mod tests;

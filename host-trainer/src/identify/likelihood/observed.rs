@@ -10,42 +10,42 @@ use crate::rig::OperatingCondition;
 use crate::signal::interpolate::{Interpolator, held};
 use crate::signal::transform::forward_plan;
 
-/// The names that a simulated recording gives its accelerations.
+/// Names of the accelerations in a simulated recording.
 pub const CHANNELS: [&str; 2] = ["ax", "ay"];
 
-/// Fourier coefficients of a channel, from frequency 0 to half the sample rate, scaled so that white noise of variance
-/// σ² has E|X|² = σ² in every one of them.
+/// Fourier coefficients of a channel, from frequency 0 to half the sample rate, theory (1): white noise of variance σ² has
+/// E|X|² = σ² in each.
 pub type Coefficients = Vec<Complex<f64>>;
 
-/// A recording to be explained.
+/// A recording with its spectra and operating condition.
 #[derive(Clone, Debug)]
 pub struct Observed {
-    /// What to call it.
+    /// Name.
     pub name: String,
-    /// Under what it was recorded.
+    /// Operating condition.
     pub condition: OperatingCondition,
-    /// `ax` and `ay` as they were recorded, m/s².
+    /// Samples of `ax` and `ay`, m/s²; `None` for a channel that was not recorded.
     pub samples: [Option<Vec<f64>>; 2],
-    /// `ax` and `ay`, where they were recorded.
+    /// Fourier coefficients of `ax` and `ay`.
     pub spectra: [Option<Coefficients>; 2],
-    /// The shaft's angle at the first sample, where a tachometer tells it.
+    /// Tachometer's reading of the shaft's angle at the first sample.
     pub tachometer: Option<Reading>,
 }
 
-/// Why a recording cannot be explained by a bearing rig.
+/// Error of a recording that lacks what a bearing rig needs.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{recording}: found {found}, expected {expected}")]
 pub struct NotObserved {
     /// The recording.
     pub recording: String,
-    /// What is there.
+    /// Contents of the recording.
     pub found: String,
-    /// What must be.
+    /// Expected contents.
     pub expected: &'static str,
 }
 
-/// `ax` and `ay` of a recording: by these names, at the places where the rig's sensors sit by default, as FEMTO names
-/// them, or, of a recording with one acceleration, that one as `ay`, in the direction of the load.
+/// Channels `ax` and `ay` of a recording: by these names, by the default places of the rig's sensors, by FEMTO's names, or,
+/// of a recording with one acceleration, that one as `ay`, in the direction of the load.
 pub fn accelerations(recording: &Recording) -> [Option<&Channel>; 2] {
     let by_name = |names: [&str; 3]| names.iter().find_map(|name| recording.channel(name));
     let found = [by_name(["ax", "outer-x", "horizontal"]), by_name(["ay", "resonator-y", "vertical"])];
@@ -60,7 +60,7 @@ impl Observed {
     /// Recordings with their speeds and loads.
     ///
     /// # Errors
-    /// As [`Observed::of`], for the first that lacks something.
+    /// As [`Observed::from_recording`], for the first recording that lacks something.
     pub fn from_recordings(recordings: &[Recording]) -> Result<Vec<Self>, NotObserved> {
         recordings.iter().map(Self::from_recording).collect()
     }
@@ -68,7 +68,7 @@ impl Observed {
     /// A recording with its speed and load.
     ///
     /// # Errors
-    /// A recording without acceleration, speed or load.
+    /// A recording without acceleration, speed or load, or with under 64 samples.
     pub fn from_recording(recording: &Recording) -> Result<Self, NotObserved> {
         let name = recording.source.to_string();
         let refuse = |found: &str, expected| NotObserved { recording: name.clone(), found: found.into(), expected };
@@ -95,13 +95,14 @@ impl Observed {
 }
 
 impl Observed {
-    /// The recording as if the shaft had kept the speed that it had at t = 0, where it gains `rate_per_s` of it a second.
+    /// Recording resampled to the constant speed that the shaft had at t = 0, for a shaft that gains `rate_per_s` of it a
+    /// second.
     pub fn at_even_speed(&self, rate_per_s: f64) -> Cow<'_, Self> {
         if rate_per_s == 0.0 {
             return Cow::Borrowed(self);
         }
         let (interpolator, rate) = (Interpolator::new(), self.condition.sample_rate_hz);
-        // t + r t²/2 is the time that an even speed would take for the same turn.
+        // An even speed takes t + r t²/2 for the same turn.
         let place = |even: usize| {
             let even_s = even as f64 / rate;
             let root = (1.0 + 2.0 * rate_per_s * even_s).max(0.0).sqrt();
@@ -121,18 +122,18 @@ impl Observed {
     }
 }
 
-/// Fourier coefficients of a signal.
+/// Fourier coefficients of a signal, theory (1).
 pub fn coefficients(samples: &[f64]) -> Coefficients {
     padded(samples, samples.len(), 1.0 / (samples.len() as f64).sqrt())
 }
 
-/// Fourier transform of a signal that is 0 after its samples, at the frequencies of `length` samples, times `scale`.
+/// Fourier transform of a signal padded with zeros to `length` samples, times `scale`.
 pub fn padded(samples: &[f64], length: usize, scale: f64) -> Coefficients {
     let transform = forward_plan(length);
     let mut buffer: Vec<f64> = samples.iter().map(|v| v * scale).collect();
     buffer.resize(length, 0.0);
     let mut out = transform.make_output_vec();
-    // Both buffers are made to the transform's measure.
+    // Both buffers have the transform's length.
     transform.process(&mut buffer, &mut out).unwrap_or_default();
     out
 }

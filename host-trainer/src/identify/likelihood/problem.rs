@@ -1,4 +1,4 @@
-//! Recordings, a rig and what is sought of it: likelihood, gradient and information at a point.
+//! Recordings, a rig and its sought numbers: likelihood, gradient and information at a point, theory (54) to (56).
 
 use crate::rig::effect::ParameterKey;
 use std::iter;
@@ -12,27 +12,27 @@ use super::align;
 use super::coordinate::{ANGLE_STEP, Coordinate};
 use super::likelihood::{Noise, NoiseFreeRun, Prediction, judged_bins, means, neg_log_likelihood, noises_in};
 use super::observed::{Coefficients, Observed};
+use super::settings::SearchSettings;
 use super::tachometer::Reading;
 use crate::rig::{Rig, RigError};
 
-/// Bands of equal width in which a channel's part of the gradient is told.
-const BANDS: usize = 8;
+const SETTINGS: SearchSettings = SearchSettings::DEFAULT;
 
-/// What is to be explained, by what.
+/// Recordings, and the rig whose numbers are sought.
 #[derive(Clone, Debug)]
 pub struct Problem<'o> {
     /// The recordings.
     pub observed: &'o [Observed],
     /// The rig; its values at `coordinates` are replaced.
     pub rig: Rig,
-    /// What is sought.
+    /// Sought numbers.
     pub coordinates: Vec<Coordinate>,
-    /// Highest frequency that counts, as a share of half the sample rate. Below 1 for the first steps of a search: what
-    /// turns slowly has few wrong places to end at.
+    /// Highest frequency that counts, as a share of half the sample rate. Below 1 for the first steps of a search: at low
+    /// frequencies the likelihood has few local maxima.
     pub band: f64,
 }
 
-/// A choice of everything that is sought.
+/// Values of all unknowns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
     /// One for each of the problem's coordinates.
@@ -44,63 +44,63 @@ pub struct Point {
 /// The likelihood around a point. Unknowns are the coordinates, then both angles of each recording.
 #[derive(Clone, Debug)]
 pub struct Expansion {
-    /// −ln L of each recording.
+    /// Negative log-likelihood −ln L of each recording.
     pub neg_log_likelihoods: Vec<f64>,
-    /// What is left above chance, in the same unit: squares over their variance, less one each.
+    /// Lack of fit above chance, in the unit of −ln L: squared residuals over their variance, less one each.
     pub excess: f64,
-    /// Its gradient.
+    /// Gradient of −ln L, theory (55), one entry per unknown.
     pub gradient: Vec<f64>,
-    /// What each recording's tachometer and each band of its channels add to the gradient.
+    /// Parts of the gradient by each recording's tachometer and each band of its channels.
     pub scores: Vec<Vec<f64>>,
-    /// Expected information.
+    /// Expected information, theory (56), unknowns × unknowns.
     pub information: Mat<f64>,
 }
 
 impl Expansion {
-    /// −ln L of all recordings.
+    /// Negative log-likelihood −ln L of all recordings.
     pub fn neg_log_likelihood(&self) -> f64 {
         self.neg_log_likelihoods.iter().sum()
     }
 }
 
 impl<'o> Problem<'o> {
-    /// These numbers of a rig are sought, and the angles; frequencies up to half the sample rate count.
+    /// Problem of `coordinates` and the angles, with all frequencies up to half the sample rate.
     pub fn new(observed: &'o [Observed], rig: Rig, coordinates: Vec<Coordinate>) -> Self {
         Self { observed, rig, coordinates, band: 1.0 }
     }
 
-    /// Only the angles are sought.
+    /// Problem of the angles only.
     pub fn of_angles(observed: &'o [Observed], rig: Rig) -> Self {
         Self::new(observed, rig, Vec::new())
     }
 
-    /// The rig's own values, with the angles that suit the recordings best.
+    /// Point of the rig's own values, with the angles that suit the recordings best.
     ///
     /// # Errors
-    /// What the simulation refuses.
+    /// A run that the simulation refuses.
     pub fn start(&self) -> Result<Point, RigError> {
         Ok(self.start_at(self.aligned(&self.rig)?))
     }
 
-    /// The rig's own values, with these angles.
+    /// Point of the rig's own values, with given angles.
     pub fn start_at(&self, angles: Vec<[f64; 2]>) -> Point {
         let value = |c: &Coordinate| c.from_value(self.rig.get(c.key).unwrap_or_default());
         Point { coordinates: self.coordinates.iter().map(value).collect(), angles }
     }
 
-    /// The angles with which a rig suits the recordings best.
+    /// Angles with which a rig suits the recordings best, theory (58).
     ///
     /// # Errors
-    /// What the simulation refuses.
+    /// A run that the simulation refuses.
     pub fn aligned(&self, rig: &Rig) -> Result<Vec<[f64; 2]>, RigError> {
         align::angles(rig, self.observed, &self.noise(rig)?)
     }
 
-    /// The angles with which a rig suits the recordings best, where those of the rig `without` something are `known`: as they
-    /// are, moved, or found anew. `fitted` are angles of some recordings, by number, that have been found with it.
+    /// Angles with which a rig suits the recordings best, given the `known` angles of the rig `without` one of its effects:
+    /// those, moved ones, or new ones. `fitted` are angles of some recordings, by index, that were found with the effect.
     ///
     /// # Errors
-    /// What the simulation refuses of all of them.
+    /// Runs that the simulation refuses for all choices.
     pub fn aligned_given(
         &self,
         rig: &Rig,
@@ -130,7 +130,7 @@ impl<'o> Problem<'o> {
         each.map(|((o, a), lag)| Ok(align::moved_angles(rig, o, lag?, *a))).collect()
     }
 
-    /// The same point with its angles moved as [`align::latched`] does.
+    /// Point with its angles moved by [`align::latched`].
     ///
     /// # Errors
     /// As [`align::latched`].
@@ -140,10 +140,10 @@ impl<'o> Problem<'o> {
         Ok(Point { angles, ..point.clone() })
     }
 
-    /// The rig at a point.
+    /// Rig at the given coordinates.
     ///
     /// # Errors
-    /// A value that it cannot have.
+    /// A value out of the range of its key.
     pub fn rig_at(&self, coordinates: &[f64]) -> Result<Rig, RigError> {
         let mut rig = self.rig.clone();
         self.coordinates.iter().zip(coordinates).try_for_each(|(c, u)| c.put(&mut rig, *u))?;
@@ -155,10 +155,10 @@ impl<'o> Problem<'o> {
         noises_in(&[rig], self.observed)
     }
 
-    /// What the rig says of each recording.
+    /// Prediction of each recording at a point.
     ///
     /// # Errors
-    /// What the simulation refuses, a run that diverges among it.
+    /// A run that the simulation refuses, or that diverges.
     pub fn predict(&self, point: &Point) -> Result<Vec<Prediction>, RigError> {
         let rig = self.rig_at(&point.coordinates)?;
         let noise = self.noise(&rig)?;
@@ -166,10 +166,10 @@ impl<'o> Problem<'o> {
         means.into_iter().zip(noise).map(|(mean, noise)| Ok(Prediction { mean: mean?, noise })).collect()
     }
 
-    /// −ln L of each recording.
+    /// Negative log-likelihood −ln L of each recording, theory (54).
     ///
     /// # Errors
-    /// As [`Problem::expected`].
+    /// As [`Problem::predict`].
     pub fn neg_log_likelihoods(&self, point: &Point) -> Result<Vec<f64>, RigError> {
         let expected = self.predict(point)?;
         let each = self.observed.iter().zip(&expected).zip(&point.angles);
@@ -180,15 +180,15 @@ impl<'o> Problem<'o> {
             .collect())
     }
 
-    /// What a recording's tachometer adds.
+    /// Term of a recording's tachometer.
     fn of_tachometer(&self, o: &Observed, adds: impl Fn(Reading) -> f64) -> f64 {
         align::reading(&self.rig, o).map_or(0.0, adds)
     }
 
-    /// The same around a point with `more` numbers of the rig after the coordinates, at what they are.
+    /// Expansion around a point with `more` numbers of the rig after the coordinates, at their present values.
     ///
     /// # Errors
-    /// As [`Problem::expected`].
+    /// As [`Problem::predict`].
     pub fn expand_with(&self, more: &[Coordinate], point: &Point) -> Result<Expansion, RigError> {
         let rig = self.rig_at(&point.coordinates)?;
         let with = Self { coordinates: [&self.coordinates, more].concat(), ..self.clone() };
@@ -197,10 +197,10 @@ impl<'o> Problem<'o> {
         with.expand(&Point { coordinates, angles: point.angles.clone() })
     }
 
-    /// Likelihood, gradient and information, by difference quotients of D and ln S.
+    /// Likelihood, gradient and information, theory (54) to (56), by difference quotients of D and ln S.
     ///
     /// # Errors
-    /// As [`Problem::expected`].
+    /// As [`Problem::predict`].
     pub fn expand(&self, point: &Point) -> Result<Expansion, RigError> {
         let base = self.rig_at(&point.coordinates)?;
         let moved: Vec<Rig> = (0..self.coordinates.len())
@@ -298,7 +298,7 @@ impl<'o> Problem<'o> {
     }
 }
 
-/// How D and ln S change with one unknown; empty where they do not.
+/// Derivatives of D and ln S by one unknown; empty if they do not depend on it.
 #[derive(Clone, Debug, Default)]
 struct Slope {
     mean: Coefficients,
@@ -313,7 +313,7 @@ fn quotient(from: &[Complex<f64>], to: &[Complex<f64>], step: f64) -> Coefficien
 struct Local {
     neg_log_likelihood: f64,
     excess: f64,
-    /// As [`Expansion::scores`].
+    /// Scores as in [`Expansion::scores`].
     scores: Vec<Vec<f64>>,
     information: Mat<f64>,
 }
@@ -327,8 +327,9 @@ impl Local {
         let left = bins.clone().map(|k| (x[k] - d[k]).norm_sqr() / s[k]).sum::<f64>();
         self.neg_log_likelihood += left + bins.clone().map(|k| s[k].ln()).sum::<f64>();
         self.excess += left - bins.len() as f64;
-        let width = bins.len().div_ceil(BANDS).max(1);
-        for band in (0..BANDS).map(|n| bins.start + n * width..(bins.start + (n + 1) * width).min(bins.end)) {
+        let bands = SETTINGS.score_bands;
+        let width = bins.len().div_ceil(bands).max(1);
+        for band in (0..bands).map(|n| bins.start + n * width..(bins.start + (n + 1) * width).min(bins.end)) {
             let score = |slope: &Slope| -> f64 {
                 let of = |k: usize| {
                     let residual = x[k] - d[k];

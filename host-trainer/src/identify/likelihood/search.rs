@@ -1,17 +1,20 @@
-//! The most likely point: Fisher scoring, damped as Levenberg and Marquardt do.
+//! Maximum of the likelihood: Fisher scoring with Levenberg–Marquardt damping, theory (57).
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 use super::problem::{Expansion, Point, Problem};
+use super::settings::SearchSettings;
 use crate::rig::RigError;
 
-/// When a search ends.
+const SETTINGS: SearchSettings = SearchSettings::DEFAULT;
+
+/// Limits of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Steps at most.
+    /// Most steps.
     pub steps: usize,
-    /// Less gain than this in −ln L ends it, and less than [`OF_EXCESS`] of what is left.
+    /// Gain in −ln L below which a search ends; [`SearchSettings::min_share_of_excess`] may end it earlier.
     pub least_increment: f64,
     /// Greatest change of a coordinate in a step.
     pub change: f64,
@@ -23,28 +26,18 @@ impl Default for Limits {
     }
 }
 
-/// How far a coordinate strays from where the search began at no cost to speak of: a factor of e². What the recordings do
-/// not tell stays where it was, instead of running away along a likelihood that is flat.
-const PRIOR_STD: f64 = 2.0;
-
-/// Share of what is left above chance that a gain must come to: a rig that leaves 10⁶ is wrong by more than any last step mends.
-const LEAST_SHARE_OF_EXCESS: f64 = 1e-5;
-
-/// Keeps an angle on which nothing depends where it is.
-const ANGLE_STIFFNESS: f64 = 1e-3;
-
-/// What a search has found.
+/// Result of a search.
 #[derive(Clone, Debug)]
 pub struct Optimum {
-    /// The most likely point.
+    /// Point of greatest likelihood.
     pub point: Point,
-    /// The likelihood around it.
+    /// Likelihood around the point.
     pub expansion: Expansion,
-    /// Whether it ended because there was no more to gain.
+    /// Whether the search ended because there was no more to gain.
     pub converged: bool,
 }
 
-/// Searches from the rig's own values and the angles that suit it best, as far as there is anything to gain.
+/// Searches from the rig's own values and its best angles until there is no more to gain.
 ///
 /// # Errors
 /// What the simulation refuses at the start.
@@ -59,7 +52,7 @@ pub fn search_from_rig(problem: &Problem) -> Result<Optimum, RigError> {
 pub fn search(problem: &Problem, from: Point, limits: &Limits) -> Result<Optimum, RigError> {
     let anchor = from.coordinates.clone();
     let pull = |point: &Point| -> f64 {
-        let away = point.coordinates.iter().zip(&anchor).map(|(u, a)| ((u - a) / PRIOR_STD).powi(2));
+        let away = point.coordinates.iter().zip(&anchor).map(|(u, a)| ((u - a) / SETTINGS.prior_std).powi(2));
         0.5 * away.sum::<f64>()
     };
     let mut point = from;
@@ -67,17 +60,17 @@ pub fn search(problem: &Problem, from: Point, limits: &Limits) -> Result<Optimum
     let mut damping = Damping::new();
     for _ in 0..limits.steps {
         let mut gained = None;
-        while damping.value < Damping::MOST {
-            let Some((next, promised)) = stepped(&point, &anchor, &expansion, damping.value, limits.change) else {
+        while damping.value < SETTINGS.max_damping {
+            let Some((next, expected)) = stepped(&point, &anchor, &expansion, damping.value, limits.change) else {
                 damping.raise();
                 continue;
             };
-            // Where no rig can stand there is nothing to gain.
+            // An impossible rig has no likelihood.
             let neg_log_likelihood: f64 = problem.neg_log_likelihoods(&next).map_or(f64::INFINITY, |m| m.iter().sum());
             let gain = expansion.neg_log_likelihood() + pull(&point) - neg_log_likelihood - pull(&next);
             if gain > 0.0 {
                 gained = Some((next, gain));
-                damping.follow(gain / promised);
+                damping.follow(gain / expected);
                 break;
             }
             damping.raise();
@@ -87,51 +80,47 @@ pub fn search(problem: &Problem, from: Point, limits: &Limits) -> Result<Optimum
         };
         point = next;
         expansion = problem.expand(&point)?;
-        if gain < limits.least_increment.max(LEAST_SHARE_OF_EXCESS * expansion.excess) {
+        if gain < limits.least_increment.max(SETTINGS.min_share_of_excess * expansion.excess) {
             return Ok(Optimum { point, expansion, converged: true });
         }
     }
     Ok(Optimum { point, expansion, converged: false })
 }
 
-/// Damping by how far steps keep what they promise: H. B. Nielsen, "Damping parameter in Marquardt's method", IMM-REP-1999-05
-/// (Technical University of Denmark). Where the curvature is not as expected it stays where steps gain, instead of trying at
-/// every step whether less would do.
+/// Damping by the ratio of actual to expected gain: H. B. Nielsen, "Damping parameter in Marquardt's method", IMM-REP-1999-05
+/// (Technical University of Denmark). Where the curvature is not as expected, the damping stays where steps gain, instead of
+/// falling after every step.
 struct Damping {
     value: f64,
     growth: f64,
 }
 
 impl Damping {
-    const START: f64 = 1e-3;
-    const LEAST: f64 = 1e-9;
-    /// Where a search ends that gains nothing.
-    const MOST: f64 = 1e9;
-    const GROWTH: f64 = 4.0;
-
     fn new() -> Self {
-        Self { value: Self::START, growth: Self::GROWTH }
+        Self { value: SETTINGS.initial_damping, growth: SETTINGS.damping_growth }
     }
 
-    /// After a step that gained this share of what it promised.
+    /// Adapts the damping after a step that gained the share `kept` of its expected gain.
     fn follow(&mut self, kept: f64) {
-        self.value = (self.value * (1.0 - (2.0 * kept - 1.0).powi(3)).max(0.2)).max(Self::LEAST);
-        self.growth = Self::GROWTH;
+        let factor = (1.0 - (2.0 * kept - 1.0).powi(3)).max(SETTINGS.min_damping_fall);
+        self.value = (self.value * factor).max(SETTINGS.min_damping);
+        self.growth = SETTINGS.damping_growth;
     }
 
-    /// After a step that gained nothing.
+    /// Raises the damping after a step without gain.
     fn raise(&mut self) {
         self.value *= self.growth;
         self.growth *= 2.0;
     }
 }
 
-/// The next point, and what it promises to gain in −ln L.
+/// Next point, and its expected gain in −ln L.
 fn stepped(point: &Point, anchor: &[f64], expansion: &Expansion, damping: f64, most: f64) -> Option<(Point, f64)> {
     let count = expansion.gradient.len();
     let coordinates = point.coordinates.len();
-    let stiffness = 1.0 / (PRIOR_STD * PRIOR_STD);
-    let undamped = |a: usize| expansion.information[(a, a)] + if a < coordinates { stiffness } else { ANGLE_STIFFNESS };
+    let stiffness = 1.0 / (SETTINGS.prior_std * SETTINGS.prior_std);
+    let undamped =
+        |a: usize| expansion.information[(a, a)] + if a < coordinates { stiffness } else { SETTINGS.angle_stiffness };
     let system =
         Mat::from_fn(
             count,
@@ -150,15 +139,16 @@ fn stepped(point: &Point, anchor: &[f64], expansion: &Expansion, damping: f64, m
     let along = |of: &Mat<f64>| -> f64 { (0..count).map(|a| step[(a, 0)] * of[(a, 0)]).sum() };
     let curvature =
         along(&(&system * &step)) - damping * (0..count).map(|a| undamped(a) * step[(a, 0)].powi(2)).sum::<f64>();
-    let promised = scale * along(&right) - 0.5 * scale * scale * curvature;
+    let expected = scale * along(&right) - 0.5 * scale * scale * curvature;
+    let most_angle = SETTINGS.max_angle_change_rad;
     let mut next = point.clone();
     next.coordinates.iter_mut().enumerate().for_each(|(a, u)| *u += scale * step[(a, 0)]);
     for (index, angles) in next.angles.iter_mut().enumerate() {
         for (k, angle) in angles.iter_mut().enumerate() {
-            *angle += (scale * step[(coordinates + 2 * index + k, 0)]).clamp(-0.3, 0.3);
+            *angle += (scale * step[(coordinates + 2 * index + k, 0)]).clamp(-most_angle, most_angle);
         }
     }
-    next.coordinates.iter().all(|u| u.is_finite()).then_some((next, promised))
+    next.coordinates.iter().all(|u| u.is_finite()).then_some((next, expected))
 }
 
 #[cfg(test)]
@@ -170,7 +160,7 @@ mod tests {
         let after = |kept: f64| {
             let mut damping = Damping::new();
             damping.follow(kept);
-            damping.value / Damping::START
+            damping.value / SETTINGS.initial_damping
         };
         assert!(after(1.0) < 0.25, "{}", after(1.0));
         assert!((after(0.5) - 1.0).abs() < 1e-12, "{}", after(0.5));

@@ -1,19 +1,17 @@
-//! What a tachometer says of the shaft's angle at a recording's first sample.
+//! Tachometer's reading of the shaft's angle at a recording's first sample: the last term of theory (54).
 //!
 //! A pulse is the first sample of a turn, so that the shaft's angle is known to a part of a sample, whatever the machine does.
-//! To the likelihood it is one more reading, of a normal distribution.
+//! The likelihood takes it as a normally distributed measurement.
 
 use std::f64::consts::TAU;
 
+use super::settings::TachometerSettings;
 use crate::recording::Recording;
 use crate::signal::order::ShaftAngle;
 
-/// Standard deviation of a reading, in samples: of a turn that began anywhere within one it is 0.29.
-const DEVIATION_SAMPLES: f64 = 0.5;
-/// A mean speed this many times the stated one, or a part of it, is that of a tachometer with other than one pulse a turn.
-const OTHER: f64 = 1.3;
+const SETTINGS: TachometerSettings = TachometerSettings::DEFAULT;
 
-/// The shaft's angle at the first sample, by the tachometer.
+/// Shaft angle at the first sample by the tachometer, with its standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     shaft_rad: f64,
@@ -23,7 +21,7 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// Of the channel `tacho`; nothing without one, or where its pulses are not one a turn of about this speed.
+    /// Reading of the channel `tacho`; `None` without one, or if its pulses are not one a turn at about `shaft_hz`.
     pub fn from_recording(recording: &Recording, shaft_hz: f64) -> Option<Self> {
         let rate = recording.sample_rate_hz;
         let angle = ShaftAngle::from_tacho(&recording.channel("tacho")?.samples, rate).ok()?;
@@ -32,23 +30,23 @@ impl Reading {
         let [start, middle, end] = [0.0, 1.0, 2.0].map(|k| angle.turns(k * half_s));
         let reading = Self {
             shaft_rad: TAU * start,
-            deviation_rad: DEVIATION_SAMPLES * TAU * shaft_hz / rate,
+            deviation_rad: SETTINGS.std_samples * TAU * shaft_hz / rate,
             gains_per_s: (end - 2.0 * middle + start) / (shaft_hz * half_s * half_s),
         };
-        (1.0 / OTHER..OTHER).contains(&ratio).then_some(reading)
+        (1.0 / SETTINGS.max_speed_ratio..SETTINGS.max_speed_ratio).contains(&ratio).then_some(reading)
     }
 
-    /// The same angle, but for whole turns, next to another.
+    /// Read angle, plus whole turns, nearest to `shaft_rad`, rad.
     pub fn next_to(self, shaft_rad: f64) -> f64 {
         shaft_rad - self.off(shaft_rad)
     }
 
-    /// How far an angle is ahead of it, at most half a turn either way.
+    /// Difference of an angle from the reading, rad, at most half a turn either way.
     pub fn off(self, shaft_rad: f64) -> f64 {
         (shaft_rad - self.shaft_rad + 0.5 * TAU).rem_euclid(TAU) - 0.5 * TAU
     }
 
-    /// −ln L of an angle, less what does not depend on it.
+    /// Negative log-likelihood −ln L of an angle, without constants.
     pub fn neg_log_likelihood(self, shaft_rad: f64) -> f64 {
         0.5 * (self.off(shaft_rad) / self.deviation_rad).powi(2)
     }
@@ -58,7 +56,7 @@ impl Reading {
         self.off(shaft_rad) * self.information()
     }
 
-    /// And its curvature.
+    /// Curvature of [`Reading::neg_log_likelihood`].
     pub fn information(self) -> f64 {
         self.deviation_rad.powi(-2)
     }

@@ -13,7 +13,7 @@ use crate::rig::random_part::Asked;
 use crate::rig::test_support::{condition, nominal};
 use crate::rig::{EffectEntry, Rig, Run, Start, simulate_many};
 
-/// Without tachometers.
+/// Recordings without tachometers.
 fn observed(rig: &Rig, loads: &[f64], seed: u64) -> Vec<Observed> {
     let plain = |o| Observed { tachometer: None, ..o };
     observed_with_tachometers(rig, loads, seed).into_iter().map(plain).collect()
@@ -34,7 +34,7 @@ fn problem<'o>(observed: &'o [Observed], rig: &Rig, keys: &[ModelKey]) -> Proble
     Problem::new(observed, rig.clone(), coordinates)
 }
 
-/// The noise of one.
+/// Noise of one recording.
 fn alone(of: &Asked) -> Noise {
     noises(&[*of]).swap_remove(0).unwrap()
 }
@@ -55,7 +55,7 @@ fn the_angles_of_the_start_are_found() {
     }
 }
 
-/// Where nothing else tells it.
+/// Shaft angle where only the tachometer determines it.
 #[test]
 fn a_tachometer_tells_the_shafts_angle() {
     let mut rig = nominal();
@@ -69,8 +69,8 @@ fn a_tachometer_tells_the_shafts_angle() {
     }
 }
 
-/// Of what turns with a ball or with the shaft as well as with the cage, too: they tell all but a hundredth of what the angles
-/// tell that it was made with.
+/// Angles of effects that turn with a ball or with the shaft as well as with the cage: their fit explains all but a hundredth
+/// of what the true angles explain.
 #[test]
 fn the_angles_of_a_pitted_ball_and_of_a_wavy_inner_race_are_found() {
     // The slight one does not outweigh the balls' passing.
@@ -96,8 +96,7 @@ fn the_angles_of_a_pitted_ball_and_of_a_wavy_inner_race_are_found() {
     }
 }
 
-/// What is left after D is white over S: its mean is 1 in every band, for a contact that is always and one that is hardly
-/// loaded.
+/// Residuals over their variance S have mean 1 in every band, for a contact that is always and one that is hardly loaded.
 #[test]
 fn invariant_the_residual_of_the_true_rig_is_as_large_as_it_says() {
     let rig = nominal();
@@ -157,8 +156,8 @@ fn a_guess_that_is_off_by_a_third_comes_right() {
     }
 }
 
-/// Dry friction in noise against many noisy runs: neither mean nor power of the random part is what the silent rig or its
-/// mean slope would have. The power left beside the mean is what so few runs leave by chance, 1/count, and little more.
+/// Dry friction in noise against many noisy runs: neither mean nor power of the random part is that of the noise-free rig or
+/// its mean slope. The residual power of the mean is what so few runs have by chance, 1/count, and little more.
 #[test]
 fn invariant_friction_in_noise_is_as_many_runs_show() {
     const RUNS: u64 = 32;
@@ -232,7 +231,7 @@ fn invariant_a_housing_that_friction_holds_is_as_many_runs_show() {
         simulate_many(&runs).unwrap().iter().map(|r| Observed::from_recording(r).unwrap()).collect();
     let noise = alone(&Asked { rig: &rig, condition: at, known: None });
     for bins in [600..1200, 1200..2400, 2400..4800] {
-        // Runs begin at other angles: what repeats in them stands out of the rest, whose median it does not move.
+        // Runs begin at other angles: the deterministic lines do not move the median.
         let power = |o: &Observed, k: usize| o.spectra[1].as_ref().unwrap()[k].norm_sqr() / noise.variance[1][k];
         let mut powers: Vec<f64> = bins.clone().flat_map(|k| many.iter().map(move |o| power(o, k))).collect();
         powers.sort_by(f64::total_cmp);

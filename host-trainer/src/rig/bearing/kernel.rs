@@ -1,10 +1,8 @@
-//! The integration of several runs side by side. Nothing is allocated in the loop.
+//! Integration of several runs side by side. Nothing is allocated in the loop.
 //!
-//! The contact force needs no angle of a single ball. With the relative displacement turned into the cage's frame,
-//! u = x cos θ + y sin θ and w = −x sin θ + y cos θ, ball j stands at the constant angle α_j = 2πj/n_b there, so that
-//! δ_j = u cos α_j + w sin α_j − c. θ and ψ follow rotation recurrences, set right from the exact angles every
-//! [`BLOCK`] samples. θ is kept within one pitch of balls, so that the loaded balls have the same index in all runs
-//! and the unloaded ones are skipped.
+//! The contact force is summed in the cage's frame, theory (37), and needs no angle of a single ball. θ and ψ follow
+//! rotation recurrences, set from the exact angles every `exact_angles_every` samples. θ is kept within one pitch of
+//! balls, so that the loaded balls have the same index in all runs and the unloaded ones are skipped.
 
 mod angles;
 mod hooks;
@@ -12,6 +10,7 @@ mod hooks;
 use angles::Angles;
 
 use super::{
+    SETTINGS,
     lanes::{Lanes, MAX_RUNS},
     prepare::Prepared,
     setup::{Setup, gather},
@@ -22,19 +21,20 @@ use crate::rig::{
     state::{DOFS, Instant, OUTER_X, OUTER_Y},
 };
 
-/// Samples between two exact evaluations of the angles.
-const BLOCK: usize = 64;
-/// Acceleration of the horizontal and the vertical sensor, m/s², and, where asked for, the force that the bearing
-/// passes to the housing in x and y, N.
+/// Acceleration of the horizontal and the vertical sensor, m/s², and, if asked for, the force on the outer race in x and y
+/// without the process force, N.
 pub(in crate::rig) type Signals = [Vec<f64>; 4];
-/// Where the two groups of the state begin, and in it the positions and velocities of the degrees of freedom.
+/// First index of the horizontal states.
 const X: usize = 0;
+/// First index of the vertical states.
 const Y: usize = 4;
+/// Index of each degree of freedom's position.
 const POSITIONS: [usize; DOFS] = [X, X + 1, Y, Y + 1, Y + 2];
+/// Index of each degree of freedom's velocity.
 const VELOCITIES: [usize; DOFS] = [X + 2, X + 3, Y + 3, Y + 4, Y + 5];
 /// Instants of a step at which forces are computed, in steps.
 const INSTANTS: [f64; 3] = [0.0, 0.5, 1.0];
-/// Of the losses: those of the start of a step where what the step is computed with is not.
+/// Index of the losses at the start of a step as they are, where the step itself uses the parabola of theory (45).
 const AS_IT_IS: usize = 3;
 
 #[inline(always)]
@@ -65,25 +65,28 @@ pub(super) struct Kernel<'a, L: Lanes, const HOOKS: bool> {
     losses: [Vec<f64>; 4],
     /// Loss of deflection of each ball of one run.
     ball_losses: Vec<f64>,
-    /// Balls of one run that pass a pit in the step.
+    /// Balls of one run that pass a local defect in the step.
     passages: Vec<Passage>,
-    /// Whether a ball of any run does.
+    /// Whether a ball of any run passes a local defect in the step.
     passing: bool,
-    /// Of each run: angles at the start of the sample, and what they gain in it; pitches the cage has turned.
+    /// Angles of shaft and cage of each run at the start of the sample, rad.
     angles0: [[f64; 2]; MAX_RUNS],
+    /// Gains of these angles over the sample, rad.
     gains: [[f64; 2]; MAX_RUNS],
+    /// Ball pitches that each run's cage has turned.
     pitches: [usize; MAX_RUNS],
-    /// Of each run: the instants of a step.
+    /// Instants of a step, for each run.
     moments: [[Instant; INSTANTS.len()]; MAX_RUNS],
     /// Whether there are forces of effects in any run.
     forced: bool,
-    /// Room for what these are computed from, and for what they add to.
+    /// Scratch for the states that forces of effects read.
     lanes_of_states: [[f64; MAX_RUNS]; STATES],
+    /// Scratch for the forces that they add to.
     lanes_of_forces: [[f64; MAX_RUNS]; DOFS],
 }
 
 impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
-    /// At least one run, at most [`Lanes::RUNS`].
+    /// Kernel of at least one run, at most [`Lanes::RUNS`].
     #[inline(always)]
     pub(super) fn new(l: L, runs: &'a [Prepared]) -> Self {
         let balls = runs[0].balls;
@@ -117,7 +120,7 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
         let l = self.l;
         let first = &self.runs[0];
         let (settle, total) = (first.settle, first.settle + first.samples);
-        let block = if first.drifting { 1 } else { BLOCK };
+        let block = if first.drifting { 1 } else { SETTINGS.exact_angles_every };
         let mut z = [l.splat(0.0); STATES];
         let mut angles = Angles { cage: [l.splat(0.0); 2], shaft: [l.splat(0.0); 2] };
         let mut half_step = angles;
@@ -197,7 +200,7 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
         (full, end)
     }
 
-    /// e^{Ah/2} z + A₂₁ n.
+    /// Stages a and b: e^{Ah/2} z + A₂₁ n.
     #[inline(always)]
     fn stage_a(&self, half: &[L::V; STATES], n: &[L::V; DOFS]) -> [L::V; STATES] {
         let (l, set) = (self.l, &self.setup);
@@ -216,7 +219,7 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
         z
     }
 
-    /// e^{Ah} z + c₁ n(z) + 2 A₂₁ n(b).
+    /// Stage c: e^{Ah} z + c₁ n(z) + 2 A₂₁ n(b).
     #[inline(always)]
     fn stage_c(&self, full: &[L::V; STATES], n0: &[L::V; DOFS], nb: &[L::V; DOFS]) -> [L::V; STATES] {
         let (l, set) = (self.l, &self.setup);
@@ -242,7 +245,7 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
         z
     }
 
-    /// Forces on the degrees of freedom in the order of `plan`: contact, unbalance, constants, hooks.
+    /// Forces on the degrees of freedom, theory (29) to (37): contact, unbalance, constants, hooks.
     #[inline(always)]
     fn forces(&mut self, instant: usize, angles: Angles<L::V>, z: &[L::V; STATES]) -> [L::V; DOFS] {
         let (l, set) = (self.l, &self.setup);
@@ -276,7 +279,7 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
             l.add(fy, set.process),
             set.resonator_y,
         ];
-        // Forces know no losses: what is as it is, is at the start.
+        // Forces of effects do not depend on losses: the true start is the start.
         let instant = if instant == AS_IT_IS { 0 } else { instant };
         if HOOKS { self.hooks(forces, z, instant) } else { forces }
     }

@@ -14,21 +14,21 @@ pub(super) trait Lanes: Copy {
     /// Runs in a vector.
     const RUNS: usize;
 
-    /// The same number for all.
+    /// One number for all runs.
     fn splat(self, value: f64) -> Self::V;
     /// One number for each run from the first `RUNS` of a slice.
     fn load(self, values: &[f64]) -> Self::V;
     /// Each run's number.
     fn store(self, v: Self::V, values: &mut [f64]);
-    /// a + b.
+    /// Sum a + b.
     fn add(self, a: Self::V, b: Self::V) -> Self::V;
-    /// a − b.
+    /// Difference a − b.
     fn sub(self, a: Self::V, b: Self::V) -> Self::V;
-    /// a · b.
+    /// Product a · b.
     fn mul(self, a: Self::V, b: Self::V) -> Self::V;
-    /// a · b + c.
+    /// Product and sum a · b + c.
     fn mul_add(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
-    /// max(a, 0).
+    /// Positive part max(a, 0).
     fn positive(self, a: Self::V) -> Self::V;
     /// Whether any run's number is above 0.
     fn any_positive(self, a: Self::V) -> bool;

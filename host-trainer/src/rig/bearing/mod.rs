@@ -1,4 +1,4 @@
-//! The 5-DoF bearing rig.
+//! The 5-DoF bearing rig: theory (28) to (41); linearised, theory (49) and (50).
 
 mod kernel;
 mod lanes;
@@ -19,17 +19,19 @@ use kernel::Kernel;
 pub(super) use kernel::Signals;
 use lanes::{Lanes, One, Wide};
 
-/// From this many runs on a vector of them beats one after the other.
-const WIDE_FROM: usize = 3;
+use super::settings::{IntegrationSettings, LinearisationSettings};
+
+const SETTINGS: IntegrationSettings = IntegrationSettings::DEFAULT;
+const LINEARISATION: LinearisationSettings = LinearisationSettings::DEFAULT;
 
 /// Signals of each run, from its preroll on.
 ///
-/// All runs must be of one [`Shape`].
+/// All runs must be of one [`Shape`](prepare::Shape).
 pub(super) fn integrate(runs: &[Prepared]) -> Vec<Signals> {
     Arch::new().dispatch(Integrate(runs))
 }
 
-/// How many runs a vector of this machine holds.
+/// Runs in a vector of this machine.
 pub(super) fn runs_per_vector() -> usize {
     struct Width;
     impl WithSimd for Width {
@@ -55,7 +57,7 @@ impl WithSimd for Integrate<'_> {
             let of_force = if group[0].path_force { rows } else { 0 };
             out.resize_with(from + group.len(), || [rows, rows, of_force, of_force].map(Vec::with_capacity));
             let out = &mut out[from..];
-            if group.len() >= WIDE_FROM {
+            if group.len() >= SETTINGS.vector_from_runs {
                 run::<S, _>(simd, Wide(simd), group, out);
             } else {
                 for (run_, out) in group.chunks(1).zip(out.chunks_mut(1)) {

@@ -1,18 +1,18 @@
-//! φ functions of a small matrix: φ₀(X) = eˣ, φₖ₊₁(X) = (φₖ(X) − I/k!)/X, k ≤ 3.
+//! φ functions of a small matrix, k ≤ 3: theory (39).
 //!
 //! Hochbruck and Ostermann, "Exponential integrators", Acta Numerica 19 (2010) 209–286, section 2.
 
 /// A square matrix of at most 6 × 6, row by row.
 pub(super) type Matrix<const N: usize> = [[f64; N]; N];
 
-/// φ₀ … φ₃ of one matrix.
+/// Functions φ₀ … φ₃ of one matrix.
 pub(super) struct Phi<const N: usize>(pub [Matrix<N>; 4]);
 
 fn product<const N: usize>(a: &Matrix<N>, b: &Matrix<N>) -> Matrix<N> {
     std::array::from_fn(|i| std::array::from_fn(|j| (0..N).map(|k| a[i][k] * b[k][j]).sum()))
 }
 
-/// Σ cₖ Mₖ.
+/// Linear combination Σ cₖ Mₖ.
 pub(super) fn combination<const N: usize>(terms: &[(f64, &Matrix<N>)]) -> Matrix<N> {
     std::array::from_fn(|i| std::array::from_fn(|j| terms.iter().map(|(c, m)| c * m[i][j]).sum()))
 }

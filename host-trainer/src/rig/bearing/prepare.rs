@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use super::SETTINGS;
 use super::step::Step;
 use crate::rig::{
     assembly::{Assembly, Force, Meeting, Profile},
@@ -13,14 +14,10 @@ use crate::rig::{
 
 use super::step::STATES;
 
-/// Gravity of the 5-DoF rig, m/s²: the two digits of the reference trajectories, 3e-4 below the standard one.
+/// Gravity of the 5-DoF rig, m/s², as in the reference trajectories: 3.4e-4 above the standard 9.80665.
 pub const GRAVITY: f64 = 9.81;
-/// Contact frequency times step that the accuracy of the module's documentation was measured at.
-const CONTACT_PER_STEP: f64 = 0.12;
-/// Rate of an effect times step: well inside what an explicit fourth-order method bears (2.7).
-const EFFECT_PER_STEP: f64 = 0.5;
 
-/// How shaft and cage turn.
+/// Rotation of shaft and cage, theory (28).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turning {
     /// Shaft angle at t = 0, rad.
@@ -29,36 +26,36 @@ pub struct Turning {
     pub cage0: f64,
     /// Shaft speed up to t = 0, rad/s.
     pub omega: f64,
-    /// Its change per second from then on, as a fraction.
+    /// Change of the shaft speed per second from t = 0, as a fraction.
     pub rate: f64,
     /// Cage angle for each rad of the shaft.
     pub cage_per_shaft: f64,
 }
 
 impl Turning {
-    /// ψ, rad.
+    /// Shaft angle ψ, rad.
     pub fn shaft(&self, time_s: f64) -> f64 {
         self.shaft0 + self.omega * (time_s + 0.5 * self.rate * time_s * time_s.max(0.0))
     }
 
-    /// ω, rad/s.
+    /// Shaft speed ω, rad/s.
     pub fn speed(&self, time_s: f64) -> f64 {
         self.omega * (1.0 + self.rate * time_s.max(0.0))
     }
 
-    /// φ₀, rad.
+    /// Angle of ball 0, φ₀, rad.
     pub fn cage(&self, time_s: f64) -> f64 {
         self.cage0 + self.cage_per_shaft * (self.shaft(time_s) - self.shaft0)
     }
 }
 
-/// A run without anything that the loop would have to look up.
+/// A run with all numbers that the loop needs.
 pub(in crate::rig) struct Prepared {
     pub balls: usize,
     pub settle: usize,
     pub samples: usize,
     pub preroll: usize,
-    /// Also records what the bearing passes to the housing.
+    /// Also records the force on the outer race.
     pub path_force: bool,
     pub substeps: usize,
     pub sample_rate_hz: f64,
@@ -73,16 +70,16 @@ pub(in crate::rig) struct Prepared {
     pub exponent: f64,
     pub inner_y: f64,
     pub resonator_y: f64,
-    /// m e, kg m.
+    /// Unbalance m e, kg m.
     pub unbalance: f64,
-    /// F_proc, N, of each sample from the start of settling.
+    /// Process force, N, of each sample from the start of settling.
     pub process: Vec<f64>,
     pub forces: Vec<Force>,
     pub profiles: Vec<Profile>,
     pub defects: Vec<Meeting>,
 }
 
-/// What runs must share to go side by side.
+/// Properties that runs must share to go side by side.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(in crate::rig) struct Shape {
     balls: usize,
@@ -164,7 +161,7 @@ impl Prepared {
         }
     }
 
-    /// An instant of a sample, so many of its steps after its start, by the angles there and what they gain in the sample.
+    /// Instant `steps` steps after a sample's start, from the angles there and their gains over the sample.
     pub(super) fn moment(&self, angles0: [f64; 2], gains: [f64; 2], sample: usize, steps: f64) -> Instant {
         let fraction = steps / self.substeps as f64;
         let time_s = (sample as f64 - self.settle as f64 + fraction) / self.sample_rate_hz;
@@ -195,7 +192,7 @@ pub(super) fn masses(rig: &BearingRig) -> [f64; DOFS] {
     [rig.inner.mass_kg, rig.outer.mass_kg, rig.inner.mass_kg, rig.outer.mass_kg, rig.resonator.mass_kg]
 }
 
-/// ż = A z for x_s, x_p and their velocities, contact apart.
+/// Matrix A of ż = A z for x_s, x_p and their velocities, without contact: theory (31) and (33).
 pub(super) fn system_x(rig: &BearingRig) -> [[f64; 4]; 4] {
     let (s, p) = (&rig.inner, &rig.outer);
     [
@@ -206,7 +203,7 @@ pub(super) fn system_x(rig: &BearingRig) -> [[f64; 4]; 4] {
     ]
 }
 
-/// ż = A z for y_s, y_p, y_b and their velocities, contact apart.
+/// Matrix A of ż = A z for y_s, y_p, y_b and their velocities, without contact: theory (32), (34) and (35).
 pub(super) fn system_y(rig: &BearingRig) -> [[f64; 6]; 6] {
     let (s, p, r) = (&rig.inner, &rig.outer, &rig.resonator);
     let (k, c) = (r.stiffness_n_per_m, r.damping_n_s_per_m);
@@ -217,7 +214,7 @@ pub(super) fn system_y(rig: &BearingRig) -> [[f64; 6]; 6] {
     [unit(3), unit(4), unit(5), inner, outer, resonator]
 }
 
-/// Steps a sample, from the contact's frequency at its operating deflection. The linear modes are exact at any step.
+/// Steps a sample from the contact's frequency at its operating deflection, theory (41). Linear modes are exact at any step.
 fn substeps(rig: &BearingRig, plan: &Assembly, condition: &OperatingCondition) -> usize {
     let bearing = &rig.bearing;
     // All the load on one ball: as stiff as the contact gets at rest.
@@ -228,6 +225,6 @@ fn substeps(rig: &BearingRig, plan: &Assembly, condition: &OperatingCondition) -
         * deflection.powf(bearing.contact_exponent - 1.0);
     let contact = (slope * (1.0 / rig.inner.mass_kg + 1.0 / rig.outer.mass_kg)).sqrt();
     let fastest = plan.rate_rad_per_s.max(plan.turning_rad_per_s(condition.shaft_hz));
-    let steps_per_s = (contact / CONTACT_PER_STEP).max(fastest / EFFECT_PER_STEP);
-    (steps_per_s / condition.sample_rate_hz).ceil().clamp(1.0, 256.0) as usize
+    let steps_per_s = (contact / SETTINGS.contact_rate_per_step).max(fastest / SETTINGS.effect_rate_per_step);
+    (steps_per_s / condition.sample_rate_hz).ceil().clamp(1.0, SETTINGS.max_steps) as usize
 }

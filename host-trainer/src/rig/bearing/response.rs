@@ -1,16 +1,15 @@
-//! What the process force becomes at the sensors: the rig linearised about its motion.
+//! Response of the sensors to the process force: the rig linearised about its motion, theory (49) and (50).
 //!
 //! Statistical linearisation (J. B. Roberts, P. D. Spanos, "Random Vibration and Statistical Linearization", 1990,
 //! chapter 5): each force counts by the mean of its slopes, so that the random part of the motion is that of a
-//! time-invariant system, and its spectrum known. Of the contact alone that is the mean over one pitch of the cage at the
-//! mean displacement ([`at_rest`]); with forces of effects it is the mean over states that a run has visited ([`along`]).
-//! Where damping comes and goes along the run, its mean is no measure, and the system is one that varies with time
-//! ([`damping_along`]).
+//! time-invariant system of known spectrum. For the contact alone that is the mean over one pitch of the cage at the
+//! mean displacement ([`at_rest`]); with forces of effects it is the mean over the visited states of a run ([`along`]).
+//! Where damping changes along the run, its mean is no measure, and the system varies with time ([`damping_along`]).
 
 use std::f64::consts::TAU;
 
 use super::{
-    GRAVITY,
+    GRAVITY, LINEARISATION,
     prepare::{masses, system_x, system_y},
     step::Step,
 };
@@ -20,52 +19,37 @@ use crate::rig::{
     state::{DOFS, INNER_X, INNER_Y, Instant, OUTER_X, OUTER_Y, RESONATOR_Y},
 };
 
-/// Slopes of the forces that the rig's linear part has not: −∂F/∂q, N/m, and −∂F/∂q̇, N s/m, row by row the degree of
-/// freedom that the force acts on.
+/// Slopes of the forces outside the rig's linear part; rows are the degrees of freedom that the force acts on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::rig) struct Tangent {
-    /// −∂F/∂q.
+    /// Stiffness −∂F/∂q, N/m.
     pub stiffness: [[f64; DOFS]; DOFS],
-    /// −∂F/∂q̇.
+    /// Damping −∂F/∂q̇, N s/m.
     pub damping: [[f64; DOFS]; DOFS],
-    /// The contact's part of it, for what the bearing passes on.
+    /// Contact stiffness between the races, N/m, for the path force.
     contact: [[f64; 2]; 2],
 }
 
-/// A state of a run: when, positions and velocities.
+/// A state of a run: instant, positions and velocities.
 pub(in crate::rig) type Visited = (Instant, [f64; DOFS], [f64; DOFS]);
 
-/// Share of a coordinate's standard deviation over which its slope is taken, and in a silent run, whose force laws are smooth.
-const SPAN: f64 = 0.3;
-const FINE_SPAN: f64 = 1e-3;
-
-/// Positions of the cage that the contact is averaged over.
-const PHASES: usize = 48;
-/// Newton's method on a convex, smooth force: quadratic from its first steps on.
-const NEWTON_STEPS: usize = 60;
-/// Rate of damping times step that is followed where damping comes and goes, and steps a sample at most.
-const FASTEST_A_STEP: f64 = 0.5;
-const MOST_STEPS: f64 = 8.0;
-/// Whether a response has died away is looked at every so many samples.
-const LOOKED_AT_EVERY: usize = 256;
-
-/// What 1 N of process force during one sample becomes.
+/// Response to 1 N of process force during one sample.
 pub(in crate::rig) struct Impulse {
-    /// Accelerations that `ax` and `ay` measure, m/s², and force that the bearing passes to the housing in x and y, N.
+    /// Accelerations of `ax` and `ay`, m/s², and contact force on the outer race in x and y, N.
     pub signals: [Vec<f64>; 4],
-    /// Sums over all samples of products of velocities, m²/s²; where damping changes from sample to sample, each counts by it:
-    /// a force law is another in noise where its slope is.
+    /// Sums over all samples of products of velocities, m²/s²; where damping changes along the run, weighted by
+    /// [`Damping::weights`]: noise changes a force law where its slope is.
     pub velocities: [[f64; DOFS]; DOFS],
 }
 
 /// Damping by the forces of effects at one sample of a run.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::rig) struct Damping {
-    /// −∂F/∂q̇, N s/m.
+    /// Slopes −∂F/∂q̇, N s/m.
     slopes: [[f64; DOFS]; DOFS],
-    /// What is left of the velocities after half a step of it.
+    /// Matrix that takes the velocities through half a step of this damping.
     left: [[f64; DOFS]; DOFS],
-    /// Root of its share of the mean over all samples, for each velocity.
+    /// Root of the damping over its mean over all samples, for each velocity.
     weights: [f64; DOFS],
 }
 
@@ -88,7 +72,7 @@ pub(in crate::rig) struct Linear {
 }
 
 impl Linear {
-    /// In so many steps a sample.
+    /// Linearised rig in `steps` steps a sample.
     pub(in crate::rig) fn new(rig: &BearingRig, tangent: &Tangent, sample_rate_hz: f64, steps: usize) -> Self {
         let (mass, system) = (masses(rig), coupled(rig, tangent));
         let step = Step::new(&system, &mass.map(|m| 1.0 / m), 1.0 / (steps as f64 * sample_rate_hz));
@@ -96,8 +80,8 @@ impl Linear {
         Self { system, step, steps, mass, sensors, contact: tangent.contact }
     }
 
-    /// What 1 N of process force during the first sample becomes; at most `samples` of it, fewer where it has come down to the
-    /// share `decayed`. More damping acts from sample to sample, if there is any, over and over.
+    /// Response to 1 N of process force during the first sample: at most `samples` samples, fewer once it has decayed to the
+    /// share `decayed` of its greatest value. `damping` acts in addition, a sample each, repeated from its start.
     pub(in crate::rig) fn impulse<'d>(
         &self,
         samples: usize,
@@ -130,12 +114,12 @@ impl Linear {
                 signals[2 + axis].push(dot(&contact[axis], &relative));
             }
             for _ in 0..*steps {
-                // Half a step of it before and half after (G. Strang, SIAM J. Numer. Anal. 5 (1968) 506–517).
+                // Half a step of damping before and half after (G. Strang, SIAM J. Numer. Anal. 5 (1968) 506–517).
                 damping.inspect(|d| d.half_a_step(&mut z));
                 z = std::array::from_fn(|i| dot(&step.full[i], &z) + if sample == 0 { held(i) } else { 0.0 });
                 damping.inspect(|d| d.half_a_step(&mut z));
             }
-            if sample % LOOKED_AT_EVERY == LOOKED_AT_EVERY - 1 {
+            if sample % LINEARISATION.decay_check_samples == LINEARISATION.decay_check_samples - 1 {
                 greatest = greatest.max(recent);
                 if recent < decayed * greatest {
                     break;
@@ -151,9 +135,8 @@ fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The damping of forces at every state that a silent run has visited, sample by sample, where it changes so fast that its mean
-/// is no measure of it: noise escapes where the run slides, and is stopped where it turns. And the steps a sample in which it is
-/// to be followed.
+/// Damping by the forces of effects at every visited state of a noise-free run, sample by sample, and the steps a sample that
+/// follow it: for damping that changes so fast that its mean is no measure.
 pub(in crate::rig) fn damping_along(
     rig: &BearingRig,
     forces: &[Force],
@@ -165,16 +148,17 @@ pub(in crate::rig) fn damping_along(
     let slopes_at = |state: &Visited| {
         let mut slopes = [[0.0; DOFS]; DOFS];
         for k in 0..DOFS {
-            let of_k = slope(forces, state, FINE_SPAN * spans[k], |_, v| &mut v[k]);
+            let of_k = slope(forces, state, LINEARISATION.noise_free_difference_std * spans[k], |_, v| &mut v[k]);
             slopes.iter_mut().zip(of_k).for_each(|(row, slope)| row[k] = slope);
         }
         slopes
     };
     let slopes: Vec<[[f64; DOFS]; DOFS]> = visited.iter().map(slopes_at).collect();
     let rates = slopes.iter().flat_map(|s| (0..DOFS).map(|k| s[k][k] / mass[k]));
-    let steps = (rates.fold(0.0, f64::max) / (sample_rate_hz * FASTEST_A_STEP)).ceil().clamp(1.0, MOST_STEPS);
+    let per_sample = rates.fold(0.0, f64::max) / (sample_rate_hz * LINEARISATION.damping_rate_per_step);
+    let steps = per_sample.ceil().clamp(1.0, LINEARISATION.max_damping_steps);
     let of = |slopes: [[f64; DOFS]; DOFS]| {
-        // An implicit step, which stays stable where it is long.
+        // An implicit step, stable at any length.
         let implicit = std::array::from_fn(|i| {
             std::array::from_fn(|k| {
                 f64::from(u8::from(i == k)) + 0.5 * slopes[i][k] / (mass[i] * steps * sample_rate_hz)
@@ -192,7 +176,7 @@ pub(in crate::rig) fn damping_along(
     (damping, steps as usize)
 }
 
-/// Gauss and Jordan's elimination; of a matrix that is diagonal but for what relative motions couple, and so regular.
+/// Inverse by Gauss–Jordan elimination without pivoting, for a matrix that is diagonal but for relative motions.
 fn inverse(mut a: [[f64; DOFS]; DOFS]) -> [[f64; DOFS]; DOFS] {
     for k in 0..DOFS {
         let pivot = 1.0 / a[k][k];
@@ -207,7 +191,7 @@ fn inverse(mut a: [[f64; DOFS]; DOFS]) -> [[f64; DOFS]; DOFS] {
     a
 }
 
-/// −∂F/∂x of all forces together, by a difference of twice `step` in the coordinate or velocity x; 0 where that is 0.
+/// Slope −∂F/∂x of all forces together, by a difference of twice `step` in the coordinate or velocity x; 0 for no step.
 fn slope(
     forces: &[Force],
     (at, q, v): &Visited,
@@ -236,7 +220,7 @@ fn deviations(visited: &[Visited], of: fn(&Visited) -> &[f64; DOFS]) -> [f64; DO
     })
 }
 
-/// ż = A z of all five degrees of freedom (positions, then velocities).
+/// Matrix A of ż = A z of all five degrees of freedom (positions, then velocities), theory (50).
 fn coupled(rig: &BearingRig, tangent: &Tangent) -> [[f64; 10]; 10] {
     let (x, y) = (system_x(rig), system_y(rig));
     let mass = masses(rig);
@@ -264,7 +248,7 @@ fn coupled(rig: &BearingRig, tangent: &Tangent) -> [[f64; 10]; 10] {
 }
 
 impl Tangent {
-    /// Without the damping by forces of effects.
+    /// Tangent without the damping by forces of effects.
     pub(in crate::rig) fn undamped(self) -> Self {
         Self { damping: [[0.0; DOFS]; DOFS], ..self }
     }
@@ -284,7 +268,7 @@ impl Tangent {
     }
 }
 
-/// Mean slopes over states that a run has visited, of the contact and of the forces of effects.
+/// Mean slopes of the contact and of the forces of effects over the visited states of a run, theory (49).
 pub(in crate::rig) fn along(rig: &BearingRig, forces: &[Force], visited: &[Visited]) -> Tangent {
     let count = visited.len().max(1) as f64;
     let mut contact = [[0.0; 2]; 2];
@@ -299,8 +283,8 @@ pub(in crate::rig) fn along(rig: &BearingRig, forces: &[Force], visited: &[Visit
     let (of_q, of_v) = (deviations(visited, |s| &s.1), deviations(visited, |s| &s.2));
     for state in visited {
         for k in 0..DOFS {
-            let by_q = slope(forces, state, SPAN * of_q[k], |q, _| &mut q[k]);
-            let by_v = slope(forces, state, SPAN * of_v[k], |_, v| &mut v[k]);
+            let by_q = slope(forces, state, LINEARISATION.difference_std * of_q[k], |q, _| &mut q[k]);
+            let by_v = slope(forces, state, LINEARISATION.difference_std * of_v[k], |_, v| &mut v[k]);
             for i in 0..DOFS {
                 tangent.stiffness[i][k] += by_q[i] / count;
                 tangent.damping[i][k] += by_v[i] / count;
@@ -310,29 +294,30 @@ pub(in crate::rig) fn along(rig: &BearingRig, forces: &[Force], visited: &[Visit
     tangent
 }
 
-/// The contact's mean slope where the races rest under the load: Newton's method for the mean contact force that balances
-/// it.
+/// Mean slope of the contact where the races rest under the load: Newton's method for the balance of mean contact force and
+/// load, theory (49).
 pub(in crate::rig) fn at_rest(rig: &BearingRig, load_n: f64) -> Tangent {
     let soft = |k: f64| 1.0 / k.max(1.0);
     let (inner, outer) = (soft(rig.inner.stiffness_n_per_m), soft(rig.outer.stiffness_n_per_m));
-    // What the races would be apart in y without contact, and how far 1 N of contact brings them together.
+    // Distance of the races in y without contact, m, and their approach for 1 N of contact, m/N.
     let open = (load_n - rig.inner.mass_kg * GRAVITY) * inner + rig.resonator.mass_kg * GRAVITY * outer;
     let compliance = inner + outer;
     let guess = (load_n.abs() / rig.bearing.contact_stiffness_n_per_m1_5).powf(1.0 / rig.bearing.contact_exponent);
     let clearance = rig.bearing.radial_clearance_m;
     // Over one pitch of the cage.
     let pitch = TAU / rig.bearing.balls as f64;
-    let phases = (0..PHASES).flat_map(|phase| normals(&rig.bearing, pitch * phase as f64 / PHASES as f64));
+    let positions = LINEARISATION.cage_positions;
+    let phases = (0..positions).flat_map(|phase| normals(&rig.bearing, pitch * phase as f64 / positions as f64));
     let normals: Vec<[f64; 2]> = phases.collect();
     let mean = |displacement: f64| {
         let (force, slope) = contact_at(&rig.bearing, [0.0, displacement], normals.iter().copied());
-        (force[1] / PHASES as f64, slope.map(|row| row.map(|v| v / PHASES as f64)))
+        (force[1] / positions as f64, slope.map(|row| row.map(|v| v / positions as f64)))
     };
     // The balance falls with the displacement: bracket it, then Newton's steps inside the bracket.
     let side = if open < 0.0 { -1.0 } else { 1.0 };
     let (mut low, mut high) = (0.0, open.abs());
     let mut at = (clearance + guess).clamp(low, high.max(low));
-    for _ in 0..NEWTON_STEPS {
+    for _ in 0..LINEARISATION.newton_steps {
         let (force, slope) = mean(side * at);
         let balance = at - open.abs() + side * force * compliance;
         if balance > 0.0 {
@@ -359,7 +344,8 @@ fn normals(bearing: &Bearing, cage_rad: f64) -> impl Iterator<Item = [f64; 2]> {
     })
 }
 
-/// Contact force in x and y, N, and its slope, N/m, at a relative displacement, m, of balls in these directions.
+/// Contact force in x and y, N, and its slope, N/m, at a relative displacement, m, of balls in directions `normals`:
+/// theory (29), (30) and (49).
 fn contact_at(
     bearing: &Bearing,
     displacement: [f64; 2],

@@ -1,4 +1,4 @@
-//! The numbers of a group of runs as vectors, a run in each lane.
+//! Numbers of a group of runs as vectors, a run in each lane.
 
 use super::{
     lanes::{Lanes, MAX_RUNS},
@@ -7,7 +7,7 @@ use super::{
 };
 use crate::rig::state::DOFS;
 
-/// The matrices of one step, as [`Step`] has them.
+/// Matrices of one step, as in [`Step`].
 pub(super) struct Block<V, const N: usize, const M: usize> {
     pub half: [[V; N]; N],
     pub full: [[V; N]; N],
@@ -25,30 +25,32 @@ pub(super) struct Relative<V, const N: usize, const M: usize> {
     pub c1: [V; M],
 }
 
-/// All that the loop reads.
+/// Constants of the loop.
 pub(super) struct Setup<V> {
     pub x: Block<V, 4, 2>,
     pub y: Block<V, 6, 3>,
     pub relative_x: Relative<V, 4, 2>,
     pub relative_y: Relative<V, 6, 3>,
-    /// Acceleration of each channel from states, and from forces.
+    /// Acceleration of each channel from states.
     pub measured: [[V; STATES]; 2],
+    /// Acceleration of each channel from forces.
     pub direct: [[V; DOFS]; 2],
     pub clearance: V,
     pub stiffness: V,
     exponent: V,
-    /// All exponents are 1.5.
+    /// Whether all exponents are 1.5.
     pub hertzian: bool,
-    /// Constant forces: F_load − m_s g and −m_r g.
+    /// Constant force F_load − m_s g.
     pub inner_y: V,
+    /// Constant force −m_r g.
     pub resonator_y: V,
-    /// m e ω².
+    /// Unbalance force m e ω².
     pub unbalance: V,
-    /// F_proc of the current sample.
+    /// Process force of the current sample.
     pub process: V,
 }
 
-/// One number of each run; the last run's fills the lanes that are left.
+/// One number of each run; the last run's fills the remaining lanes.
 #[inline(always)]
 pub(super) fn gather<L: Lanes>(l: L, runs: &[Prepared], of: impl Fn(&Prepared) -> f64) -> L::V {
     let lanes: [f64; MAX_RUNS] = std::array::from_fn(|r| of(&runs[r.min(runs.len() - 1)]));
@@ -113,14 +115,14 @@ impl<V: Copy> Setup<V> {
         }
     }
 
-    /// δ^p with each run's own p.
+    /// Power δ^p with each run's own p.
     #[inline(never)]
     pub(super) fn power<L: Lanes<V = V>>(&self, l: L, deflection: V) -> V {
         let (mut base, mut exponent) = ([0.0; MAX_RUNS], [0.0; MAX_RUNS]);
         l.store(deflection, &mut base);
         l.store(self.exponent, &mut exponent);
         for r in 0..L::RUNS {
-            // 0^p would be slow, and is most of them.
+            // 0^p would be slow, and most balls are unloaded.
             base[r] = if base[r] > 0.0 { base[r].powf(exponent[r]) } else { 0.0 };
         }
         l.load(&base)

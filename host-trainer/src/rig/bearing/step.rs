@@ -1,37 +1,37 @@
-//! One step of the exponential Runge–Kutta method of order four: Cox and Matthews, "Exponential time differencing
-//! for stiff systems", J. Comput. Phys. 176 (2002) 430–455, equations (26) to (29).
+//! One step of the exponential Runge–Kutta method of order four, theory (40): Cox and Matthews, "Exponential time
+//! differencing for stiff systems", J. Comput. Phys. 176 (2002) 430–455, equations (26) to (29).
 //!
-//! With ż = A z + B n(z, t), a = e^{Ah/2} z + A₂₁ n(z), b = e^{Ah/2} z + A₂₁ n(a),
+//! In short: a = e^{Ah/2} z + A₂₁ n(z), b = e^{Ah/2} z + A₂₁ n(a),
 //! c = e^{Ah/2} a + A₂₁ (2 n(b) − n(z)), and z⁺ = e^{Ah} z + B₁ n(z) + B₂ (n(a) + n(b)) + B₃ n(c).
 
 use super::phi::{Matrix, Phi, combination, identity};
 
-/// States: x_s, x_p and their velocities; y_s, y_p, y_b and theirs.
+/// Number of states: x_s, x_p and their velocities; y_s, y_p, y_b and theirs.
 pub(super) const STATES: usize = 10;
 
 /// The matrices of a step for N states (positions, then velocities) and M forces.
 #[derive(Clone)]
 pub(super) struct Step<const N: usize, const M: usize> {
-    /// e^{Ah/2}.
+    /// Matrix e^{Ah/2}.
     pub half: Matrix<N>,
-    /// e^{Ah}.
+    /// Matrix e^{Ah}.
     pub full: Matrix<N>,
-    /// A₂₁ = h/2 φ₁(Ah/2) B.
+    /// Matrix A₂₁ = h/2 φ₁(Ah/2) B.
     pub a: [[f64; M]; N],
-    /// (e^{Ah/2} − I) A₂₁: with c written out as e^{Ah} z + `c1` n(z) + 2 A₂₁ n(b), a itself is not needed.
+    /// Matrix (e^{Ah/2} − I) A₂₁: with c written out as e^{Ah} z + `c1` n(z) + 2 A₂₁ n(b), a itself is not needed.
     pub c1: [[f64; M]; N],
-    /// B₁ = h (φ₁ − 3 φ₂ + 4 φ₃) B.
+    /// Matrix B₁ = h (φ₁ − 3 φ₂ + 4 φ₃) B.
     pub b1: [[f64; M]; N],
-    /// B₂ = h (2 φ₂ − 4 φ₃) B.
+    /// Matrix B₂ = h (2 φ₂ − 4 φ₃) B.
     pub b2: [[f64; M]; N],
-    /// B₃ = h (4 φ₃ − φ₂) B.
+    /// Matrix B₃ = h (4 φ₃ − φ₂) B.
     pub b3: [[f64; M]; N],
 }
 
 impl<const N: usize, const M: usize> Step<N, M> {
-    /// `system` is A, `inverse_mass` the M entries of B, `h` in s.
+    /// Matrices of a step of `h` s, with A `system` and the M entries of B `inverse_mass`, 1/kg.
     pub(super) fn new(system: &Matrix<N>, inverse_mass: &[f64; M], h: f64) -> Self {
-        // Velocities in units of the fastest mode's, or the norm of A says nothing about its size.
+        // Velocities in units of the fastest mode's, so that the norm of A measures its size.
         let fastest = system[M..].iter().flatten().fold(1.0f64, |w, v| w.max(v.abs().sqrt()));
         let unit = |i: usize| if i < M { 1.0 } else { fastest };
         let scaled: Matrix<N> =
@@ -84,6 +84,6 @@ mod tests {
         let damped = (stiffness / mass - decay * decay).sqrt();
         let exact =
             force / stiffness * (1.0 - (-decay * t).exp() * ((damped * t).cos() + decay / damped * (damped * t).sin()));
-        assert!((z[0] / exact - 1.0).abs() < 1e-11, "{} beside {exact}", z[0]);
+        assert!((z[0] / exact - 1.0).abs() < 1e-11, "{} against {exact}", z[0]);
     }
 }

@@ -1,9 +1,8 @@
-//! The rig of one degree of freedom, driven by a recorded input.
+//! The rig of one degree of freedom, driven by a recorded input, theory (42) and (43).
 //!
-//! m q̈ + c q̇ + k g(q) = gain · u + gravity + effects, g(q) = q or sin q, by the classical Runge–Kutta method of order
-//! four with a step chosen from the fastest rate. Between its samples the input is held
-//! ([`Interpolation::Hold`]), as a converter holds the command that it was given; [`Interpolation::Linear`] is for an
-//! input that was itself measured.
+//! Integrated by the classical Runge–Kutta method of order four with a step chosen from the fastest rate. Between its
+//! samples the input is held ([`Interpolation::Hold`]), as a converter holds its command; [`Interpolation::Linear`] is
+//! for an input that was itself measured.
 
 #[cfg(test)]
 mod tests;
@@ -13,12 +12,12 @@ use crate::rig::{
     assembly::{Acquisition, Force, Signal, Stage},
     config::{Machine, Restoring, Rig, SdofRig},
     error::RigError,
+    settings::IntegrationSettings,
     simulate::{assemble, output_chain},
     state::{DOFS, Instant, MASS},
 };
 
-/// Fastest rate times step: RK4 then errs by 0.3⁵/120, 2e-5 of the fastest motion, in a step.
-const RATE_PER_STEP: f64 = 0.3;
+const SETTINGS: IntegrationSettings = IntegrationSettings::DEFAULT;
 
 /// The input between its samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,22 +25,22 @@ pub enum Interpolation {
     /// The last sample's value until the next.
     #[default]
     Hold,
-    /// A straight line from one to the next.
+    /// A straight line from one sample to the next.
     Linear,
 }
 
-/// Where a run starts and how it is driven.
+/// Start and input of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Drive<'a> {
-    /// u at each sample, in the unit that the rig's gain is for.
+    /// Input u at each sample, in the unit of the rig's gain.
     pub input: &'a [f64],
     /// Samples per second.
     pub sample_rate_hz: f64,
-    /// q at the first sample, m or rad.
+    /// Position q at the first sample, m or rad.
     pub position: f64,
-    /// q̇ at the first sample, per s.
+    /// Velocity q̇ at the first sample, m/s or rad/s.
     pub velocity: f64,
-    /// u between its samples.
+    /// Input between its samples.
     pub interpolation: Interpolation,
 }
 
@@ -67,7 +66,7 @@ pub fn simulate(rig: &Rig, drive: &Drive) -> Result<Recording, RigError> {
     };
     let fastest = (machine.stiffness_n_per_m / machine.mass_kg).sqrt().max(machine.damping_n_s_per_m / machine.mass_kg);
     let fastest = fastest.max(plan.rate_rad_per_s);
-    let substeps = (fastest / (rate * RATE_PER_STEP)).ceil().clamp(1.0, 1000.0) as usize;
+    let substeps = (fastest / (rate * SETTINGS.sdof_rate_per_step)).ceil().clamp(1.0, SETTINGS.sdof_max_steps) as usize;
     let law = Law { rig: machine, forces: std::mem::take(&mut plan.forces) };
     let motion = law.run(drive, substeps)?;
     Ok(record(motion, drive, law.rig.mass_kg, &output_chain(plan)))
@@ -80,7 +79,7 @@ struct Law {
 }
 
 impl Law {
-    /// q̈.
+    /// Acceleration q̈.
     fn acceleration(&self, time_s: f64, u: f64, q: f64, v: f64) -> f64 {
         let rig = &self.rig;
         let restoring = match rig.restoring {
@@ -149,7 +148,7 @@ fn record(motion: [Vec<f64>; 3], drive: &Drive, mass: f64, signals: &[(Stage, Si
     let channels = channels.into_iter().map(|(name, mut samples)| {
         let at =
             Acquisition { channel: name, sample_rate_hz: drive.sample_rate_hz, preroll: 0, path_force: &path_force };
-        // The input is what the machine was told, not what a sensor says; only the logger sees it.
+        // The input is a command, no sensor's signal; only the logger sees it.
         let seen = signals.iter().filter(|(stage, _)| name != "u" || *stage == Stage::Logger);
         seen.for_each(|(_, alter)| alter(&at, &mut samples));
         Channel { name: name.into(), location: None, samples }

@@ -22,7 +22,7 @@ fn period(q: &[f64]) -> f64 {
     (ups[1] - ups[0]) / RATE
 }
 
-/// 2 kg on 800 N/m: 20 rad/s.
+/// Free oscillation of 2 kg on 800 N/m: 20 rad/s.
 #[test]
 fn literature_linear_oscillator() {
     let q = free(&parse(SDOF), 0.1, 2000);

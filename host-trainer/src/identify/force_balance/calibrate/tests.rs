@@ -11,7 +11,7 @@ fn guessed() -> Rig {
     testing::rig(&(text + "unknown = [\"mass_kg\", \"damping_n_s_per_m\", \"stiffness_n_per_m\"]\n"))
 }
 
-/// 95 % intervals hold the truth in at least 90 of 100 repeats, for each parameter, for position and (fewer repeats)
+/// Intervals of 95 % hold the truth in at least 90 of 100 repeats, for each parameter, for position and (fewer repeats)
 /// acceleration.
 #[test]
 fn invariant_intervals_hold_the_truth() {
@@ -30,7 +30,7 @@ fn invariant_intervals_hold_the_truth() {
     }
 }
 
-/// The published parameters within 10 %, friction given as effects of known kind.
+/// Published parameters of EMPS within 10 %, friction given as effects of known kind.
 #[test]
 fn literature_emps_without_friction_and_with_it() {
     let Some(recordings) = testing::emps() else { return };

@@ -1,9 +1,8 @@
-//! The angles at which a recording began.
+//! Angles of cage and shaft at a recording's start, theory (58).
 //!
-//! A run of constant speed is a function of time alone: what starts at (φ₀ + ω_c τ, ψ₀ + ω τ) is what started at
-//! (φ₀, ψ₀), τ later. As cage and shaft turn at incommensurable speeds, one long run passes close to every pair of
-//! angles, and the correlation of the recording with it, over all τ by one Fourier transform, is a search over all of
-//! them.
+//! A run of constant speed is a function of time alone: the run from (φ₀ + ω_c τ, ψ₀ + ω τ) is the run from (φ₀, ψ₀),
+//! τ later. As cage and shaft turn at incommensurable speeds, one long run passes close to every pair of angles, and its
+//! correlation with the recording, over all τ by one Fourier transform, is a search over all of them.
 
 mod shift;
 mod spin;
@@ -16,6 +15,7 @@ use realfft::num_complex::Complex;
 
 use crate::identify::likelihood::likelihood::{Noise, NoiseFreeRun, Prediction, means, neg_log_likelihood, noises_in};
 use crate::identify::likelihood::observed::{CHANNELS, Coefficients, Observed};
+use crate::identify::likelihood::settings::AlignmentSettings;
 use crate::identify::likelihood::tachometer::Reading;
 use crate::recording::Recording;
 use crate::rig::simulate::{assemble, fewest_substeps, shortest_settling_s, simulate_all};
@@ -25,20 +25,13 @@ use crate::signal::transform::{forward_plan, inverse_plan};
 pub use shift::{correlation, lag, moved_angles, moved_mean};
 use spin::{respin, spins, spun};
 
-/// How far from where a tachometer has the shaft a search may find it, rad: in each of some twenty turns the balls pass by
-/// a tenth of a pitch meanwhile, so that together they are everywhere.
-const NEAR_THE_MARK_RAD: f64 = 0.15;
-/// Places of the cage that are tried, evenly over a pitch of its balls.
-const PLACES: usize = 48;
-/// Time that a run is searched over, in turns of the shaft: some hundred positions of the balls, each at another angle
-/// of the shaft.
-const TURNS: f64 = 24.0;
+const SETTINGS: AlignmentSettings = AlignmentSettings::DEFAULT;
 
-/// Angles of cage and shaft at t = 0, rad, for each recording: those with which the silent rig is most like it, weighted
-/// by the variance of its random part, `noise[recording][channel]`.
+/// Angles of cage and shaft at t = 0, rad, for each recording: those of greatest correlation with the noise-free rig,
+/// weighted by the variance of the random part, `noise[recording]`.
 ///
 /// # Errors
-/// What the simulation refuses.
+/// A run that the simulation refuses.
 pub fn angles(rig: &Rig, observed: &[Observed], noise: &[Noise]) -> Result<Vec<[f64; 2]>, RigError> {
     let (even, rate_per_s) = at_even_speed(rig);
     let cage_per_shaft = cage_per_shaft(rig);
@@ -63,32 +56,32 @@ pub fn angles(rig: &Rig, observed: &[Observed], noise: &[Noise]) -> Result<Vec<[
     latched(rig, observed, noise, found)
 }
 
-/// Angles with the shaft where tachometers have it.
+/// Angles with the shaft's taken from the tachometers.
 fn marked(rig: &Rig, observed: &[Observed], angles: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let at = |o, shaft| reading(rig, o).map_or(shaft, |reading| reading.next_to(shaft));
     observed.iter().zip(angles).map(|(o, [cage, shaft])| [*cage, at(o, *shaft)]).collect()
 }
 
-/// Angles with the cage all over a pitch: what is on a shaft that stands still as they move tells balls and races apart.
+/// Angles with the cage at positions all over a pitch: with the shaft fixed, its effects distinguish the balls' positions.
 fn around_a_pitch(rig: &Rig, angles: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
     let pitch = TAU / rig.bearing().map_or(1.0, |machine| machine.bearing.balls as f64);
     let turned = |k: usize| {
-        let by = pitch * k as f64 / PLACES as f64;
+        let by = pitch * k as f64 / SETTINGS.cage_positions as f64;
         angles.iter().map(|[cage, shaft]| [cage + by, *shaft]).collect()
     };
-    (0..PLACES).map(turned).collect()
+    (0..SETTINGS.cage_positions).map(turned).collect()
 }
 
-/// What the tachometer of a recording says of the shaft's angle of a rig; nothing where a ball's spin goes with that angle.
+/// Tachometer reading of a recording; `None` for a rig with a ball defect, whose spin goes with the shaft's angle.
 pub fn reading(rig: &Rig, o: &Observed) -> Option<Reading> {
     o.tachometer.filter(|_| !rig.effects.iter().any(spins))
 }
 
-/// Angles of a rig with a wavy inner race, the shaft where it suits best by whole waves: what moves by one looks alike but
-/// for what else turns with the shaft.
+/// Angles of a rig with a wavy inner race, the shaft moved by whole waves to where it suits best: a move by one wave changes
+/// only what else turns with the shaft.
 ///
 /// # Errors
-/// What the simulation refuses, a run that diverges among it.
+/// A run that the simulation refuses, or that diverges.
 pub fn latched(
     rig: &Rig,
     observed: &[Observed],
@@ -101,10 +94,10 @@ pub fn latched(
     best_of(rig, observed, noise, &(0..lobes as usize).map(turned).collect::<Vec<_>>())
 }
 
-/// Of several choices of angles, the one that suits each recording best, of those that can be simulated.
+/// Angles of greatest likelihood for each recording, of several choices that can be simulated.
 ///
 /// # Errors
-/// What the simulation refuses, of a recording for which it refuses all.
+/// The simulation's error for a recording whose choices it refuses all.
 pub fn best_of(
     rig: &Rig,
     observed: &[Observed],
@@ -128,7 +121,7 @@ pub fn best_of(
     best.into_iter().flatten().map(|found| Ok(found?.1)).collect()
 }
 
-/// Angles with their neg_log_likelihood.
+/// Negative log-likelihood and angles.
 type Judged = Result<(f64, [f64; 2]), RigError>;
 
 fn better(one: Judged, other: Judged) -> Judged {
@@ -139,11 +132,11 @@ fn better(one: Judged, other: Judged) -> Judged {
     }
 }
 
-/// Angles of recordings that have something of their own time in them, a step or an impact: those of the rig without it,
-/// once the change that `with` gives at `angles` has been taken out.
+/// Angles of recordings with an event at a time of its own, a step or an impact: those of the rig `without` it, after
+/// the change that `with` gives at `angles` is subtracted.
 ///
 /// # Errors
-/// What the simulation refuses, a run that diverges among it.
+/// A run that the simulation refuses, or that diverges.
 pub fn angles_apart(
     without: &Rig,
     with: &Rig,
@@ -165,12 +158,12 @@ pub fn angles_apart(
     self::angles(without, &rest, &noise)
 }
 
-/// The same for many rigs side by side; nothing for a rig whose simulation diverges. `known` are the angles of the rig
-/// that they all are variations of. What the last effect of a rig has on the shaft is at an angle that is not known yet, so
-/// that the shaft is sought whatever a tachometer says.
+/// Angles of many rigs side by side, as [`angles`]; `None` for a rig whose simulation diverges. `known` are the angles of the
+/// rig that all are variations of. If the last effect of a rig turns with the shaft, its angle is still unknown, and the
+/// tachometer is ignored.
 ///
 /// # Errors
-/// What the simulation refuses before it runs.
+/// A run that the simulation refuses before it starts.
 pub fn angles_of_many(
     rigs: &[&Rig],
     observed: &[Observed],
@@ -194,7 +187,7 @@ pub fn angles_of_many(
     Ok(even.par_iter().zip(long.par_chunks(observed.len().max(1))).map(of).collect())
 }
 
-/// The rig without what changes its speed: recordings are brought to an even one instead.
+/// Rig without speed drift, and its rate, 1/s: recordings are resampled to an even speed instead.
 fn at_even_speed(rig: &Rig) -> (Rig, f64) {
     let mut even = rig.clone();
     even.effects.retain(|e| e.kind != EffectKind::SpeedDrift);
@@ -203,8 +196,9 @@ fn at_even_speed(rig: &Rig) -> (Rig, f64) {
 
 fn long_runs<'r>(rig: &'r Rig, observed: &[Observed], noise: &[Noise]) -> Vec<Run<'r>> {
     let run = |(o, noise): (&Observed, &Noise)| {
-        let more = TURNS / o.condition.shaft_hz.max(1.0) * o.condition.sample_rate_hz;
-        let samples = o.condition.samples + more.min(4.0 * o.condition.samples as f64).ceil() as usize;
+        let more = SETTINGS.turns / o.condition.shaft_hz.max(1.0) * o.condition.sample_rate_hz;
+        let most = SETTINGS.max_recordings * o.condition.samples as f64;
+        let samples = o.condition.samples + more.min(most).ceil() as usize;
         let scatter = Some(noise.velocity_covariance);
         let substeps = Some(fewest_substeps(rig, scatter, &o.condition));
         let settle_s = shortest_settling_s(rig);
@@ -214,7 +208,7 @@ fn long_runs<'r>(rig: &'r Rig, observed: &[Observed], noise: &[Noise]) -> Vec<Ru
     observed.iter().zip(noise).map(run).collect()
 }
 
-/// Runs of a rig from these angles, for each recording.
+/// Noise-free runs of a rig from given angles, for each recording.
 pub fn noise_free_runs<'r>(
     rig: &'r Rig,
     observed: &[Observed],
@@ -243,13 +237,14 @@ fn of_long_run(
 ) -> [f64; 2] {
     let channels = CHANNELS.map(|c| run.channel(c).map_or(&[][..], |c| &c.samples));
     let shaft = |lag: usize| TAU * o.condition.shaft_hz * lag as f64 / o.condition.sample_rate_hz;
-    let near = |lag: usize| reading.is_none_or(|reading| reading.off(shaft(lag)).abs() < NEAR_THE_MARK_RAD);
+    let near = |lag: usize| reading.is_none_or(|reading| reading.off(shaft(lag)).abs() < SETTINGS.near_tachometer_rad);
     let shaft = shaft(best_lag(o, variance, &channels, near));
     // The shaft's whole turns count: by them a ball's spin differs.
     [(cage_per_shaft * shaft).rem_euclid(TAU), shaft]
 }
 
-/// The lag, of those that are wanted, at which the neg_log_likelihood Σ|X − D|²/S is least.
+/// Wanted lag, in samples, of greatest correlation Σ Re(X* D)/S over all bins, the mean's included, theory (58); D's own
+/// power is taken as the same at all lags.
 fn best_lag(
     observed: &Observed,
     variance: &[Vec<f64>; 2],
@@ -283,7 +278,7 @@ fn best_lag(
     wanted.max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(lag, _)| lag)
 }
 
-/// The ends of a real signal's spectrum are real; rounding says otherwise, and the transform refuses.
+/// Removes rounding from the ends of a real signal's spectrum, which the inverse transform wants real.
 fn real_ends(spectrum: &mut [Complex<f64>], samples: usize) {
     if let Some(first) = spectrum.first_mut() {
         first.im = 0.0;

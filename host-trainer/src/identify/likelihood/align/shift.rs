@@ -1,20 +1,17 @@
-//! Moves in time: by how much what is expected of a recording is behind or ahead, and what it is once moved.
+//! Shifts of a prediction in time against a recording.
 
 use std::f64::consts::TAU;
 
 use realfft::num_complex::Complex;
 
-use super::{cage_per_shaft, reading};
+use super::{SETTINGS, cage_per_shaft, reading};
 use crate::identify::likelihood::likelihood::judged_bins;
 use crate::identify::likelihood::observed::{Coefficients, Observed};
 use crate::rig::Rig;
 use crate::signal::transform::inverse_plan;
 
-/// Gain in ln L from which angles are moved.
-const MOVES: f64 = 4.0;
-
-/// ln L, but for a factor of two and what does not depend on the lag, by which one signal, made of the recording's
-/// coefficients, is like another that is moved ahead by each lag, in samples.
+/// Correlation of one signal, made of the recording's coefficients, with another that is moved ahead by each lag, in
+/// samples: the part of ln L that depends on the lag, over the bins of [`judged_bins`].
 pub fn correlation(
     o: &Observed,
     variance: &[Vec<f64>; 2],
@@ -35,8 +32,8 @@ pub fn correlation(
     correlation
 }
 
-/// The lag in samples, half a ball pass at most, by which what is expected of a recording suits it better: where something
-/// has changed the balls' passing, angles that were found without it are behind or ahead.
+/// Lag in samples, half a ball pass at most, by which a prediction suits a recording best: where an effect changes the
+/// balls' passing, angles that were found without it lag or lead.
 pub fn lag(rig: &Rig, o: &Observed, variance: &[Vec<f64>; 2], mean: &[Coefficients; 2]) -> i64 {
     let orders = rig.bearing().map(|machine| machine.bearing.geometry().orders());
     let passes_hz = o.condition.shaft_hz * orders.map_or(1.0, |orders| orders.bpfo);
@@ -46,18 +43,17 @@ pub fn lag(rig: &Rig, o: &Observed, variance: &[Vec<f64>; 2], mean: &[Coefficien
     let reach = reach.min(samples / 4) as i64;
     let at = |lag: i64| correlation[lag.rem_euclid(samples as i64) as usize];
     let lag = (-reach..=reach).max_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap_or_default();
-    // Less than that is noise.
-    if at(lag) - at(0) < MOVES { 0 } else { lag }
+    if at(lag) - at(0) < SETTINGS.min_move_gain { 0 } else { lag }
 }
 
-/// Angles moved by a lag; of those the shaft's stays where a tachometer has it.
+/// Angles moved by a lag; the shaft's stays if a tachometer gives it.
 pub fn moved_angles(rig: &Rig, o: &Observed, lag: i64, [cage, shaft]: [f64; 2]) -> [f64; 2] {
     let turned = TAU * o.condition.shaft_hz * lag as f64 / o.condition.sample_rate_hz;
     let shaft = if reading(rig, o).is_some() { shaft } else { shaft + turned };
     [cage + cage_per_shaft(rig) * turned, shaft]
 }
 
-/// What is expected of a recording, moved by a lag.
+/// Prediction of a recording, moved by a lag.
 pub fn moved_mean(o: &Observed, lag: i64, mean: &[Coefficients; 2]) -> [Coefficients; 2] {
     let step = Complex::from_polar(1.0, TAU * lag as f64 / o.condition.samples as f64);
     let turn = |mean: &Coefficients| {

@@ -1,46 +1,42 @@
-//! The angles of a rig with a pit on a ball: they bring the ball's spin with them.
+//! Angles of a rig with a ball defect, which include the ball's spin.
 
 use crate::rig::effect::{EffectKind, ParameterKey};
 use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
+use super::SETTINGS;
 use super::shift::correlation;
 use crate::identify::likelihood::likelihood::{Noise, NoiseFreeRun, judged_bins, means};
 use crate::identify::likelihood::observed::{Coefficients, Observed};
 use crate::rig::{EffectEntry, Rig, RigError};
 
-/// Half turns of a ball that are tried.
-const RESPUN: u32 = 2000;
-/// Spins of a ball that are run, evenly over half a turn.
-const SPINS: usize = 8;
-
-/// Whether the balls' spin shows in an effect.
+/// Whether an effect depends on the balls' spin.
 pub fn spins(effect: &EffectEntry) -> bool {
     effect.kind == EffectKind::BallDefect
 }
 
-/// The same spin of the balls with the shaft where `known` has it, as near as some thousand turns bring both together. A
-/// ball with a pit tells its spin much better than the shaft's angle, which only the unbalance needs.
+/// Moves the shaft by half turns of the ball, which keep its spin, to the angle nearest to `known`. A ball defect determines
+/// the spin much better than the shaft's angle, which only the unbalance needs.
 pub fn respin(rig: &Rig, angles: &mut [[f64; 2]], known: &[[f64; 2]]) {
     let Some(machine) = rig.bearing().filter(|_| rig.effects.iter().any(spins)) else { return };
-    // A pit strikes outer and inner race in turn, alike: half a turn of the ball is the period.
+    // A ball defect strikes outer and inner race in turn, alike: half a turn of the ball is the period.
     let period = 0.5 * TAU / machine.bearing.geometry().orders().bsf;
     for ([_, shaft], [_, known]) in angles.iter_mut().zip(known) {
         let away = |turned: f64| {
             let off = (*shaft + turned - known).rem_euclid(TAU);
             off.min(TAU - off)
         };
-        let candidates = (0..RESPUN).map(|k| f64::from(k) * period);
+        let candidates = (0..SETTINGS.ball_half_turns).map(|k| f64::from(k) * period);
         *shaft += candidates.min_by(|a, b| away(*a).total_cmp(&away(*b))).unwrap_or_default();
     }
 }
 
-/// Angles for a rig whose ball has a pit too small to outweigh the balls' passing: those of the rig without it, with each
-/// of the balls in turn as the pitted one, and its spin where the pulses suit best what that rig leaves.
+/// Angles for a rig whose ball defect is too small to outweigh the balls' passing: those of the rig without it, with each
+/// ball in turn as the defective one, and the spin at which the pulses suit that rig's residual best.
 ///
 /// # Errors
-/// What the simulation refuses, a run that diverges among it.
+/// A run that the simulation refuses, or that diverges.
 pub fn spun(
     rig: &Rig,
     plain: &Rig,
@@ -50,8 +46,8 @@ pub fn spun(
 ) -> Result<Vec<[f64; 2]>, RigError> {
     let Some(machine) = rig.bearing() else { return Ok(known.to_vec()) };
     let (balls, per_shaft) = (machine.bearing.balls, machine.bearing.geometry().orders().bsf);
-    // Half a turn of the ball is the period; where the pulses come is scanned by moving them in time.
-    let turned = |spin: usize| TAU / 2.0 * spin as f64 / SPINS as f64;
+    // Half a turn of the ball is the period; between the spins the pulses are moved in time.
+    let turned = |spin: usize| TAU / 2.0 * spin as f64 / SETTINGS.spins as f64;
     let respun = |spin: usize| {
         let mut rig = rig.clone();
         rig.effects.iter_mut().filter(|e| spins(e)).for_each(|effect| {
@@ -60,12 +56,12 @@ pub fn spun(
         });
         rig
     };
-    let rigs: Vec<Rig> = (0..SPINS).map(respun).collect();
+    let rigs: Vec<Rig> = (0..SETTINGS.spins).map(respun).collect();
     let mut out = Vec::new();
     for ((o, Noise { variance, velocity_covariance: scatter }), [cage, shaft]) in observed.iter().zip(noise).zip(known)
     {
         let choices: Vec<(usize, usize)> =
-            (0..balls).flat_map(|ball| (0..SPINS).map(move |spin| (ball, spin))).collect();
+            (0..balls).flat_map(|ball| (0..SETTINGS.spins).map(move |spin| (ball, spin))).collect();
         let at = |ball: usize| [cage + TAU * ball as f64 / balls as f64, *shaft];
         let run = |rig, angles| NoiseFreeRun { rig, condition: o.condition, angles, scatter: *scatter };
         let mut runs = vec![run(plain, [*cage, *shaft])];

@@ -22,7 +22,7 @@ impl<V: Copy> Angles<V> {
 }
 
 impl<L: Lanes, const HOOKS: bool> Kernel<'_, L, HOOKS> {
-    /// Angles at the start of a sample, and the gain of a half step in it.
+    /// Angles at the start of a sample, and the rotation of half a step in it.
     pub(super) fn exact_angles(&mut self, sample: usize) -> (Angles<L::V>, Angles<L::V>) {
         self.advance_angles(sample);
         let l = self.l;

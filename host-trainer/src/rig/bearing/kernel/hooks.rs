@@ -1,10 +1,10 @@
-//! Where effects act within the loop, run by run in plain numbers.
+//! Action of effects within the loop, run by run in plain numbers.
 
 use super::{INSTANTS, Kernel, POSITIONS, STATES, VELOCITIES};
 use crate::rig::{bearing::lanes::Lanes, state::DOFS};
 
 impl<L: Lanes, const HOOKS: bool> Kernel<'_, L, HOOKS> {
-    /// What effects need of a step before it is computed: its moments, and the losses of deflection.
+    /// Prepares a step for the effects: its instants, and the losses of deflection.
     #[inline(never)]
     pub(super) fn prepare_step(&mut self, sample: usize, substep: usize, first: bool) {
         for (r, run) in self.runs.iter().enumerate() {
@@ -39,7 +39,7 @@ impl<L: Lanes, const HOOKS: bool> Kernel<'_, L, HOOKS> {
         forces
     }
 
-    /// Fills in the losses of deflection of a step; its beginning is the end of the step before, but for the `first`.
+    /// Fills in the losses of deflection of a step; its start is the end of the step before, except for the `first`.
     fn lose(&mut self, first: bool) {
         if self.runs.iter().any(|run| !run.defects.is_empty()) {
             return self.pass();
@@ -53,7 +53,7 @@ impl<L: Lanes, const HOOKS: bool> Kernel<'_, L, HOOKS> {
         self.lose_at(2);
     }
 
-    /// The same where there are pits.
+    /// Fills in the losses of deflection of a step with local defects, theory (44) and (45).
     fn pass(&mut self) {
         let smooth = self.runs.iter().any(|run| !run.profiles.is_empty());
         if self.passing || smooth {
@@ -68,8 +68,8 @@ impl<L: Lanes, const HOOKS: bool> Kernel<'_, L, HOOKS> {
         for (r, run) in self.runs.iter().enumerate().filter(|(_, run)| !run.defects.is_empty()) {
             let [from, _, to] = self.moments[r];
             self.passages.clear();
-            for pit in &run.defects {
-                pit(&[from, to], run.balls, &mut self.passages);
+            for defect in &run.defects {
+                defect(&[from, to], run.balls, &mut self.passages);
             }
             for passage in &self.passages {
                 self.passing = true;
@@ -96,7 +96,7 @@ impl<L: Lanes, const HOOKS: bool> Kernel<'_, L, HOOKS> {
         }
     }
 
-    /// Where a run's ball has its losses, as far as its cage has turned.
+    /// Index of a ball's losses, by the turn of its run's cage.
     fn slot(&self, r: usize, ball: usize) -> usize {
         let balls = self.slots.len();
         let slot = ball + self.pitches[r];

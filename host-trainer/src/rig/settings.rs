@@ -1,0 +1,133 @@
+//! Settings of the rig's integration and of its linearisation.
+
+/// Steps, settling times and vector use of a simulation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IntegrationSettings {
+    /// Contact frequency times step, theory (41): chosen on the error table of the module [`rig`](crate::rig).
+    pub contact_rate_per_step: f64,
+    /// Rate of an effect times step, theory (41); the stability limit of an explicit method of order four is 2.7. Not
+    /// tuned: chosen by hand.
+    pub effect_rate_per_step: f64,
+    /// Most steps a sample. Not tuned: chosen by hand.
+    pub max_steps: f64,
+    /// Rate of an effect times step in runs for the likelihood, inside the stability limit of 2.7. Not tuned: chosen by
+    /// hand.
+    pub coarse_effect_rate_per_step: f64,
+    /// Most steps a sample in runs for the likelihood: faster motion does not show at the sample rate, and a search that
+    /// makes an impact ever shorter must not take ever longer. Not tuned: chosen by hand.
+    pub coarse_max_steps: f64,
+    /// Most steps a sample in runs for the likelihood for what turns with the shaft. Chosen on local defects, whose
+    /// moments are right at any step: with three steps the error is a thousandth where the contact is lost.
+    pub coarse_max_turning_steps: f64,
+    /// Fastest rate of an sdof rig times step, theory (43): RK4 then errs by 0.3⁵/120, 2e-5 of the fastest motion, in a
+    /// step.
+    pub sdof_rate_per_step: f64,
+    /// Most steps a sample of an sdof rig. Not tuned: chosen by hand.
+    pub sdof_max_steps: f64,
+    /// Samples between two exact evaluations of the angles. Not tuned: chosen by hand.
+    pub exact_angles_every: usize,
+    /// Runs from which a vector of them beats one after the other. Chosen on `benches/rig.rs`.
+    pub vector_from_runs: usize,
+    /// Longest settling time, s: the slowest mode of the reference rigs has decayed by e⁻³⁵.
+    pub settle_s: f64,
+    /// Shortest settling time in runs for the likelihood, s. Not tuned: chosen by hand.
+    pub min_settle_s: f64,
+    /// Settling time in runs for the likelihood, time constants of the mass that is damped least: e⁻¹² is 6e-6.
+    pub settle_time_constants: f64,
+    /// Share of its greatest value to which the impulse response of a transmission path decays before the recording. Not
+    /// tuned: chosen by hand.
+    pub path_decay: f64,
+    /// Longest such lead, s. Not tuned: chosen by hand.
+    pub max_path_preroll_s: f64,
+}
+
+impl IntegrationSettings {
+    /// Settings of all simulations.
+    pub const DEFAULT: Self = Self {
+        contact_rate_per_step: 0.12,
+        effect_rate_per_step: 0.5,
+        max_steps: 256.0,
+        coarse_effect_rate_per_step: 1.2,
+        coarse_max_steps: 8.0,
+        coarse_max_turning_steps: 3.0,
+        sdof_rate_per_step: 0.3,
+        sdof_max_steps: 1000.0,
+        exact_angles_every: 64,
+        vector_from_runs: 3,
+        settle_s: 0.4,
+        min_settle_s: 0.02,
+        settle_time_constants: 12.0,
+        path_decay: 1e-3,
+        max_path_preroll_s: 0.2,
+    };
+}
+
+impl Default for IntegrationSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// Run, differences and iterations of the statistical linearisation, theory (49) to (52).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearisationSettings {
+    /// Length of the run that the rig is linearised along, s. Not tuned: chosen by hand.
+    pub run_s: f64,
+    /// Longest settling time before that run, s. Not tuned: chosen by hand.
+    pub settle_s: f64,
+    /// States of the run that slopes are averaged over. Not tuned: chosen by hand.
+    pub states: usize,
+    /// Seed of the run's noise: any.
+    pub seed: u64,
+    /// Half the span of a slope's difference quotient, in standard deviations of its coordinate. Not tuned: chosen by hand.
+    pub difference_std: f64,
+    /// Half that span in a run without noise, whose force laws are smooth. Not tuned: chosen by hand.
+    pub noise_free_difference_std: f64,
+    /// Positions of the cage over a pitch that the contact is averaged over. Not tuned: chosen by hand.
+    pub cage_positions: usize,
+    /// Most steps of Newton's method for the rest position; on this convex, smooth force it converges quadratically.
+    pub newton_steps: usize,
+    /// Rate of a changing damping times step. Chosen on friction that all but holds the housing.
+    pub damping_rate_per_step: f64,
+    /// Most steps a sample for a changing damping. Chosen on friction that all but holds the housing.
+    pub max_damping_steps: f64,
+    /// Samples between two checks whether a response has decayed. Not tuned: chosen by hand.
+    pub decay_check_samples: usize,
+    /// Share of its greatest value at which a single response ends: rounding.
+    pub decay: f64,
+    /// Share of its greatest value at which one of many responses ends. Not tuned: chosen by hand.
+    pub decay_of_many: f64,
+    /// Rounds from velocity covariance to mean slopes and back. Chosen on heavy friction, where each halves the logarithm
+    /// of the covariance's error.
+    pub mean_rounds: usize,
+    /// Instants of a run at which responses begin, in the first and the second round of a changing damping. Chosen on dry
+    /// friction against many noisy runs.
+    pub instants: [usize; 2],
+}
+
+impl LinearisationSettings {
+    /// Settings of all linearisations.
+    pub const DEFAULT: Self = Self {
+        run_s: 0.15,
+        settle_s: 0.2,
+        states: 300,
+        seed: 1,
+        difference_std: 0.3,
+        noise_free_difference_std: 1e-3,
+        cage_positions: 48,
+        newton_steps: 60,
+        damping_rate_per_step: 0.5,
+        max_damping_steps: 8.0,
+        decay_check_samples: 256,
+        decay: 1e-9,
+        decay_of_many: 1e-4,
+        mean_rounds: 4,
+        instants: [8, 16],
+    };
+}
+
+impl Default for LinearisationSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
