@@ -282,7 +282,7 @@ fn spectra_shows_a_pit_where_it_is_and_tells_what_it_cannot_use() {
     assert_eq!(first["band"]["chosen_by"]["lines"], "outer", "{first}");
     assert!(first["synchronous"]["turns"].as_u64().expect("a number") > 25);
     let page = std::fs::read_to_string(folder.join("page.html")).expect("written");
-    for heading in ["Where impacts are", "Envelope", "Orders of the shaft", "What repeats with the shaft"] {
+    for heading in ["Kurtogram", "Envelope", "Orders of the shaft", "Synchronous average"] {
         assert!(page.contains(heading), "{heading}");
     }
     assert!(!page.contains("NaN") && page.matches("<svg").count() >= 6);
