@@ -101,7 +101,7 @@ fn what_a_diagnosis_names_enters_the_library() {
     assert_eq!(report["training"]["entered"][1]["cause"], "hardening-stiffness");
     assert_eq!(report["training"]["functions"], 35);
     diagnosis("");
-    assert!(done(folder, &arguments).contains("the diagnosis names no cause, so the library stays as it is"));
+    assert!(done(folder, &arguments).contains("the diagnosis names no cause, so the library is unchanged"));
     diagnosis(r#"{"name": "gremlins"}"#);
     let error = refused(folder, &arguments);
     assert!(error.contains("diagnosis.json, key `causes[0].name`: found \"gremlins\", expected one of"), "{error}");
