@@ -162,7 +162,7 @@ impl<'o> NullFit<'o> {
         if !self.is_worth_more(&choice.left) {
             return choice;
         }
-        progress(&format!("fitting {} {} once more, slowly", choice.cause.name, choice.cause.place));
+        progress(&format!("refitting {} {} from low to high frequencies", choice.cause.name, choice.cause.place));
         let nearer = choice.cause.refined(LEAST_BIC_GAIN).and_then(|cause| self.best(vec![cause]));
         match nearer {
             Some(nearer) => Selected { rivals: choice.rivals, ..nearer },
@@ -202,7 +202,7 @@ impl<'o> NullFit<'o> {
             return Ok(None);
         }
         let least = least_of_a_second(cause, left);
-        progress("looking for a second cause");
+        progress("searching for a second cause");
         let mut rivals = self.search_given(&cause.problem, &cause.found.point, hypotheses, cause, least, progress)?;
         rivals.retain(|c| c.log_likelihood_gain > least);
         let Some(best) = self.best(rivals) else { return Ok(None) };
@@ -230,7 +230,7 @@ impl<'o> NullFit<'o> {
             if !self.is_worth_more(&pair.last.left) {
                 break;
             }
-            progress("looking for the first cause again, beside the second");
+            progress("searching for the first cause given the second");
             let both = &pair.last.cause;
             let Some((problem, found)) = self.refit_without(both) else { break };
             let had = found.expansion.neg_log_likelihood() - both.found.expansion.neg_log_likelihood();

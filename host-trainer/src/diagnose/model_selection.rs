@@ -208,7 +208,7 @@ impl<'o> ModelSelection<'o> {
         let bare = self.null(Part::All)?;
         // Where there is little to explain, leaving little of it says nothing.
         let explainable = !leaves_nothing(&bare.0, &bare.1)?;
-        progress("looking at every hypothesis");
+        progress("screening all candidates");
         let screened = self.screen(hypotheses, least)?;
         let mut dropped = Vec::new();
         let subset_fits =
@@ -331,7 +331,7 @@ impl<'o> ModelSelection<'o> {
                     return None;
                 }
                 n += 1;
-                progress(&format!("fitting {name} {place} to all ({n} of {FULL_FITS})"));
+                progress(&format!("fitting {name} {place} to all recordings ({n} of {FULL_FITS})"));
                 Some(subset_fit)
             });
             let fitted: Vec<_> = finalists.par_iter().map(|subset_fit| self.fitted_to_all(subset_fit, null)).collect();
