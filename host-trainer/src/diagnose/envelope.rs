@@ -3,7 +3,7 @@
 //! Waveforms and spectra of the rig cannot be compared then. A local defect modulates the power at the rate of its
 //! impacts, in whatever band the structure carries them: each kind has a comb of lines in the envelope spectrum, at
 //! frequencies given by the geometry (R. B. Randall, J. Antoni, "Rolling element bearing diagnostics – a tutorial", MSSP 25
-//! (2011) 485–520; theory (27)). A kind is named if its comb is far above those of the other kinds and of the baseline.
+//! (2011) 485–520; theory (26)). A kind is named if its comb is far above those of the other kinds and of the baseline.
 //! Everything else that differs from the baseline is unexplained.
 
 use std::collections::BTreeMap;
@@ -52,7 +52,7 @@ struct Comb {
     channel: usize,
 }
 
-/// Orders of the lines of a kind; the orders of its impacts are those of theory (27).
+/// Orders of the lines of a kind: impacts of theory (26) with harmonics and sidebands.
 fn lines(kind: &str, orders: &Orders) -> Vec<f64> {
     match kind {
         "outer-race-defect" => vec![orders.bpfo, 2.0 * orders.bpfo, 3.0 * orders.bpfo],

@@ -184,7 +184,7 @@ mod tests {
                 *count += 1.0;
             }
         }
-        // One in a hundred is what is said.
+        // The stated rate is one in a hundred.
         assert!(FDR_LEVEL == 0.01 && wrong <= 4, "{wrong}");
         for (aspect, (sum, count)) in squares {
             assert!((0.3..1.5).contains(&(sum / count)), "{aspect}: {}", sum / count);

@@ -56,7 +56,7 @@ pub struct Document<'a> {
     tests: &'a [Test],
     /// Caveats.
     caveats: &'a [String],
-    /// Files beside this one.
+    /// Files in the folder of the document.
     files: Vec<String>,
 }
 
