@@ -101,7 +101,7 @@ fn what_a_diagnosis_names_enters_the_library() {
     assert_eq!(report["training"]["entered"][1]["cause"], "hardening-stiffness");
     assert_eq!(report["training"]["functions"], 35);
     diagnosis("");
-    assert!(done(folder, &arguments).contains("the diagnosis names no cause, so the library stays as it is"));
+    assert!(done(folder, &arguments).contains("the diagnosis names no cause, so the library is unchanged"));
     diagnosis(r#"{"name": "gremlins"}"#);
     let error = refused(folder, &arguments);
     assert!(error.contains("diagnosis.json, key `causes[0].name`: found \"gremlins\", expected one of"), "{error}");
@@ -282,7 +282,7 @@ fn spectra_shows_a_pit_where_it_is_and_tells_what_it_cannot_use() {
     assert_eq!(first["band"]["chosen_by"]["lines"], "outer", "{first}");
     assert!(first["synchronous"]["turns"].as_u64().expect("a number") > 25);
     let page = std::fs::read_to_string(folder.join("page.html")).expect("written");
-    for heading in ["Where impacts are", "Envelope", "Orders of the shaft", "What repeats with the shaft"] {
+    for heading in ["Kurtogram", "Envelope", "Orders of the shaft", "Synchronous average"] {
         assert!(page.contains(heading), "{heading}");
     }
     assert!(!page.contains("NaN") && page.matches("<svg").count() >= 6);

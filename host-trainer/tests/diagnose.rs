@@ -110,7 +110,7 @@ fn friction_is_named_and_the_corrected_rig_simulates_it() {
     assert!(after < 0.2 * before, "{before} {after}");
 
     let page = std::fs::read_to_string(folder.join("out/report.html")).expect("written");
-    for expected in ["differs from the rig by coulomb-friction", "95 % interval", "Explanations that lost", "tanh"] {
+    for expected in ["differs from the rig by coulomb-friction", "95 % interval", "Rejected causes", "tanh"] {
         assert!(page.contains(expected), "{expected}");
     }
     for unwanted in ["NaN", "http:", "https:", "<script"] {

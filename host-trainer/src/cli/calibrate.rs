@@ -1,4 +1,4 @@
-//! `ballrace calibrate`.
+//! Command `ballrace calibrate`.
 
 use std::path::PathBuf;
 
@@ -17,32 +17,32 @@ use crate::stats::format::{significant, with_interval};
 
 /// Fit a rig's uncertain parameters to recordings of the healthy machine
 ///
-/// Fits what the rig's file calls `unknown`, and of a bearing rig the noise levels and the angles at
-/// which each recording began; says what the recordings do not determine. The last quarter of the
-/// recordings takes no part and judges the fit. Where a bearing rig alone does not come near the
-/// recordings, the transmission path from rig to sensor is identified. Recordings for an sdof rig have
-/// channels `u` and `q` (or `qdd`).
+/// Fits what the rig's file calls `unknown`, and of a bearing rig the noise levels and the initial
+/// angles of each recording; lists parameters that the recordings do not determine. The last quarter
+/// of the recordings is held out for validation. If a bearing rig alone does not fit the recordings,
+/// the transfer path from rig to sensor is identified. Recordings for an sdof rig have channels `u`
+/// and `q` (or `qdd`).
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Example:\n  ballrace calibrate --rig rig.toml --recordings healthy --out rig.calibrated.toml --report calibration.html"
 )]
 pub struct Args {
-    /// The rig, with `unknown = [...]`
+    /// Rig, with `unknown = [...]`
     #[arg(long, value_name = "rig.toml")]
     rig: PathBuf,
     /// Recordings of the healthy machine
     #[arg(long, value_name = "DIR")]
     recordings: PathBuf,
-    /// Where to write the calibrated rig
+    /// File for the calibrated rig
     #[arg(long, value_name = "rig.toml")]
     out: PathBuf,
-    /// The structure between a bearing rig and its sensor
+    /// Transfer path between a bearing rig and its sensor
     #[arg(long, value_enum, default_value_t = Path::Auto)]
     path: Path,
     /// Write a report with pictures
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
-    /// Seed of the simulations that spectra are compared by
+    /// Seed of the simulations whose spectra are compared
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Print the result as one JSON document
@@ -52,7 +52,7 @@ pub struct Args {
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 enum Path {
-    /// Where the rig alone does not come near the recordings
+    /// If the rig alone does not fit the recordings
     Auto,
     /// Never
     None,
@@ -124,7 +124,7 @@ fn sdof_lines(calibration: &force_balance::SdofCalibration) -> Vec<String> {
     out.push(report::calibrate_sdof::method(calibration).into());
     out.extend(calibration.undetermined.iter().map(|sentence| format!("undetermined: {sentence}")));
     match &calibration.held_out {
-        None => out.push("held out: nothing, the recordings are too short".into()),
+        None => out.push("held out: none, the recordings are too short".into()),
         Some(h) => {
             out.push(format!("held out: {}", h.recordings));
             out.push(format!(
@@ -134,7 +134,7 @@ fn sdof_lines(calibration: &force_balance::SdofCalibration) -> Vec<String> {
             ));
             let number = |v: Option<f64>| v.map_or("diverges".into(), |v| significant(v, 3));
             out.push(format!(
-                "  simulation over {} s: before {}, after {}, the sensor's noise is {}",
+                "  simulation over {} s: before {}, after {}, sensor noise {}",
                 significant(h.window_s, 2),
                 number(h.simulation_before),
                 number(h.simulation_after),
@@ -151,33 +151,33 @@ fn lines(calibration: &Calibration) -> Vec<String> {
         out.push(format!("{:<42} {:>12} {:>12}   95 % interval", "parameter", "before", "calibrated"));
     }
     for p in &calibration.parameters {
-        let told = if p.determined { "" } else { "   not determined" };
+        let note = if p.determined { "" } else { "   not determined" };
         out.push(format!(
-            "{:<42} {:>12.5e} {:>12.5e}   {:.5e} to {:.5e}{told}",
+            "{:<42} {:>12.5e} {:>12.5e}   {:.5e} to {:.5e}{note}",
             p.key, p.before, p.value, p.interval95[0], p.interval95[1]
         ));
     }
     for (channel, poles) in &calibration.path_poles {
-        out.push(format!("{channel}: transmission path of {poles} poles"));
+        out.push(format!("{channel}: transfer path of {poles} poles"));
     }
     for free in &calibration.undetermined {
         out.push(format!("the recordings do not determine {}", free.free));
     }
     for e in &calibration.explained {
         out.push(format!(
-            "{}: {:.1} % of the power is the rig's own turning; the rest is within {:.2} dB of its noise",
+            "{}: {:.1} % of the power is deterministic; the residual is within {:.2} dB of the rig's noise",
             e.channel,
             100.0 * e.deterministic,
             e.residual_db
         ));
     }
     if !calibration.converged {
-        out.push("the search ended before there was no more to gain".into());
+        out.push("the search ended before it converged".into());
     }
     out.push(format!("held out: {}; log-spectral distance, dB", calibration.held_out_recordings));
     for h in &calibration.held_out {
         out.push(format!(
-            "  {} {}: before {:.2}, after {:.2}, two runs of the rig are {:.2} apart",
+            "  {} {}: before {:.2}, after {:.2}, noise floor {:.2}",
             h.recording, h.channel, h.before_db, h.after_db, h.floor_db
         ));
     }

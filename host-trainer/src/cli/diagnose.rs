@@ -1,4 +1,4 @@
-//! `ballrace diagnose`.
+//! Command `ballrace diagnose`.
 
 use std::path::PathBuf;
 
@@ -13,21 +13,21 @@ use crate::report::held_out::errors;
 use crate::rig::Rig;
 use crate::stats::format::{by_chance, significant, with_interval};
 
-/// Find out what a simulation leaves out: where, what, how much
+/// Find what a simulation lacks: the cause, its parameters and its location
 ///
-/// Lets the causes of a vocabulary (friction, clearance, a pitted race, a resonance, a wrong sensor
-/// gain, ...) compete to explain what a rig leaves of its recordings. A cause is named only where it
-/// improves the fit to recordings that took no part beyond chance. Recordings for an sdof rig have
-/// channels `u` and `q` (or `qdd`).
+/// Fits the causes of a vocabulary (friction, clearance, a race defect, a resonance, a wrong sensor
+/// gain, ...) to the residual of a rig and selects among them. A cause is named only if it improves
+/// the fit to held-out recordings beyond chance. Recordings for an sdof rig have channels `u` and `q`
+/// (or `qdd`).
 ///
 /// OUT then holds diagnosis.json, rig.corrected.toml (which `simulate` and `predict` take), report.html,
-/// and heldout/*.csv with what was measured beside both rigs.
+/// and heldout/*.csv with the measurement and the simulation by either rig.
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Example:\n  ballrace diagnose --rig rig.toml --recordings data --out diagnosis\n  then open diagnosis/report.html"
 )]
 pub struct Args {
-    /// The rig as the engineer knows it; `unknown = [...]` names what is only guessed
+    /// Rig as known; `unknown = [...]` lists parameters that are only guessed
     #[arg(long, value_name = "rig.toml")]
     rig: PathBuf,
     /// Recordings of the healthy machine, which unknown parameters are fitted to
@@ -76,11 +76,11 @@ fn lines(outcome: &DiagnosisResult) -> Vec<String> {
     let diagnosis = &outcome.diagnosis;
     let mut out = vec![report::diagnosis::verdict(outcome).1];
     for cause in &diagnosis.causes {
-        out.extend(told(cause));
+        out.extend(cause_lines(cause));
     }
     let fit = &diagnosis.fit;
     out.push(format!(
-        "held out: {}\n  {}: before {}, after {}, noise alone {}, {}",
+        "held out: {}\n  {}: before {}, after {}, noise floor {}, {}",
         fit.held_out,
         fit.metric,
         significant(fit.before, 4),
@@ -90,20 +90,20 @@ fn lines(outcome: &DiagnosisResult) -> Vec<String> {
     ));
     for held in &outcome.held_out {
         let [before, after] = errors(held).map(|v| significant(v, 3));
-        out.push(format!("  {}: measured less simulated, RMS, before {before}, after {after}", held.name));
+        out.push(format!("  {}: measured minus simulated, RMS, before {before}, after {after}", held.name));
     }
     if !diagnosis.location.state.is_empty() {
         out.push(format!("where: {}", diagnosis.location.state));
     }
     for (name, value, interval) in &outcome.fitted {
         let (value, interval) = with_interval(*value, Some(*interval));
-        out.push(format!("fitted along: {name} = {value} (95 %: {interval})"));
+        out.push(format!("fitted jointly: {name} = {value} (95 %: {interval})"));
     }
     out.extend(outcome.caveats.iter().map(|caveat| format!("note: {caveat}")));
     out
 }
 
-fn told(cause: &Cause) -> Vec<String> {
+fn cause_lines(cause: &Cause) -> Vec<String> {
     let mut out = vec![format!("{}, probability {}", cause.name, percent(cause.probability))];
     if !cause.equation.is_empty() {
         out.push(format!("  {}", cause.equation));

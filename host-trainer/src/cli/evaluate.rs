@@ -1,4 +1,4 @@
-//! `ballrace evaluate`.
+//! Command `ballrace evaluate`.
 
 use std::path::PathBuf;
 
@@ -11,12 +11,12 @@ use crate::evaluate::score::Score;
 use crate::evaluate::table::{Summary, confusion, markdown};
 use crate::evaluate::{Config, EvaluateError, evaluate};
 
-/// Measure how often `diagnose` is right, on cases whose answer is concealed
+/// Measure how often `diagnose` is right, on simulated cases with hidden effects
 ///
-/// Draws machines with an effect that their rig leaves out (every effect of the vocabulary at three severities, none,
-/// pairs, and effects that have no name), writes each as an engineer would have it, diagnoses it, and only then says
-/// what was hidden. Prints how many are right, what was taken for what, errors of the parameters against their
-/// intervals, and times. What is in OUT already is not done again.
+/// Draws machines with an effect that their rig lacks (every effect of the vocabulary at three severities, none, pairs,
+/// and effects outside the vocabulary), diagnoses each from its rig and recordings alone, and compares the result with
+/// the hidden effect. Prints accuracy, confusions, errors of the parameters against their intervals, and times. Cases
+/// already in OUT are not repeated.
 ///
 /// OUT then holds evaluation.md, confusion.csv, scores.json, and cases/, diagnoses/ and truth/.
 #[derive(clap::Args, Debug)]
@@ -27,13 +27,13 @@ pub struct Args {
     /// Folder to write to
     #[arg(long, value_name = "OUT")]
     out: PathBuf,
-    /// Seed of everything that is drawn
+    /// Seed of all random draws
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Times that the whole list of cases comes, each with other draws
+    /// Repetitions of the list of cases, each with new draws
     #[arg(long, default_value_t = 1)]
     rounds: usize,
-    /// Length of each of a case's four recordings
+    /// Length of each of a case's four recordings, s
     #[arg(long, default_value_t = 1.0)]
     seconds: f64,
     /// Only cases of these kinds
@@ -45,10 +45,10 @@ pub struct Args {
     /// Only cases with one of these effects
     #[arg(long, value_delimiter = ',', value_name = "NAME")]
     effect: Vec<String>,
-    /// Of those, only every N-th: a sample of them
+    /// Only every N-th of these cases
     #[arg(long, value_name = "N", default_value_t = 1)]
     every: usize,
-    /// Cases at a time; times are those of a case alone only with 1
+    /// Cases in parallel; measured times are those of a single case only with 1
     #[arg(long, default_value_t = 1)]
     jobs: usize,
     /// Print the scores as one JSON document
@@ -102,7 +102,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     line(markdown(&scores))?;
     line(format_args!(
-        "wrote {}; cases, diagnoses and what was hidden are beside it",
+        "wrote {}; cases, diagnoses and truth are in the same folder",
         args.out.join("evaluation.md").display()
     ))
 }

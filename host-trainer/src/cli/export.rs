@@ -1,4 +1,4 @@
-//! `ballrace export`.
+//! Command `ballrace export`.
 
 use std::path::PathBuf;
 
@@ -17,18 +17,18 @@ use crate::model::file;
     Limits of the device's code: n_MD and latent variables up to 16, polynomial degree up to 11,\n  \
     up to 6 layers of up to 1024 units; flash and RAM as stated by --max-flash and --max-ram")]
 pub struct Args {
-    /// A model that `ballrace fit` wrote
+    /// Model written by `ballrace fit`
     model: PathBuf,
-    /// Form of the model
+    /// Format of the model
     #[arg(long, value_enum)]
     format: FormatName,
-    /// Where to write it
+    /// Output file
     #[arg(long)]
     out: PathBuf,
-    /// Flash the model may take, bytes
+    /// Flash limit of the model, bytes
     #[arg(long, default_value_t = Limits::default().flash_bytes, value_name = "BYTES")]
     max_flash: usize,
-    /// RAM the evaluator may take, bytes
+    /// RAM limit of the evaluator, bytes
     #[arg(long, default_value_t = Limits::default().ram_bytes, value_name = "BYTES")]
     max_ram: usize,
     /// Print the sizes as one JSON document
@@ -44,7 +44,7 @@ enum FormatName {
     C,
 }
 
-/// Runs the command.
+/// Runs `export`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (model, _) = file::read(&args.model).map_err(Failure::input)?;
     let limits = Limits { flash_bytes: args.max_flash, ram_bytes: args.max_ram };

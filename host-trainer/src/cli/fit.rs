@@ -1,4 +1,4 @@
-//! `ballrace fit`.
+//! Command `ballrace fit`.
 
 use std::path::PathBuf;
 
@@ -6,6 +6,7 @@ use ballrace_core::states::{Alignment, Orders, StateSpec};
 use clap::ValueEnum;
 
 use super::input::{Recordings, bar};
+use super::settings::CliSettings;
 use super::{Failure, json, line, write};
 use crate::diagnose::causes;
 use crate::model::file;
@@ -15,6 +16,8 @@ use crate::model::sindy_nn::train::TrainConfig;
 use crate::model::stlsq::StlsqConfig;
 use crate::report;
 
+const SETTINGS: CliSettings = CliSettings::DEFAULT;
+
 /// Fit a model to recordings of the healthy machine
 ///
 /// Prints the sparse equations and four scores side by side: R² in sample, held out, causal, and on
@@ -23,18 +26,18 @@ use crate::report;
 #[command(after_help = "Example:\n  ballrace fit data/Bearing3_3 --healthy 100 --out model.json\n  \
     fits SINDy-NN to the first 100 recordings of a run to failure and writes model.json\n  \
     ballrace fit corrected --diagnosis diagnosis/diagnosis.json --out model.json\n  \
-    fits recordings of the corrected rig with the terms of the causes that `diagnose` has found")]
+    fits recordings of the corrected rig with the terms of the causes found by `diagnose`")]
 pub struct Args {
     #[command(flatten)]
     input: Recordings,
-    /// Where to write the model
+    /// File for the model
     #[arg(long, value_name = "model.json")]
     out: PathBuf,
-    /// How the dynamics are found
+    /// Identification method
     #[arg(long, value_enum, default_value_t = SolverName::SindyNn)]
     solver: SolverName,
-    /// Recordings from the start that are healthy: the model is fitted to them and its limits come
-    /// from them [default: all; of a run to failure the first quarter, at most 100]
+    /// Healthy recordings from the start, to which the model and its limits are fitted [default: all;
+    /// of a run to failure the first quarter, at most 100]
     #[arg(long, value_name = "N")]
     healthy: Option<usize>,
     /// Model dimension n_MD, 1 to 16
@@ -46,13 +49,13 @@ pub struct Args {
     /// Fourier harmonics n_F, 0 for none
     #[arg(long, default_value_t = 2, value_name = "N")]
     nf: usize,
-    /// Instants of the finite differences
+    /// Alignment of the finite differences in time
     #[arg(long, value_enum, default_value_t = AlignmentName::Half)]
     alignment: AlignmentName,
     /// Orders of the finite differences
     #[arg(long, value_enum, default_value_t = OrdersName::Even)]
     orders: OrdersName,
-    /// What `diagnose` has found: the terms of its causes enter the library, which only grows by it
+    /// Result of `diagnose`: the terms of its causes are added to the library
     #[arg(long, value_name = "diagnosis.json")]
     diagnosis: Option<PathBuf>,
     /// Latent variables [default: n_MD]
@@ -70,13 +73,13 @@ pub struct Args {
     /// Samples in a batch
     #[arg(long, default_value_t = 1024)]
     batch: usize,
-    /// Most epochs
+    /// Maximum number of epochs
     #[arg(long, default_value_t = 500)]
     epochs: usize,
-    /// Most gradient steps
+    /// Maximum number of gradient steps
     #[arg(long, default_value_t = 3000)]
     max_steps: usize,
-    /// Share of power below which a term goes [default: 0.001 for sindy-nn; chosen on held-out
+    /// Share of power below which a term is removed [default: 0.001 for sindy-nn; chosen on held-out
     /// recordings, per equation, for stlsq]
     #[arg(long, value_name = "SHARE")]
     threshold: Option<f64>,
@@ -129,7 +132,7 @@ enum OrdersName {
 }
 
 impl Args {
-    /// Numbers that mean nothing, and an output that could not be written, are told before the work.
+    /// Checks options and output folders before the work starts.
     fn check(&self) -> Result<(), Failure> {
         let refuse = |option: &str, found: String, expected: &str| {
             Err(Failure::Input(format!("--{option}: found {found}, expected {expected}")))
@@ -214,12 +217,12 @@ impl Args {
     }
 }
 
-/// Recordings of a run to failure that are taken for healthy when nobody says.
+/// Default count of healthy recordings of a run to failure.
 fn healthy_by_default(recordings: usize) -> usize {
-    (recordings / 4).clamp(1, 100)
+    (recordings / SETTINGS.healthy_divisor).clamp(1, SETTINGS.healthy_maximum)
 }
 
-/// Runs the command.
+/// Runs `fit`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     args.check()?;
     let mut config = args.config();
@@ -255,8 +258,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     line(format_args!("{} of {total} recordings taken as healthy", healthy))?;
     if causes.is_some_and(|causes| causes.is_empty()) {
-        line("the diagnosis names no cause, so the library stays as it is")?;
+        line("the diagnosis names no cause, so the library is unchanged")?;
     }
-    line(text::report(report, if args.all_terms { usize::MAX } else { 6 }))?;
+    line(text::report(report, if args.all_terms { usize::MAX } else { SETTINGS.terms }))?;
     line(format_args!("wrote {} ({} bytes on the device)", args.out.display(), model.bytes().len()))
 }

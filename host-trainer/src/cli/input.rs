@@ -1,4 +1,4 @@
-//! Recordings as every command takes them.
+//! Options of all commands that read recordings, and progress display.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use super::Failure;
 use crate::recording::input::Input;
 use crate::recording::{LoadOptions, Recording, Unit, load};
 
-/// Where recordings come from and how they are to be read.
+/// Sources of recordings and options of reading them.
 #[derive(clap::Args, Debug, Clone)]
 pub struct Recordings {
     /// Files or folders: FEMTO acc_*.csv, CSV with a header, .mat, .npy, .parquet, recordings.toml
@@ -18,10 +18,10 @@ pub struct Recordings {
     /// Channel to use [default: the first, or the model's]
     #[arg(long)]
     pub channel: Option<String>,
-    /// Drop bad rows and count them, instead of ending with an error
+    /// Drop and count bad rows instead of failing
     #[arg(long)]
     pub skip_bad: bool,
-    /// Sample rate, where the files do not state it (or state it wrongly)
+    /// Sample rate, if the files do not state it or state it wrongly
     #[arg(long, value_name = "HZ")]
     pub sample_rate: Option<f64>,
     /// Unit of the accelerations: g or m/s^2
@@ -36,14 +36,14 @@ pub struct Recordings {
 }
 
 impl Recordings {
-    /// Reads one channel; `default_channel` where the user named none.
+    /// One channel of the recordings; `default_channel` if the user named none.
     pub fn read(&self, default_channel: Option<&str>) -> Result<Input, Failure> {
         let channel = self.channel.as_deref().or(default_channel);
         let recordings = self.load(channel.map(|c| vec![c.to_owned()]))?;
         Input::from_recordings(&recordings, channel).map_err(Failure::input)
     }
 
-    /// Reads some channels, or all.
+    /// Recordings with some channels, or all.
     pub fn load(&self, channels: Option<Vec<String>>) -> Result<Vec<Recording>, Failure> {
         let bar = bar("reading");
         let shown = bar.clone();
@@ -73,7 +73,7 @@ fn parse_unit(text: &str) -> Result<Unit, Failure> {
     Unit::parse(text).ok_or_else(|| Failure::Input(format!("--unit: found `{text}`, expected g or m/s^2")))
 }
 
-/// A progress bar on stderr, where that is a terminal.
+/// Progress bar on stderr, if that is a terminal.
 pub fn bar(what: &str) -> ProgressBar {
     let style = ProgressStyle::with_template("{msg:28} {wide_bar} {percent:>3} % {elapsed}");
     ProgressBar::new(100)
@@ -81,7 +81,7 @@ pub fn bar(what: &str) -> ProgressBar {
         .with_message(what.to_owned())
 }
 
-/// A line on stderr that says what is being done, where that is a terminal.
+/// Line on stderr with the current step, if that is a terminal.
 pub fn spinner() -> ProgressBar {
     let spinner = ProgressBar::new_spinner();
     spinner.enable_steady_tick(std::time::Duration::from_millis(120));

@@ -1,7 +1,4 @@
-//! The commands: arguments in, library calls, something to read out.
-//!
-//! A command parses and prints; what it does is in the library, where tests and other programs
-//! reach it.
+//! Command line: each command parses its arguments, calls the library and prints the result.
 
 mod calibrate;
 mod demo;
@@ -11,6 +8,7 @@ mod export;
 mod fit;
 mod input;
 mod monitor;
+mod settings;
 mod simulate;
 mod spectra;
 
@@ -40,7 +38,7 @@ enum Command {
     Spectra(spectra::Args),
 }
 
-/// Why a command ends without having done its work.
+/// Failure of a command, with its exit status.
 #[derive(Debug)]
 pub enum Failure {
     /// Bad usage or bad input: exit status 2.
@@ -50,18 +48,18 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// Bad input, in the words of the error that found it.
+    /// Failure by bad input, with the text of an error.
     pub fn input(error: impl std::fmt::Display) -> Self {
         Self::Input(error.to_string())
     }
 
-    /// Anything else.
+    /// Failure of any other kind, with the text of an error.
     pub fn other(error: impl std::fmt::Display) -> Self {
         Self::Other(error.to_string())
     }
 }
 
-/// Runs the command of the process's arguments.
+/// Runs the command given by the arguments of the process.
 pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Demo(args) => demo::command::run(&args),
@@ -88,7 +86,7 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Prints a line on stdout. A reader that has gone away (`| head`) ends the command quietly.
+/// Prints a line on stdout. A closed pipe (`| head`) ends the process without an error.
 pub(crate) fn line(text: impl std::fmt::Display) -> Result<(), Failure> {
     use std::io::Write;
     match writeln!(std::io::stdout(), "{text}") {
@@ -97,12 +95,12 @@ pub(crate) fn line(text: impl std::fmt::Display) -> Result<(), Failure> {
     }
 }
 
-/// One JSON document on stdout.
+/// Prints one JSON document on stdout.
 pub(crate) fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
     line(serde_json::to_string_pretty(value).map_err(Failure::other)?)
 }
 
-/// A whole file, or none.
+/// Writes a file completely or not at all.
 pub(crate) fn write(path: &std::path::Path, bytes: &[u8]) -> Result<(), Failure> {
     crate::recording::atomic_write::write_atomically(path, bytes)
         .map_err(|e| Failure::Other(format!("{}: {e}", path.display())))

@@ -1,4 +1,4 @@
-//! `ballrace monitor`.
+//! Command `ballrace monitor`.
 
 use std::path::PathBuf;
 
@@ -16,36 +16,36 @@ use crate::report::plot::trend;
 
 /// Run the device's own code over recordings
 ///
-/// One JSON line an event on stdout (`starting`, `healthy`, `anomalous`, `blind`, `fault`,
-/// `summary`), and the summary in words on stderr.
+/// Prints one JSON line for each event on stdout (`starting`, `healthy`, `anomalous`, `blind`, `fault`,
+/// `summary`), and a readable summary on stderr.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Example:\n  ballrace monitor --model model.bin data/Bearing3_3 --plot trend.svg\n  \
-    tells when the residual leaves the healthy machine's; add --fault nan:0.001,gap:1e-5x200 to see a bad sensor")]
+    raises an alarm when the residual leaves its healthy limits; add --fault nan:0.001,gap:1e-5x200 to see a bad sensor")]
 pub struct Args {
     #[command(flatten)]
     input: Recordings,
-    /// Model: what `fit` wrote, or the binary or JSON form of `export`
+    /// Model written by `fit`, or its binary or JSON form written by `export`
     #[arg(long)]
     model: PathBuf,
-    /// Break the samples on purpose: drop:P, gap:PxN, stuck:PxN, saturate:LEVEL, nan:P, flip:P, comma-separated
+    /// Inject faults into the samples: drop:P, gap:PxN, stuck:PxN, saturate:LEVEL, nan:P, flip:P, comma-separated
     #[arg(long, value_name = "SPEC")]
     fault: Option<String>,
-    /// Seed of the faults
+    /// Seed of the injected faults
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Play at the recording's rate times this factor [default: as fast as it goes]
+    /// Play at the recording's rate times this factor [default: as fast as possible]
     #[arg(long, value_name = "FACTOR")]
     pace: Option<f64>,
     /// Print every block of the monitor as well
     #[arg(long)]
     blocks: bool,
-    /// Draw the statistics over the recordings
+    /// Write a plot of the statistics over the recordings
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
     /// Write a report with pictures
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
-    /// Write the samples that reached the device as little-endian f32: what the bare-metal image takes
+    /// Write the samples that reached the device as little-endian f32, the input of the bare-metal image
     #[arg(long, value_name = "FILE.f32")]
     samples_out: Option<PathBuf>,
     /// One JSON document with all events instead of lines
@@ -53,7 +53,7 @@ pub struct Args {
     json: bool,
 }
 
-/// Runs the command.
+/// Runs `monitor`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let plan: FaultPlan =
         args.fault.as_deref().unwrap_or("").parse().map_err(|e| Failure::Input(format!("--fault: {e}")))?;
@@ -103,12 +103,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let bytes: Vec<u8> = watched.samples.iter().flat_map(|s| s.to_le_bytes()).collect();
         write(path, &bytes)?;
     }
-    tell(&watched, &input);
+    summarise(&watched, &input);
     if args.json { json(&Value::from(events)) } else { Ok(()) }
 }
 
-/// The summary for a person, on stderr.
-fn tell(watched: &Replayed, input: &Input) {
+/// Prints a readable summary on stderr.
+fn summarise(watched: &Replayed, input: &Input) {
     let s = &watched.summary;
     let seconds = s.samples as f64 / input.sample_rate_hz;
     eprintln!(
@@ -134,7 +134,7 @@ fn tell(watched: &Replayed, input: &Input) {
     let f = &s.faults;
     if f.total() > 0 {
         eprintln!(
-            "broken samples: {} non-finite, {} saturated, {} stuck, {} missing",
+            "invalid samples: {} non-finite, {} saturated, {} stuck, {} missing",
             f.non_finite, f.saturated, f.stuck, f.missing
         );
     }

@@ -1,4 +1,4 @@
-//! `ballrace simulate` and `ballrace predict`.
+//! Commands `ballrace simulate` and `ballrace predict`.
 
 use std::path::{Path, PathBuf};
 
@@ -13,14 +13,14 @@ use crate::rig::config::{Machine, Rig};
 /// Simulate a rig under the operating conditions of a manifest
 ///
 /// A bearing rig needs `shaft_hz`, `load_n` and `sample_rate_hz` of each entry; the files need not
-/// exist. An sdof rig is driven by the files' `u`.
+/// exist. The input of an sdof rig is channel `u` of the files.
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Example:\n  ballrace simulate --rig rig.toml --manifest recordings.toml --out simulated --seconds 2\n  \
     writes simulated/r01.csv, … and simulated/recordings.toml"
 )]
 pub struct SimulateArgs {
-    /// The rig
+    /// Rig
     #[arg(long, value_name = "rig.toml")]
     rig: PathBuf,
     /// Operating conditions
@@ -29,7 +29,7 @@ pub struct SimulateArgs {
     /// Folder to write to
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Length of each recording of a bearing rig
+    /// Length of each recording of a bearing rig, s
     #[arg(long, default_value_t = 1.0)]
     seconds: f64,
     /// Seed of initial angles, process force and sensor noise
@@ -42,12 +42,12 @@ pub struct SimulateArgs {
 
 /// Simulate each recording of a folder with a rig
 ///
-/// Speed, load, sample rate and length are the recording's; initial angles and noise are not known
-/// and come from the seed. An sdof rig is driven by the recording's `u`.
+/// Speed, load, sample rate and length are the recording's; initial angles and noise are drawn from
+/// the seed. The input of an sdof rig is channel `u` of the recording.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Example:\n  ballrace predict --rig rig.corrected.toml --recordings data --out predicted")]
 pub struct PredictArgs {
-    /// The rig, corrected or not
+    /// Rig, corrected or not
     #[arg(long, value_name = "rig.toml")]
     rig: PathBuf,
     /// Recordings to predict

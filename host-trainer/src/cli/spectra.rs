@@ -1,4 +1,4 @@
-//! `ballrace spectra`.
+//! Command `ballrace spectra`.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -6,40 +6,40 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::input::Recordings;
+use super::settings::CliSettings;
 use super::{Failure, line, write};
 use crate::report::spectra as report;
 use crate::rig::{Machine, Rig};
 use crate::signal::kurtogram::Kurtogram;
 use crate::signal::spectra::{Analysis, Wanted};
 
-/// Recordings that a page holds.
-const MOST: usize = 16;
+const SETTINGS: CliSettings = CliSettings::DEFAULT;
 
-/// Show what recordings hold: spectrum, kurtogram, envelope, orders, speed
+/// Show spectrum, kurtogram, envelope, orders and speed of recordings
 ///
 /// With --rig the bearing's characteristic frequencies are marked, and the band of the envelope is
-/// the one that shows them best; without it, the one of greatest kurtosis. The shaft's speed is
-/// taken from a `tacho` channel where there is one, else from the recording's own lines around the
-/// nominal speed where they tell it.
+/// the one in which they are most significant; without it, the one of largest kurtosis. The shaft
+/// speed is taken from a `tacho` channel if there is one, else estimated from the recording's lines
+/// around the nominal speed if they determine it.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Example:\n  ballrace spectra data/r01.csv --rig rig.toml --shaft-hz 25 --out spectra.html\n  \
-    writes spectra.html with the pictures, and prints the speed, the band and what stands out")]
+    writes spectra.html with the pictures, and prints the speed, the band and the strongest line")]
 pub struct Args {
     #[command(flatten)]
     input: Recordings,
-    /// The rig, for the bearing's geometry
+    /// Rig with the bearing's geometry
     #[arg(long, value_name = "rig.toml")]
     rig: Option<PathBuf>,
-    /// Nominal speed of the shaft [default: the recording's]
+    /// Nominal shaft speed [default: the recording's]
     #[arg(long, value_name = "HZ")]
     shaft_hz: Option<f64>,
     /// Band of the envelope in Hz [default: chosen]
     #[arg(long, value_name = "LO:HI")]
     band: Option<String>,
-    /// Where to write the page
+    /// File for the page
     #[arg(long, value_name = "FILE.html")]
     out: PathBuf,
-    /// Seed of the combs that the speed is tested against
+    /// Seed of the random combs that the speed is tested against
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Print bands, speeds and lines as one JSON document
@@ -47,7 +47,7 @@ pub struct Args {
     json: bool,
 }
 
-/// Runs the command.
+/// Runs `spectra`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let refuse = |option: &str, found: &str, expected: &str| {
         Failure::Input(format!("--{option}: found {found}, expected {expected}"))
@@ -74,9 +74,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         seed: args.seed,
     };
     let recordings = args.input.load(None)?;
-    if recordings.is_empty() || recordings.len() > MOST {
+    if recordings.is_empty() || recordings.len() > SETTINGS.recordings_per_page {
         let found = recordings.len();
-        return Err(Failure::Input(format!("RECORDING: found {found} recordings, expected 1 to {MOST} for one page")));
+        let most = SETTINGS.recordings_per_page;
+        return Err(Failure::Input(format!("RECORDING: found {found} recordings, expected 1 to {most} for one page")));
     }
     let analyses: Vec<Analysis> = recordings
         .iter()
@@ -88,12 +89,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return super::json(&json!({ "recordings": analyses.iter().map(document).collect::<Vec<_>>() }));
     }
     for analysis in &analyses {
-        told(analysis)?;
+        print(analysis)?;
     }
     line(format_args!("wrote {}", args.out.display()))
 }
 
-fn told(analysis: &Analysis) -> Result<(), Failure> {
+fn print(analysis: &Analysis) -> Result<(), Failure> {
     line(report::verdict(analysis))?;
     let speed = &analysis.speed;
     let nominal = speed.nominal_hz.map_or("no nominal speed".into(), |hz| format!("nominal {hz:.3} Hz"));
@@ -109,7 +110,7 @@ fn told(analysis: &Analysis) -> Result<(), Failure> {
     }
 }
 
-/// Two frequencies with a colon between, the lower first.
+/// Range of two frequencies separated by a colon, the lower first.
 fn band(text: &str) -> Option<Range<f64>> {
     let (low, high) = text.split_once(':')?;
     let band = low.trim().parse::<f64>().ok()?..high.trim().parse::<f64>().ok()?;

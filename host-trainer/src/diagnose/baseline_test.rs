@@ -1,8 +1,8 @@
-//! Real recordings beside those of the healthy machine, where no rig says what to expect: these are what chance gives.
+//! Tests of real recordings against those of the healthy machine, which give the null distribution instead of a rig.
 //!
-//! All are cut into pieces of one length, so that what a piece shows of chance is the same for all. Pieces of one recording are
-//! alike in what changes from one recording to the next: with few recordings of the healthy machine a difference says that
-//! something has changed, not that it is the machine's condition.
+//! All are cut into pieces of one length, which thus have the same null distribution. Pieces do not show the variation between
+//! recordings: with few recordings of the healthy machine a difference shows a change, not necessarily of the machine's
+//! condition.
 
 use realfft::num_complex::Complex;
 
@@ -18,17 +18,18 @@ use crate::recording::Recording;
 use crate::rig::state::VelocityCovariance;
 use crate::signal::kinematics::Geometry;
 
-/// Pieces that the healthy machine's recordings are cut into, where they are fewer; and how many are looked at of all.
+/// Minimum count of pieces that the healthy machine's recordings are cut into.
 const PIECES: usize = 12;
+/// Maximum count of pieces that are tested.
 const MOST: usize = 48;
-/// Pieces that can tell how much chance scatters.
+/// Minimum count of healthy pieces for a null distribution.
 const LEAST: usize = 4;
-/// Samples below which a piece shows too little.
+/// Minimum samples of a piece.
 const SHORTEST: usize = 1024;
-/// Values of a power density that are averaged.
+/// Bins of the power density that are averaged.
 const SMOOTH: usize = 9;
 
-/// Tests of recordings against what pieces of the healthy machine's scatter, the most telling first; none where these are too few or
+/// Tests of recordings against the scatter of pieces of healthy ones, the most significant first; none if these are too few or
 /// of another sample rate.
 ///
 /// # Errors
@@ -56,7 +57,7 @@ pub fn tests(
     let of = |piece: &Observed| -> Vec<Statistic> {
         let residuals: Vec<Whitened> = left(piece);
         let mut all = statistics(&views(std::slice::from_ref(piece), &residuals, None), geometry);
-        // These are the piece's own.
+        // Of these aspects each piece has its own values.
         all.retain(|s| !matches!(s.aspect, Aspect::Time | Aspect::Displacement | Aspect::Velocity));
         all
     };
@@ -76,7 +77,7 @@ fn pieces(of: &[Recording], length: usize) -> Result<Vec<Observed>, DiagnoseErro
     Ok(all.iter().step_by(step).map(Observed::from_recording).collect::<Result<_, _>>()?)
 }
 
-/// Power density of a channel over pieces, averaged over neighbours; empty where none has it.
+/// Power of the Fourier coefficients of a channel, averaged over pieces and neighbouring bins; empty if no piece has the channel.
 fn density(of: &[Observed], channel: usize) -> Vec<f64> {
     let spectra: Vec<_> = of.iter().filter_map(|o| o.spectra[channel].as_ref()).collect();
     let Some(first) = spectra.first() else { return Vec::new() };
@@ -89,7 +90,7 @@ fn density(of: &[Observed], channel: usize) -> Vec<f64> {
     (0..raw.len()).map(around).collect()
 }
 
-/// Statistics of pieces as those of a typical one.
+/// Mean statistics of pieces.
 fn mean(pieces: &[Vec<Statistic>]) -> Vec<Statistic> {
     let of = |(index, s): (usize, &Statistic)| {
         let sum: f64 = pieces.iter().filter_map(|p| p.get(index)).map(|p| p.value).sum();
@@ -106,7 +107,7 @@ mod tests {
 
     const RATE: f64 = 12_000.0;
 
-    /// Coloured noise, a tone of another phase each time, and white noise of some size in the last half of it.
+    /// Recording of coloured noise, a tone of random phase, and white noise of standard deviation `more`.
     fn recording(seed: u64, seconds: f64, more: f64) -> Recording {
         let count = (seconds * RATE) as usize;
         let (noise, other) = (white(seed, 1.0, count), white(seed + 500, more, count));

@@ -1,15 +1,14 @@
 //! Diagnosis of the 5-DoF rig by its likelihood.
 //!
-//! 1. Faults of the acquisition are found and taken out ([`acquisition`](super::acquisition)).
-//! 2. The rig as it is, its unknown parameters and the angles fitted, leaves a residual; [`residual`](super::residual)
-//!    says whether chance could have left it.
-//! 3. Every hypothesis is brought as near as it can come ([`model_selection`](super::model_selection)), on recordings without the last.
-//!    The best is kept where it gains more than its parameters are worth. A second one is sought in the same way in what
-//!    it leaves, and then either anew beside the other; where both leave much, another comes first
-//!    ([`explain`](super::explain)).
-//! 4. What is kept stands where it gains more on the recording that took no part than chance gives
-//!    ([`validation`](super::validation)), errs little more there, and takes away most of what there was to explain. Where something
-//!    is left and nothing stands, nothing in the vocabulary explains it.
+//! 1. Faults of the acquisition are found and removed ([`acquisition`](super::acquisition)).
+//! 2. The null model, the nominal rig with its unknown parameters and the angles fitted, gives a residual;
+//!    [`residual`](super::residual) tests it for lack of fit.
+//! 3. Every candidate is fitted to all recordings but the last ([`model_selection`](super::model_selection)). The best is kept
+//!    if its gain exceeds the BIC penalty of its parameters. A second one is sought in the residual in the same way, then
+//!    either anew given the other; if both leave much unexplained, another comes first ([`explain`](super::explain)).
+//! 4. The kept causes are accepted if their gain on the held-out recording is significant
+//!    ([`validation`](super::validation)), their error there is not much larger, and they explain most of the lack of fit. If
+//!    there is a lack of fit and no cause is accepted, the mismatch is unexplained.
 
 use super::acquisition::Acquired;
 use super::data_split::DataSplit;
@@ -27,17 +26,16 @@ use crate::identify::likelihood::observed::Observed;
 use crate::recording::Recording;
 use crate::rig::Rig;
 
-/// Power of the error on what took no part, in shares of the rig's without them, that causes may not reach in any channel.
+/// Ratio of held-out error power with causes to that without, above which causes are rejected; of any channel.
 const GREATEST_ERROR_RATIO: f64 = 2.0;
-/// p-value on the recording that took no part.
+/// Significance level of the gain on the held-out recording.
 const SIGNIFICANCE_LEVEL: f64 = 0.01;
-/// Said where a fault of the acquisition is told and more is wrong.
-const BESIDE_A_FAULT: &str = "With the fault of the acquisition taken out the recordings still differ from the rig by more \
-                              than chance, and nothing in the vocabulary explains that; the fault may be a part of something \
-                              that it does not have.";
-/// Said where nothing else was sought.
-const CUT_OFF: &str =
-    "What was cut off is lost, and with it what another cause could be known by: no other was sought.";
+/// Caveat of an acquisition fault with a further, unexplained mismatch.
+const BESIDE_A_FAULT: &str = "With the acquisition fault removed the recordings still differ from the rig by more than \
+                              chance, and nothing in the vocabulary explains that; the fault may be part of a cause outside \
+                              the vocabulary.";
+/// Caveat of clipped recordings, in which no other cause is sought.
+const CUT_OFF: &str = "Clipping cut off part of the signal, so no other cause was sought.";
 
 /// Diagnoses recordings of a bearing rig, at least one.
 ///
@@ -51,9 +49,9 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
     };
     let acquired = Acquired::detect(&rig, recordings)?;
     let split = DataSplit::new(&acquired.recordings)?;
-    progress("fitting the rig as it is");
+    progress("fitting the nominal rig");
     let null_fit = NullFit::new(&rig, &split, seed)?;
-    // What was cut off is lost, and with it what another cause could be known by.
+    // Clipped samples hide what would distinguish another cause.
     let explanation = if acquired.clipped.is_empty() {
         null_fit.explain(progress)?
     } else {
@@ -63,11 +61,11 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
     outcome(recordings, &acquired, &prior, &null_fit, &explanation, judgement, progress)
 }
 
-/// The rig that recordings are measured by.
+/// Rig that recordings are compared with.
 enum Measure {
-    /// Of the right kind, so that waveforms count, and how well its parameters are known.
+    /// Rig without transfer path, whose waveforms are compared, and the prior of its parameters.
     Waveforms(Rig, ParameterPrior),
-    /// With a transmission path in the place of a structure that is not the rig's, so that only the rhythm counts.
+    /// Rig with an identified transfer path, of which only envelope lines are compared.
     Rhythm(Rig),
 }
 
@@ -88,13 +86,13 @@ fn measure(task: &Task, progress: &dyn Fn(&str)) -> Result<Measure, DiagnoseErro
     Ok(Measure::Waveforms(rig.clone(), ParameterPrior::none()))
 }
 
-/// Whether an explanation stands.
+/// Validation and verdict of an explanation.
 struct Judgement {
-    /// What it does to recordings that took no part; `None` where it cannot be run there.
+    /// Validation on held-out recordings; `None` if the simulation fails there.
     validation: Option<Validation>,
-    /// What speaks against it.
+    /// Reason to reject the explanation.
     failure: Option<Failure>,
-    /// Of the machine, whatever the acquisition does.
+    /// Verdict on the machine, without acquisition faults.
     verdict: Verdict,
 }
 
@@ -103,11 +101,11 @@ impl Judgement {
         let (lack_of_fit, left) = (null_fit.lack_of_fit, explanation.left);
         let validation = match explanation.last() {
             Some(last) => {
-                progress("proving it on what took no part");
-                // A rig that cannot be run under the condition that was held out is not proved.
+                progress("validating on held-out recordings");
+                // A rig that cannot be simulated under the held-out condition is not validated.
                 validate(&null_fit.rig()?, &last.rig()?, &null_fit.split.held_out, null_fit.seed).ok()
             }
-            // What is held out is shown all the same.
+            // Held-out recordings are shown all the same.
             None => validate(&null_fit.rig()?, &null_fit.rig()?, &null_fit.split.held_out, null_fit.seed).ok(),
         };
         let explained = if left.is_more_than_chance() { lack_of_fit.explained(&left) } else { 1.0 };
@@ -123,21 +121,21 @@ impl Judgement {
     }
 }
 
-/// What speaks against causes that take away a share of the excess, all of it where no more than chance is left.
+/// Reason to reject causes that explain a share of the lack of fit; the share is 1 if the rest is within chance.
 fn failure(explained: f64, validation: Option<&Validation>) -> Option<Failure> {
     if explained <= EXPLAINED {
         return Some(Failure::Leaves(1.0 - explained.max(0.0)));
     }
     match validation {
         Some(p) if p.p_value < SIGNIFICANCE_LEVEL && p.after < p.before => {
-            // A cause may make recordings more likely by but making the noise greater that is expected of them.
+            // A cause may raise the likelihood merely by raising the expected noise.
             (p.error_ratio > GREATEST_ERROR_RATIO).then(|| Failure::Errs(p.error_ratio.sqrt()))
         }
         _ => Some(Failure::NotConfirmed),
     }
 }
 
-/// Faults of the acquisition and causes in the machine together; `raw` are the recordings with the faults in them.
+/// Result of acquisition faults and causes in the machine together; `raw` are the recordings with the faults.
 fn outcome(
     raw: &[Recording],
     acquired: &Acquired,
@@ -169,7 +167,7 @@ fn outcome(
         _ => locate::locate(rig, &corrected, &tests),
     };
     let (fit, held_out) = if faulty {
-        progress("showing it on what took no part");
+        progress("simulating held-out recordings");
         let p_value = acquired.faults().map(|fault| fault.p_value).fold(0.0, f64::max);
         shown(
             rig,
@@ -189,8 +187,8 @@ fn outcome(
     Ok(DiagnosisResult { diagnosis, rig: corrected, held_out, tests, fitted, caveats })
 }
 
-/// What an engineer must know beside the verdict; `unexplained` is what speaks against the best explanation of what the machine
-/// does, where there is something to explain.
+/// Caveats of the verdict; `unexplained` is the reason to reject the best explanation if the machine's mismatch is
+/// unexplained.
 fn caveats(acquired: &Acquired, unexplained: Option<Failure>) -> Vec<String> {
     if !acquired.clipped.is_empty() {
         return vec![CUT_OFF.into()];

@@ -1,4 +1,4 @@
-//! The causes that a `diagnosis.json` names.
+//! Causes named by a `diagnosis.json`.
 
 use std::path::{Path, PathBuf};
 
@@ -7,44 +7,44 @@ use serde_json::Value;
 use super::result::SCHEMA;
 use crate::rig::effect::EffectKind;
 
-/// Why a diagnosis cannot be used.
+/// Error of reading the causes of a diagnosis.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CausesError {
-    /// The operating system refused.
+    /// File that cannot be read.
     #[error("{path}: {source}")]
     Io {
         /// The file.
         path: PathBuf,
-        /// What it said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// Not JSON.
+    /// File that is not JSON.
     #[error("{path}: {source}; expected the diagnosis.json of `ballrace diagnose`")]
     Json {
         /// The file.
         path: PathBuf,
-        /// What is wrong, with line and column.
+        /// Error with line and column.
         source: serde_json::Error,
     },
-    /// A key with something else than it should have.
+    /// Key with an unexpected value.
     #[error("{path}, key `{key}`: found {found}, expected {expected}")]
     Key {
         /// The file.
         path: PathBuf,
-        /// The key.
+        /// Path of the key.
         key: String,
-        /// What it has.
+        /// Value found.
         found: String,
-        /// What it should have.
+        /// Value expected.
         expected: String,
     },
 }
 
-/// Causes of a diagnosis, the most probable first.
+/// Causes of a diagnosis, the most probable first; empty if there are none.
 ///
 /// # Errors
-/// A file that is no diagnosis, or that names a cause that the vocabulary has not.
+/// A file that is no diagnosis, or a cause that is not in the vocabulary.
 pub fn read(path: &Path) -> Result<Vec<EffectKind>, CausesError> {
     let text = std::fs::read(path).map_err(|source| CausesError::Io { path: path.to_owned(), source })?;
     parse(path, &text)

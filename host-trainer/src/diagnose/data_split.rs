@@ -1,4 +1,4 @@
-//! Recordings of a bearing rig by the part that they take in a diagnosis.
+//! Split of a bearing rig's recordings: fitted, held out, subset for screening.
 
 use super::DiagnoseError;
 use crate::identify::calibrate::split::{Split, part};
@@ -8,21 +8,21 @@ use crate::recording::Recording;
 /// Length of the beginnings that all hypotheses are first tried on, s.
 const BRIEF_S: f64 = 0.4;
 
-/// Recordings by the part that they take.
+/// Recordings by their use.
 pub struct DataSplit {
-    /// Which took part, and which not.
+    /// Fitted and held-out recordings.
     pub split: Split,
-    /// What is fitted.
+    /// Fitted recordings, observed.
     pub fitted: Vec<Observed>,
-    /// What took no part.
+    /// Held-out recordings, observed.
     pub held_out: Vec<Observed>,
-    /// Those of the least and the greatest load among the fitted ones: what depends on it shows between them.
+    /// Subset: the fitted recordings of least and greatest load, which differ by load effects.
     pub subset: Vec<Observed>,
-    /// Their places among the fitted.
+    /// Indices of the subset among the fitted.
     pub which: Vec<usize>,
-    /// Their beginnings.
+    /// Beginnings of the subset.
     pub beginnings: Vec<Observed>,
-    /// Mean over all recordings.
+    /// Mean load over all recordings, N.
     pub load_n: f64,
 }
 

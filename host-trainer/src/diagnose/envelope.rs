@@ -1,10 +1,10 @@
-//! Diagnosis of real recordings, where the structure between bearing and sensor is not that of any rig.
+//! Diagnosis of real recordings by envelope lines, for a structure between bearing and sensor that no rig models.
 //!
-//! What a rig says of waveforms and spectra is then not to be judged by; what is left is the rhythm. A pit modulates the
-//! power at the rate of its strikes, in whatever band the structure carries them: each kind has a comb of lines in the
-//! envelope's spectrum, at frequencies that the geometry fixes (R. B. Randall, J. Antoni, "Rolling element bearing
-//! diagnostics – a tutorial", MSSP 25 (2011) 485–520). A kind is named where all lines of its comb stand out, far above
-//! those of the other kinds and of the baseline. Everything else that differs from the baseline is unexplained.
+//! Waveforms and spectra of the rig cannot be compared then. A local defect modulates the power at the rate of its
+//! impacts, in whatever band the structure carries them: each kind has a comb of lines in the envelope spectrum, at
+//! frequencies given by the geometry (R. B. Randall, J. Antoni, "Rolling element bearing diagnostics – a tutorial", MSSP 25
+//! (2011) 485–520; theory (26)). A kind is named if its comb is far above those of the other kinds and of the baseline.
+//! Everything else that differs from the baseline is unexplained.
 
 use crate::rig::config::RigKind;
 use crate::rig::effect::{EffectKind, ParameterKey};
@@ -31,22 +31,22 @@ use crate::signal::band::{LineBand, band_for_lines};
 use crate::signal::characteristic::Family;
 use crate::signal::kinematics::Orders;
 
-/// Geometric mean of a comb's lines over the noise around, for each second of the recording, that names a kind; and how many
-/// times those of the other kinds, and of the baseline, it must be. Chosen between 70 and 216, the highest wrong and the
-/// lowest right one, of thirteen recordings of two public split: few, and so not sharp.
+/// Level above which a comb names a kind: geometric mean of its lines over the noise around, per second of recording. Chosen
+/// between 70 and 216, the highest wrong and the lowest right one of thirteen recordings of two public data sets.
 const LINES_PER_S: f64 = 100.0;
+/// Ratio of that level to those of the other kinds, and of the baseline, that names a kind; chosen on the same recordings.
 const TIMES: f64 = 5.0;
-/// How far balls may slip, and a stated speed be off.
+/// Relative tolerance for slip and for an error of the stated speed.
 const TOLERANCE: f64 = 0.02;
-/// Log-spectral distance beyond the baseline's own from which recordings differ from it, dB.
+/// Log-spectral distance beyond the baseline's own above which recordings differ from it, dB.
 const DIFFERS_DB: f64 = 1.5;
-/// Seconds of a recording that are looked at.
+/// Analysed length of a recording, s.
 const MOST_S: f64 = 6.0;
 
-/// Kinds of pit.
+/// Kinds of local defect.
 const KINDS: [EffectKind; 3] = [EffectKind::OuterRaceDefect, EffectKind::InnerRaceDefect, EffectKind::BallDefect];
 
-/// A comb in one channel of one recording.
+/// Comb of lines in one channel of one recording.
 struct Comb {
     /// ln of the geometric mean of the lines' ratios for each second.
     level: f64,
@@ -54,7 +54,7 @@ struct Comb {
     channel: usize,
 }
 
-/// Orders of a kind's lines.
+/// Orders of the lines of a kind: impacts of theory (26) with harmonics and sidebands.
 fn lines(kind: EffectKind, orders: &Orders) -> Vec<f64> {
     match kind {
         EffectKind::OuterRaceDefect => vec![orders.bpfo, 2.0 * orders.bpfo, 3.0 * orders.bpfo],
@@ -66,7 +66,7 @@ fn lines(kind: EffectKind, orders: &Orders) -> Vec<f64> {
     }
 }
 
-/// The comb of a kind in the channel that shows it best.
+/// Comb of a kind in the channel of its highest level.
 fn comb(recording: &Recording, kind: EffectKind, orders: &Orders) -> Option<Comb> {
     let shaft_hz = recording.shaft_hz?;
     let lines_hz: Vec<f64> = lines(kind, orders).iter().map(|order| order * shaft_hz).collect();
@@ -87,23 +87,22 @@ fn level(recordings: &[Recording], kind: EffectKind, orders: &Orders) -> f64 {
     if levels.is_empty() { f64::NEG_INFINITY } else { levels.iter().sum::<f64>() / levels.len() as f64 }
 }
 
-/// Whether recordings are beyond what a rig of five degrees of freedom can say of waveforms, and the rig with its
-/// transmission path if so.
+/// Rig with its identified transfer path; `None` if a rig of five degrees of freedom fits the waveforms without one.
 ///
 /// # Errors
 /// As [`calibrate`].
 pub fn beyond_the_rig(rig: &Rig, recordings: &[Recording], seed: u64) -> Result<Option<Rig>, DiagnoseError> {
     let done = calibrate(rig, recordings, &Options { path: PathChoice::Auto, seed }, &|_| ())?;
-    // Where the balls' passing is found to the sample, the rig is of the right kind, whatever else it lacks.
+    // If the ball passes are found to the sample, the rig is of the right kind, whatever else it lacks.
     let follows = done.explained.iter().any(|e| e.deterministic > FOLLOWS);
     Ok(if done.rig.paths.is_empty() || follows { None } else { Some(done.rig) })
 }
 
-/// Share of the power that a rig of the right kind takes away by its angles alone, even where a fault outweighs it.
+/// Deterministic share of the power above which a rig is of the right kind, even with a dominant fault.
 const FOLLOWS: f64 = 0.012;
 
-/// The rig with as much process force beside its turning as the baseline has, by the lines of the balls' passing; without a
-/// baseline with so much that they do not show, for what of them is healthy is not known then. The path follows.
+/// Rig with its noise scaled until its ball-pass lines are as strong as the baseline's; without a baseline, until they vanish,
+/// as their healthy level is then unknown. The transfer path is identified anew.
 fn weighed(
     rig: &Rig,
     baseline: Option<&[Recording]>,
@@ -128,12 +127,12 @@ fn weighed(
     Ok(rig.clone())
 }
 
-/// ln of how far the lines of the balls' passing may stand above what they should.
+/// ln of the ratio by which ball-pass lines may exceed their target level.
 const HIDDEN: f64 = 0.5;
-/// Recordings that are enough for that.
+/// Maximum count of recordings for that scaling.
 const MOST_WEIGHED: usize = 8;
 
-/// Diagnoses recordings by their rhythm. The rig has the path of the baseline, or of the recordings themselves.
+/// Diagnoses recordings by envelope lines. The rig has the transfer path of the baseline, or of the recordings themselves.
 ///
 /// # Errors
 /// Recordings without acceleration, speed or load; a rig that cannot run.
@@ -141,10 +140,10 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
     let Task { rig, baseline, recordings, seed } = *task;
     let machine = rig.bearing().ok_or(DiagnoseError::NotBearing { found: rig.model.kind().name() })?;
     let orders = machine.bearing.geometry().orders();
-    progress("weighing the rig's turning against its noise");
+    progress("scaling the rig's noise");
     let split = Split::new(recordings);
     let rig = &weighed(rig, baseline, &split.fitted, &orders, seed)?;
-    progress("looking for the rhythm of pits");
+    progress("searching for envelope lines of local defects");
     let levels: Vec<f64> = KINDS.iter().map(|kind| level(recordings, *kind, &orders)).collect();
     let usual: Option<Vec<f64>> = baseline.map(|b| KINDS.iter().map(|kind| level(b, *kind, &orders)).collect());
     let mut ranked: Vec<usize> = (0..KINDS.len()).collect();
@@ -155,7 +154,7 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
         && usual.as_ref().is_none_or(|u| levels[best] > u[best] + TIMES.ln());
     let tests = match baseline {
         Some(baseline) => {
-            progress("setting them beside the baseline");
+            progress("comparing with the baseline");
             baseline_test::tests(&machine.bearing.geometry(), baseline, recordings)?
         }
         None => recordings.first().map_or_else(Vec::new, |first| combs(first, &orders)),
@@ -171,15 +170,15 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
     let rejected = ranked.iter().filter(|k| !(stands && **k == best)).map(|k| Rejected {
         name: KINDS[*k].to_string(),
         why: format!(
-            "the lines of its comb are {:.1} times the noise around for each second{}; {LINES_PER_S} and {TIMES} times any other are asked for",
+            "its envelope lines are {:.1} times the noise per second{}; {LINES_PER_S} and {TIMES} times any other are required",
             levels[*k].exp(),
             usual.as_ref().map_or(String::new(), |u| format!(", {:.1} in the baseline", u[*k].exp()))
         ),
     });
     let rejected = rejected.collect();
     let mut caveats = vec![
-        "The structure between bearing and sensor is not the rig's: recordings were judged by the rhythm of their envelope, \
-         and the size of a pit follows from a path that was identified, not measured."
+        "The structure between bearing and sensor is not the rig's: only envelope lines were compared, and the size of a \
+         defect follows from a transfer path that was identified, not measured."
             .to_owned(),
     ];
     let (mut corrected, mut causes) = (rig.clone(), Vec::new());
@@ -202,7 +201,7 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
     Ok(DiagnosisResult { diagnosis, rig: corrected, held_out, tests, fitted: Vec::new(), caveats })
 }
 
-/// What a diagnosis shows of recordings that took no part, and where.
+/// Fit, location and traces of held-out recordings.
 struct Shown {
     fit: Fit,
     location: Location,
@@ -210,18 +209,18 @@ struct Shown {
 }
 
 fn caveats_without_cause(baseline: Option<&[Recording]>) -> Vec<String> {
-    let mut out = vec!["Other effects than pits are not sought in recordings of this kind.".to_owned()];
+    let mut out = vec!["Only local defects are sought in recordings of this kind.".to_owned()];
     if let Some(baseline) = baseline.filter(|b| b.len() < FEW) {
         out.push(format!(
-            "Recordings of the healthy machine: {}. What changes from one to the next is not known by so few, and a difference \
-             may be of the mounting or the day.",
+            "Recordings of the healthy machine: {}. These are too few to estimate the variation between recordings: a \
+             difference may come from the mounting or the environment.",
             baseline.len()
         ));
     }
     out
 }
 
-/// How far what took no part is from the rig, beside how far the recordings are that its path was identified from.
+/// Log-spectral distance of held-out recordings to the rig; the floor is that of the recordings of its transfer path.
 fn without_cause(
     rig: &Rig,
     split: &Split,
@@ -243,10 +242,10 @@ fn without_cause(
     Ok(Shown { fit, location, held_out })
 }
 
-/// Recordings of the healthy machine from which what changes between them is known.
+/// Count of healthy recordings from which the variation between them is known.
 const FEW: usize = 6;
 
-/// How surely a recording's envelope shows the comb of each kind of pit, against noise: a healthy bearing has some of it.
+/// Tests of a recording's envelope for the comb of each kind of defect, against noise; a healthy bearing shows it weakly.
 fn combs(recording: &Recording, orders: &Orders) -> Vec<Test> {
     let of = |kind: &EffectKind| {
         let Comb { lines: found, channel, .. } = comb(recording, *kind, orders)?;
@@ -256,7 +255,7 @@ fn combs(recording: &Recording, orders: &Orders) -> Vec<Test> {
             channel,
             at: Some([hz.start, hz.end]),
             what: format!(
-                "{channel}, {} and what belongs to it in the envelope of {:.0} to {:.0} Hz",
+                "{channel}, comb of {} in the envelope of {:.0} to {:.0} Hz",
                 family(*kind).name(),
                 hz.start,
                 hz.end
@@ -269,7 +268,7 @@ fn combs(recording: &Recording, orders: &Orders) -> Vec<Test> {
     evidence::ranked(KINDS.iter().filter_map(of).collect())
 }
 
-/// What the comb of a kind is made of.
+/// Family of the lines of a kind.
 fn family(kind: EffectKind) -> Family {
     match kind {
         EffectKind::OuterRaceDefect => Family::Outer,
@@ -286,7 +285,7 @@ fn cause(validation: &SizedPit, levels: &[f64], best: usize, next: usize) -> Cau
         parameters: validation.effect.parameters.iter().map(|(key, value)| (key.to_string(), value.into())).collect(),
         interval95: BTreeMap::new(),
         evidence: format!(
-            "In the envelope of {:.0} to {:.0} Hz all lines of its comb stand out, {:.0} times the noise around for each second, {odds:.0} times the next kind's ({}).",
+            "In the envelope of {:.0} to {:.0} Hz its lines are {:.0} times the noise per second, {odds:.0} times those of the next kind ({}).",
             validation.band.band_hz.start,
             validation.band.band_hz.end,
             levels[best].exp(),
@@ -296,7 +295,7 @@ fn cause(validation: &SizedPit, levels: &[f64], best: usize, next: usize) -> Cau
     }
 }
 
-/// A pit with a size, and what it does to recordings that took no part.
+/// Defect of estimated depth, with its fit to held-out recordings.
 struct SizedPit {
     effect: EffectEntry,
     before: f64,
@@ -309,10 +308,10 @@ struct SizedPit {
 }
 
 impl SizedPit {
-    /// `lines` are the orders of its comb at pure rolling.
+    /// Fit and location of the defect; `lines` are the orders of its comb at pure rolling.
     fn shown(self, lines: &[f64], split: &Split) -> Shown {
         let fit = Fit {
-            metric: "strength of the comb in the envelope, difference to what was measured, dB".into(),
+            metric: "level of the envelope lines, difference from the measurement, dB".into(),
             held_out: split.describe(),
             before: self.before,
             after: self.after,
@@ -329,7 +328,7 @@ impl SizedPit {
     }
 }
 
-/// The pit with which the rig's comb is as strong as the fitted recordings', judged on those held out.
+/// Defect whose depth gives the comb level of the fitted recordings, with its fit to the held-out ones.
 fn sized(
     rig: &Rig,
     kind: EffectKind,
@@ -338,7 +337,7 @@ fn sized(
     seed: u64,
     progress: &dyn Fn(&str),
 ) -> Result<Option<SizedPit>, DiagnoseError> {
-    progress("sizing the pit");
+    progress("estimating the depth of the defect");
     let db = 10.0 / std::f64::consts::LN_10;
     let target = level(&split.fitted, kind, orders);
     let mut best: Option<(f64, EffectEntry)> = None;
@@ -378,7 +377,7 @@ fn sized(
     }))
 }
 
-/// Recordings that took no part beside two runs of them.
+/// Held-out recordings with two simulations of each.
 fn traces(held_out: &[Recording], old: &[Recording], new: &[Recording]) -> Vec<HeldOut> {
     let mut traces = Vec::new();
     for ((recording, old), new) in held_out.iter().zip(old).zip(new) {
@@ -397,7 +396,7 @@ fn traces(held_out: &[Recording], old: &[Recording], new: &[Recording]) -> Vec<H
     traces
 }
 
-/// Runs of a rig under the conditions of recordings; `None` where it diverges.
+/// Simulations of a rig under the conditions of recordings; `None` if one diverges.
 fn simulated(rig: &Rig, recordings: &[Recording], seed: u64) -> Result<Option<Vec<Recording>>, DiagnoseError> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut runs = Vec::new();
@@ -408,7 +407,7 @@ fn simulated(rig: &Rig, recordings: &[Recording], seed: u64) -> Result<Option<Ve
     Ok(simulate_all(&runs)?.into_iter().collect::<Result<Vec<_>, _>>().ok())
 }
 
-/// Log-spectral distance of recordings to the rig's own, dB.
+/// Mean log-spectral distance between recordings and the rig's simulations of them, dB.
 fn distance(rig: &Rig, of: &[Recording], seed: u64) -> Result<f64, DiagnoseError> {
     let Some(made) = simulated(rig, of, seed)? else { return Ok(f64::INFINITY) };
     let mut all = Vec::new();

@@ -1,33 +1,33 @@
-//! Why there is no diagnosis.
+//! Errors of a diagnosis.
 
 use crate::identify::calibrate::CalibrateError;
 use crate::identify::force_balance::BalanceError;
 use crate::identify::likelihood::observed::NotObserved;
 use crate::rig::RigError;
 
-/// Why there is no diagnosis.
+/// Error of a diagnosis.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DiagnoseError {
-    /// A recording that lacks something.
+    /// Recording that lacks a channel or a condition.
     #[error(transparent)]
     Recording(#[from] NotObserved),
-    /// The rig.
+    /// Error of the rig or its simulation.
     #[error(transparent)]
     Rig(#[from] RigError),
-    /// The baseline.
+    /// Error of the calibration to the baseline.
     #[error("baseline: {0}")]
     Calibrate(#[from] CalibrateError),
-    /// A rig of one degree of freedom.
+    /// Error of the force balance of a rig of one degree of freedom.
     #[error(transparent)]
     Balance(#[from] BalanceError),
-    /// A rig of another kind where only a bearing's will do.
+    /// Rig that is no bearing rig.
     #[error("kind: found {found:?}, expected \"bearing-5dof\"")]
     NotBearing {
-        /// The kind.
+        /// Kind of the rig.
         found: &'static str,
     },
-    /// Nothing to diagnose.
+    /// No recordings.
     #[error("found no recordings, expected at least one")]
     Empty,
 }

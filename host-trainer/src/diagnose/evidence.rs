@@ -1,4 +1,4 @@
-//! Whether recordings differ from what is expected of them, and where: tests one by one, each against what chance gives of it.
+//! Significance tests of the residual: each statistic against its null distribution, with false discovery rates, theory (82).
 
 use super::DiagnoseError;
 use super::explain::NullFit;
@@ -9,15 +9,15 @@ use super::validation::replicate;
 use crate::identify::likelihood::observed::{CHANNELS, Observed};
 use crate::stats::significance::{false_discovery_rates, two_sided, two_sided_of_few};
 
-/// Replicates of the rig that tell what chance gives.
+/// Replicates of the rig that give the null distribution.
 const REPLICATES: u64 = 8;
-/// Lines that are named, beside those of the bearing.
+/// Count of highest lines that are tested in addition to those of the bearing.
 const LINES: usize = 6;
 
-/// Tests of what the rig leaves as it was, its unknown parameters fitted, against replicates of it; the most telling first.
+/// Tests of the null model's residual against replicates of that rig, the most significant first.
 ///
 /// # Errors
-/// What the simulation refuses.
+/// Errors of the simulation.
 pub fn of_residual(null_fit: &NullFit) -> Result<Vec<Test>, DiagnoseError> {
     let rig = null_fit.rig()?;
     let Some(machine) = rig.bearing() else { return Ok(Vec::new()) };
@@ -29,7 +29,7 @@ pub fn of_residual(null_fit: &NullFit) -> Result<Vec<Test>, DiagnoseError> {
         let left = whitened(&made, &expected);
         Ok::<_, DiagnoseError>(statistics(&views(&made, &left, Some(&point.angles)), &geometry))
     };
-    // Of a rig that does not stand every noise those replicates tell that do.
+    // Replicates that fail are left out.
     let others: Vec<_> = (1..=REPLICATES).filter_map(|n| replicated(n).ok()).collect();
     let views = views(observed, &null_fit.residuals, Some(&point.angles));
     let mut tests = against(statistics(&views, &geometry), &others, NullSpread::AtLeastOfNoise);
@@ -37,8 +37,8 @@ pub fn of_residual(null_fit: &NullFit) -> Result<Vec<Test>, DiagnoseError> {
     Ok(ranked(tests))
 }
 
-/// Residuals with what they may depend on. The angles are those of cage and shaft at the first sample; the shaft's counts only
-/// where a tachometer tells it.
+/// Residuals with what they may depend on. The angles are those of cage and shaft at the first sample, rad; the shaft's is used
+/// only with a tachometer.
 pub fn views<'a>(
     observed: &'a [Observed],
     residuals: &'a [Whitened],
@@ -58,16 +58,16 @@ pub fn views<'a>(
     residuals.iter().filter_map(of).collect()
 }
 
-/// How well it is known what chance gives.
+/// Estimate of the null distribution's spread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NullSpread {
-    /// It is a deviate of variance 1 at the least, whose mean may be off.
+    /// Variance of the others, at least 1; normal distribution.
     AtLeastOfNoise,
-    /// By the others alone.
+    /// Variance of the others alone; Student's distribution, theory (83).
     OfTheOthers,
 }
 
-/// Statistics in standard deviations of what others of the same conditions give.
+/// Tests of statistics against those of other recordings under the same conditions.
 pub fn against(own: Vec<Statistic>, others: &[Vec<Statistic>], scatter: NullSpread) -> Vec<Test> {
     let count = others.len() as f64;
     let of = |(index, s): (usize, Statistic)| {
@@ -84,8 +84,8 @@ pub fn against(own: Vec<Statistic>, others: &[Vec<Statistic>], scatter: NullSpre
     own.into_iter().enumerate().map(of).collect()
 }
 
-/// The highest lines of each channel in the first recording that has it, over what is around them. Of noise each value is
-/// distributed exponentially, and the highest is one of as many as the spectrum has.
+/// Tests of the highest lines of each channel, in the first recording that has it, against the noise around them. Powers of
+/// noise are exponential; p is for the highest of the whole spectrum.
 fn lines(views: &[ResidualView]) -> Vec<Test> {
     let first = |channel: usize| views.iter().find(|l| l.whitened.channel == channel);
     let of = |view: &ResidualView| {
@@ -105,7 +105,7 @@ fn lines(views: &[ResidualView]) -> Vec<Test> {
     (0..CHANNELS.len()).filter_map(first).flat_map(of).collect()
 }
 
-/// All tests with their rates of false discoveries, the most telling first.
+/// All tests with their false discovery rates, theory (82), the most significant first.
 pub fn ranked(mut tests: Vec<Test>) -> Vec<Test> {
     let p_values: Vec<f64> = tests.iter().map(|t| t.p_value).collect();
     for (test, rate) in tests.iter_mut().zip(false_discovery_rates(&p_values)) {
@@ -184,7 +184,7 @@ mod tests {
                 *count += 1.0;
             }
         }
-        // One in a hundred is what is said.
+        // The stated rate is one in a hundred.
         assert!(FDR_LEVEL == 0.01 && wrong <= 4, "{wrong}");
         for (aspect, (sum, count)) in squares {
             assert!((0.3..1.5).contains(&(sum / count)), "{aspect}: {}", sum / count);

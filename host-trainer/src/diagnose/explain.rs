@@ -1,4 +1,4 @@
-//! What a bearing rig leaves of its recordings, and the one or two causes that explain it.
+//! Null model of a bearing rig, and the one or two causes that explain its lack of fit.
 
 use super::DiagnoseError;
 use super::data_split::DataSplit;
@@ -15,10 +15,10 @@ use crate::rig::effect::EffectKind;
 use crate::rig::random_part::depends_on_velocity_noise;
 use crate::rig::{Rig, RigError};
 
-/// ln L that a cause must gain beyond what its parameters are worth: some ninety explanations, each from many starts, were
+/// Gain in ln L that a cause must have beyond the BIC penalty of its parameters: some ninety explanations, each from many starts, were
 /// tried on the same recordings.
 pub const LEAST_BIC_GAIN: f64 = 12.0;
-/// Share of the excess that causes must take away to be an explanation.
+/// Share of the lack of fit that causes must explain.
 pub const EXPLAINED: f64 = 0.93;
 /// Share of the first cause's gain that another must have to be tried as the first of a pair in its place, and how like the two
 /// may be in what they change.
@@ -52,29 +52,29 @@ const REPLICATES: u64 = 4;
 /// together the greater takes half, or, where they overlap, somewhat less.
 const WORTH_A_SECOND: f64 = 0.2;
 
-/// The rig as it is, fitted, and what it leaves.
+/// Null model: the fitted rig without causes, with its residual.
 pub struct NullFit<'o> {
-    /// The recordings.
+    /// Recordings by their use.
     pub split: &'o DataSplit,
-    /// Where hypotheses compete.
+    /// Model selection on the fitted recordings.
     pub selection: ModelSelection<'o>,
-    /// What was sought of the rig.
+    /// Likelihood problem of the fit.
     pub problem: Problem<'o>,
-    /// What was found.
+    /// Optimum of the fit.
     pub found: Optimum,
-    /// What it leaves.
+    /// Whitened residuals.
     pub residuals: Vec<Whitened>,
-    /// Beyond what recordings of this very rig would show.
+    /// Lack of fit beyond that of replicates of the rig.
     pub lack_of_fit: LackOfFit,
-    /// Of replicates.
+    /// Seed of replicates.
     pub seed: u64,
 }
 
 impl<'o> NullFit<'o> {
-    /// Fits the rig.
+    /// Fits the null model.
     ///
     /// # Errors
-    /// What the simulation refuses.
+    /// Errors of the simulation.
     pub fn new(rig: &Rig, split: &'o DataSplit, seed: u64) -> Result<Self, DiagnoseError> {
         let unknown = rig.unknown_keys().into_iter().filter_map(|key| Coordinate::for_key(rig, key)).collect();
         let mut selection = ModelSelection {
@@ -93,10 +93,10 @@ impl<'o> NullFit<'o> {
         Ok(Self { split, selection, problem, found, residuals, lack_of_fit, seed })
     }
 
-    /// The rig as it was found.
+    /// Fitted rig.
     ///
     /// # Errors
-    /// None that the search has not met.
+    /// Errors of the rig, none that the search has not met.
     pub fn rig(&self) -> Result<Rig, DiagnoseError> {
         Ok(self.problem.rig_at(&self.found.point.coordinates)?)
     }
@@ -109,10 +109,10 @@ impl<'o> NullFit<'o> {
         Ok(hypothesis::all(&self.selection.rig, self.split.load_n, &guesses))
     }
 
-    /// The causes that explain what the rig leaves, two at most.
+    /// Causes that explain the lack of fit, two at most.
     ///
     /// # Errors
-    /// What the simulation refuses of the rig without any of them.
+    /// Errors of the simulation of the null model.
     pub fn explain(&self, progress: &dyn Fn(&str)) -> Result<Explanation<'o>, DiagnoseError> {
         let hypotheses = self.hypotheses()?;
         let Ranking { candidates, dropped } = self.selection.run(&hypotheses, f64::NEG_INFINITY, progress)?;
@@ -164,7 +164,7 @@ impl<'o> NullFit<'o> {
         if !self.is_worth_more(&choice.left) {
             return choice;
         }
-        progress(&format!("fitting {} {} once more, slowly", choice.cause.kind, choice.cause.place));
+        progress(&format!("refitting {} {} from low to high frequencies", choice.cause.kind, choice.cause.place));
         let nearer = choice.cause.refined(LEAST_BIC_GAIN).and_then(|cause| self.best(vec![cause]));
         match nearer {
             Some(nearer) => Selected { rivals: choice.rivals, ..nearer },
@@ -204,7 +204,7 @@ impl<'o> NullFit<'o> {
             return Ok(None);
         }
         let least = least_of_a_second(cause, left);
-        progress("looking for a second cause");
+        progress("searching for a second cause");
         let mut rivals = self.search_given(&cause.problem, &cause.found.point, hypotheses, cause, least, progress)?;
         rivals.retain(|c| c.log_likelihood_gain > least);
         let Some(best) = self.best(rivals) else { return Ok(None) };
@@ -232,7 +232,7 @@ impl<'o> NullFit<'o> {
             if !self.is_worth_more(&pair.last.left) {
                 break;
             }
-            progress("looking for the first cause again, beside the second");
+            progress("searching for the first cause given the second");
             let both = &pair.last.cause;
             let Some((problem, found)) = self.refit_without(both) else { break };
             let had = found.expansion.neg_log_likelihood() - both.found.expansion.neg_log_likelihood();
@@ -317,19 +317,19 @@ impl<'o> NullFit<'o> {
     }
 }
 
-/// A cause, whom it was chosen among, and what it leaves.
+/// Selected cause with its rivals and the remaining lack of fit.
 #[derive(Clone, Debug)]
 pub struct Selected<'o> {
-    /// The cause.
+    /// Selected cause.
     pub cause: Candidate<'o>,
-    /// It and the others, the best first.
+    /// Cause and its rivals, the best first.
     pub rivals: Vec<Candidate<'o>>,
-    /// Beyond what recordings of its rig would show.
+    /// Remaining lack of fit beyond that of replicates.
     pub left: LackOfFit,
 }
 
 impl Selected<'_> {
-    /// Share of the cause among its rivals of other names in their posterior.
+    /// Posterior probability of the cause among its rivals of other names.
     pub fn probability(&self) -> f64 {
         let others = self.rivals.iter().filter(|c| c.kind != self.cause.kind);
         (1.0 / (1.0 + others.map(|c| (c.bic_gain - self.cause.bic_gain).exp()).sum::<f64>())).min(0.999)
@@ -342,28 +342,28 @@ struct Pair<'o> {
     last: Selected<'o>,
 }
 
-/// What the search for causes has found.
+/// Result of the search for causes.
 #[derive(Clone, Debug)]
 pub struct Explanation<'o> {
-    /// The best hypotheses as a first cause, the best first.
+    /// Candidates for a first cause, the best first.
     pub candidates: Vec<Candidate<'o>>,
-    /// Those that were left behind before.
+    /// Hypotheses dropped before.
     pub dropped: Vec<Dropped>,
-    /// What was kept, in the order in which it was found; the last has all of them in its rig.
+    /// Kept causes in the order of their selection; the rig of the last has all.
     pub kept: Vec<Selected<'o>>,
-    /// What the last leaves, beyond what recordings of its rig would show.
+    /// Remaining lack of fit of the last, beyond that of replicates.
     pub left: LackOfFit,
-    /// What all of them together gain in ln L.
+    /// Joint gain in ln L of the kept causes.
     pub log_likelihood_gain: f64,
 }
 
 impl<'o> Explanation<'o> {
-    /// No cause.
+    /// Explanation without a cause.
     pub fn nothing(left: LackOfFit) -> Self {
         Self { candidates: Vec::new(), dropped: Vec::new(), kept: Vec::new(), left, log_likelihood_gain: 0.0 }
     }
 
-    /// The rig with all causes, as a problem and what was found; nothing where there are none.
+    /// Candidate whose rig has all causes; `None` if there are none.
     pub fn last(&self) -> Option<&Candidate<'o>> {
         self.kept.last().map(|choice| &choice.cause)
     }

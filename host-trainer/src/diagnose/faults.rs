@@ -1,7 +1,7 @@
-//! Faults of sensor and cable beside recordings that took no part.
+//! Acquisition faults of an sdof rig in held-out recordings.
 //!
-//! The force balance takes such faults out of the samples before it looks at forces. What anyone can measure again is the
-//! other way round: the recording as it was, and a simulation that has the fault.
+//! The force balance removes such faults from the samples first. Held-out traces are the other way round, so that they can be
+//! measured again: the recording with the fault, and a simulation with it.
 
 use crate::rig::effect::{EffectKind, ParameterKey};
 use std::f64::consts::TAU;
@@ -11,15 +11,15 @@ use crate::recording::Recording;
 use crate::rig::EffectEntry;
 use crate::stats::significance::sign_flip;
 
-/// Pieces of each recording whose gains are compared.
+/// Blocks of each recording whose gains are compared.
 const BLOCKS: usize = 48;
 
-/// Whether an effect is a fault that every recording of the sensor has.
+/// Whether an effect is a persistent acquisition fault.
 pub fn lasts(entry: &EffectEntry) -> bool {
     matches!(entry.kind, EffectKind::SensorClipping | EffectKind::MainsInterference)
 }
 
-/// Puts the line of the mains back into what was measured, and the faults into what the corrected rig gives.
+/// Adds mains interference back to the measured signals, and the faults to the simulations of the corrected rig.
 pub fn put_back(held_out: &mut [HeldOut], channel: &str, recordings: &[Recording], faults: &[&EffectEntry]) {
     let named = |kind: EffectKind| faults.iter().find(|entry| entry.kind == kind);
     for held in held_out {
@@ -36,7 +36,7 @@ pub fn put_back(held_out: &mut [HeldOut], channel: &str, recordings: &[Recording
     }
 }
 
-/// How much better recordings that took no part fit, sample by sample. `None` where there are none.
+/// Fit to held-out recordings, sample by sample; `None` if there are none.
 pub fn fit(held_out: &[HeldOut], noise_floor: f64, seed: u64) -> Option<Fit> {
     let (mut before, mut after, mut count) = (Vec::new(), Vec::new(), 0);
     for held in held_out {
@@ -52,7 +52,7 @@ pub fn fit(held_out: &[HeldOut], noise_floor: f64, seed: u64) -> Option<Fit> {
     let root = |sums: &[f64]| (sums.iter().sum::<f64>() / count as f64).sqrt();
     let names: Vec<&str> = held_out.iter().map(|held| held.name.as_str()).collect();
     (count > 0).then(|| Fit {
-        metric: "root mean square of measured less simulated, in the sensor's unit".into(),
+        metric: "RMS of measured minus simulated, in the sensor's unit".into(),
         held_out: names.join(", "),
         before: root(&before),
         after: root(&after),
@@ -61,7 +61,7 @@ pub fn fit(held_out: &[HeldOut], noise_floor: f64, seed: u64) -> Option<Fit> {
     })
 }
 
-/// Where such faults show.
+/// Location of such faults.
 pub fn location(channel: &str, faults: &[&EffectEntry]) -> Location {
     let mut location = Location { channel: channel.into(), ..Location::default() };
     for entry in faults {
@@ -69,8 +69,10 @@ pub fn location(channel: &str, faults: &[&EffectEntry]) -> Location {
             let line = number(entry, ParameterKey::FrequencyHz);
             location.frequency_hz.push([line, line]);
         } else {
-            location.state =
-                format!("|{channel}| at {:.6}, the end of its range", number(entry, ParameterKey::Value).abs());
+            location.state = format!(
+                "|{channel}| at {:.6}, the end of the sensor's range",
+                number(entry, ParameterKey::Value).abs()
+            );
         }
     }
     location
@@ -80,7 +82,7 @@ fn number(entry: &EffectEntry, key: ParameterKey) -> f64 {
     entry.number(key).unwrap_or_default()
 }
 
-/// The samples of the recording that a held-out one is, or is the end of.
+/// Original samples of a held-out recording, which may be the end of a recording.
 fn as_recorded<'a>(held: &HeldOut, channel: &str, recordings: &'a [Recording]) -> Option<&'a [f64]> {
     let samples = |r: &'a Recording| r.channel(channel).map(|c| c.samples.as_slice());
     let count = held.measured.len();
@@ -92,7 +94,7 @@ fn as_recorded<'a>(held: &HeldOut, channel: &str, recordings: &'a [Recording]) -
     same.min_by(|a, b| apart(a).total_cmp(&apart(b)))
 }
 
-/// Frequency and amplitude are the cause's; when the line crosses zero is another thing in each recording.
+/// Mains interference of the cause's frequency and amplitude, its phase fitted to each recording.
 fn mains(held: &mut HeldOut, raw: &[f64], entry: &EffectEntry) {
     let (frequency, amplitude) = (number(entry, ParameterKey::FrequencyHz), number(entry, ParameterKey::Amplitude));
     let angle = |k: usize| TAU * frequency * k as f64 / held.sample_rate_hz;

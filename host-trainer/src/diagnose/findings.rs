@@ -1,4 +1,4 @@
-//! What the search for causes has found, as a diagnosis says it.
+//! Causes, rejected candidates and fit of a diagnosis, from the result of model selection.
 
 use crate::rig::config::RigKind;
 use crate::rig::effect::{EffectKind, ParameterKey};
@@ -16,10 +16,10 @@ use crate::identify::likelihood::search::Optimum;
 use crate::rig::{EffectEntry, Rig, RigError};
 use crate::stats::format::by_chance;
 
-/// Kind of the rig whose equations are stated.
+/// Kind of rig of the stated equations.
 const KIND: RigKind = RigKind::Bearing5Dof;
 
-/// A fault of the acquisition as a cause.
+/// Cause of an acquisition fault.
 pub fn fault_cause(fault: &Fault) -> Cause {
     Cause {
         name: fault.effect.kind.to_string(),
@@ -31,11 +31,11 @@ pub fn fault_cause(fault: &Fault) -> Cause {
     }
 }
 
-/// Estimates of effects' parameters, and of the rig's unknown ones, the first `unknown` of what was sought. What happens at a
-/// time is told no better than to the sample: within one, that depends on how it happens.
+/// Estimates of the effects' parameters and of the rig's unknown ones, the first `unknown` coordinates. The interval of a time
+/// is no narrower than one sample.
 ///
 /// # Errors
-/// None that the search has not met.
+/// Errors of the rig, none that the search has not met.
 pub fn parameters(
     problem: &Problem,
     found: &Optimum,
@@ -57,8 +57,8 @@ pub fn parameters(
     Ok((effects, along))
 }
 
-/// The effects that `corrected` has beyond `before` as causes, the most probable first. They are those of the candidates
-/// that were kept, in the same order.
+/// Causes for the effects that `corrected` has beyond `before`, the most probable first. The effects are in the order of the
+/// kept candidates.
 pub fn causes(
     corrected: &Rig,
     before: &Rig,
@@ -85,7 +85,7 @@ pub fn causes(
     out
 }
 
-/// The parameters of the vocabulary, and where the effect acts.
+/// Parameters of the vocabulary, with component and channel.
 fn stated(effect: &EffectEntry) -> BTreeMap<String, Parameter> {
     let vocabulary = effect.definition().parameters.iter().filter(|p| p.in_vocabulary());
     let keys: Vec<ParameterKey> =
@@ -94,58 +94,58 @@ fn stated(effect: &EffectEntry) -> BTreeMap<String, Parameter> {
     all.map(|(key, value)| (key.to_string(), value.into())).collect()
 }
 
-/// What the cause gains, and the next best of those that it was chosen among.
+/// Log-likelihood gain of the cause and of the next best candidate, in a sentence.
 fn evidence(choice: &Selected, explanation: &Explanation, validation: Option<&Validation>) -> String {
     let next = choice.rivals.iter().find(|c| !explanation.keeps(c.kind));
-    let beside =
-        next.map_or(String::new(), |n| format!("; the next best, {}, gains {:.0}", n.kind, n.log_likelihood_gain));
-    let on = validation.map_or(String::new(), |p| {
-        format!(", and {:.0} on what took no part ({})", p.before - p.after, by_chance(p.p_value))
+    let beside = next.map_or(String::new(), |n| {
+        format!("; the next best candidate, {}, gains {:.0}", n.kind, n.log_likelihood_gain)
     });
-    format!("ln L gains {:.0} on the fitted recordings{on}{beside}.", choice.cause.log_likelihood_gain)
+    let on = validation.map_or(String::new(), |p| {
+        format!(" and {:.0} on the held-out ones ({})", p.before - p.after, by_chance(p.p_value))
+    });
+    format!("Gain of {:.0} in ln L on the fitted recordings{on}{beside}.", choice.cause.log_likelihood_gain)
 }
 
-/// What speaks against the best explanation.
+/// Reason to reject the best explanation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Failure {
-    /// It leaves this share unexplained.
+    /// Share of the lack of fit that is left unexplained.
     Leaves(f64),
-    /// It does not make what took no part more likely.
+    /// No significant gain on held-out recordings.
     NotConfirmed,
-    /// Its error on what took no part is so many times that of the rig without it.
+    /// Ratio of the held-out error to that of the rig without the causes.
     Errs(f64),
 }
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            Self::Leaves(share) => write!(f, "all causes together leave {:.0} % unexplained", 100.0 * share),
-            Self::NotConfirmed => f.write_str("what took no part does not confirm it"),
+            Self::Leaves(share) => {
+                write!(f, "all causes together leave {:.0} % of the mismatch unexplained", 100.0 * share)
+            }
+            Self::NotConfirmed => f.write_str("held-out recordings do not confirm it"),
             Self::Errs(times) => {
-                write!(
-                    f,
-                    "with all causes together the error on what took no part is {times:.1} times that without them"
-                )
+                write!(f, "with all causes together the held-out error is {times:.1} times that without them")
             }
         }
     }
 }
 
 impl Failure {
-    /// The same in a sentence; `asked` is the share that an explanation must take away.
+    /// Caveat in a sentence; `asked` is the share that an explanation must explain.
     pub fn caveat(self, asked: f64) -> String {
         match self {
             Self::Leaves(share) => format!(
-                "The best explanation in the vocabulary takes away {:.0} % of what the rig leaves unexplained; {:.0} % are asked for.",
+                "The best explanation in the vocabulary explains {:.0} % of the mismatch; {:.0} % are required.",
                 100.0 * (1.0 - share),
                 100.0 * asked
             ),
-            _ => format!("Of the best explanation in the vocabulary: {self}."),
+            _ => format!("Best explanation in the vocabulary: {self}."),
         }
     }
 }
 
-/// Every other name of the selection, and why it lost; `failure` is what speaks against the causes that were kept.
+/// Rejected candidates of the selection with reasons; `failure` is the reason to reject the kept causes too.
 pub fn rejected(explanation: &Explanation, failure: Option<Failure>) -> Vec<Rejected> {
     let causes = if explanation.kept.len() > 1 { "the causes together gain" } else { "the cause gains" };
     let mut out: Vec<Rejected> = Vec::new();
@@ -160,24 +160,24 @@ pub fn rejected(explanation: &Explanation, failure: Option<Failure>) -> Vec<Reje
         let log_likelihood_gain = candidate.log_likelihood_gain;
         let why = match failure {
             None => {
-                format!("gains {log_likelihood_gain:.0} in ln L where {causes} {:.0}", explanation.log_likelihood_gain)
+                format!("gains {log_likelihood_gain:.0} in ln L, {causes} {:.0}", explanation.log_likelihood_gain)
             }
             Some(_) if candidate.bic_gain < LEAST_BIC_GAIN => {
-                format!("gains {log_likelihood_gain:.1} in ln L, no more than its parameters are worth")
+                format!("gains {log_likelihood_gain:.1} in ln L, not more than the BIC penalty of its parameters")
             }
-            Some(failure) => format!("gains {log_likelihood_gain:.0} in ln L, yet {failure}"),
+            Some(failure) => format!("gains {log_likelihood_gain:.0} in ln L, but {failure}"),
         };
         say(candidate.kind, &candidate.place, why);
     }
     for Dropped { kind, place, log_likelihood_gain, at } in &explanation.dropped {
-        let scores = format!("scores {:.0} in ln L on all", log_likelihood_gain.max(0.0));
+        let scores = format!("expected gain of {:.0} in ln L", log_likelihood_gain.max(0.0));
         let why = match at {
-            Stage::Screened => format!("at the first look {scores}, less than those that were fitted to them"),
+            Stage::Screened => format!("after screening: {scores}, less than the candidates fitted to all recordings"),
             Stage::Fitted => {
-                format!("fitted to a few recordings {scores}, less than those that were fitted to them")
+                format!("fitted to a subset of the recordings: {scores}, less than the candidates fitted to all")
             }
             Stage::Invalid => {
-                format!("{scores}, but only with numbers that no such cause has or where it cannot be run")
+                format!("{scores}, but only with implausible parameters or where the simulation fails")
             }
         };
         say(*kind, place, why);
@@ -185,10 +185,10 @@ pub fn rejected(explanation: &Explanation, failure: Option<Failure>) -> Vec<Reje
     out
 }
 
-/// What the causes do to recordings that took no part, `held_out` in words. Where they do not stand, the rig stays as it
-/// was.
+/// Fit to held-out recordings, which `held_out` describes, and their traces. If the causes are rejected, both are those of the
+/// rig without them.
 pub fn fit(validation: Option<Validation>, stands: bool, held_out: String) -> (Fit, Vec<HeldOut>) {
-    let metric = "−ln L for each frequency, above that of the right rig".to_owned();
+    let metric = "−ln L per frequency bin, above that of the true rig".to_owned();
     let nothing = Fit { metric, held_out, before: 0.0, after: 0.0, noise_floor: 0.0, p_value: 1.0 };
     let Some(validation) = validation else { return (nothing, Vec::new()) };
     let fit = Fit { before: validation.before_each, noise_floor: validation.floor_each, ..nothing };
@@ -210,7 +210,7 @@ mod tests {
     use crate::rig::effect::EffectKind;
     use crate::rig::test_support::nominal;
 
-    /// A wrong explanation may gain more alone than either of the right two does.
+    /// A wrong explanation may gain more alone than either of two right ones.
     #[test]
     fn what_lost_to_two_causes_is_set_against_both() {
         let split = DataSplit::new(&recordings(&nominal(), 3)).unwrap();
@@ -237,9 +237,12 @@ mod tests {
             ..Explanation::nothing(null_fit.lack_of_fit)
         };
         let [lost] = &rejected(&explanation, None)[..] else { panic!() };
-        assert_eq!(lost.why, "gains 930 in ln L where the causes together gain 1000");
+        assert_eq!(lost.why, "gains 930 in ln L, the causes together gain 1000");
         let says = |n: usize| evidence(&explanation.kept[n], &explanation, None);
-        assert_eq!(says(0), "ln L gains 720 on the fitted recordings; the next best, unbalance, gains 400.");
-        assert_eq!(says(1), "ln L gains 280 on the fitted recordings; the next best, shock, gains 90.");
+        assert_eq!(
+            says(0),
+            "Gain of 720 in ln L on the fitted recordings; the next best candidate, unbalance, gains 400."
+        );
+        assert_eq!(says(1), "Gain of 280 in ln L on the fitted recordings; the next best candidate, shock, gains 90.");
     }
 }

@@ -1,7 +1,7 @@
-//! What could be the matter: every effect of the vocabulary that a bearing rig can have, with places to start a search.
+//! Hypotheses: every effect of the vocabulary that a bearing rig can have, with starts of its search.
 //!
-//! Sizes follow from the rig: a pit is judged against the contact's deflection, a spring's curvature against its static
-//! deflection. What happens at a time or a frequency of its own starts where the residual points ([`InitialGuesses`]).
+//! Sizes follow from the rig: a defect's depth from the contact's deflection, a spring's curvature from its static
+//! deflection. Effects with a time or frequency of their own start at [`InitialGuesses`] from the residual.
 
 use crate::rig::effect::{EffectKind, ParameterKey};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, PI};
@@ -10,56 +10,54 @@ use crate::rig::config::{BearingRig, Machine};
 use crate::rig::effect::component::Component;
 use crate::rig::{EffectEntry, Rig};
 
-/// A place to start from.
+/// Start of a search.
 #[derive(Clone, Debug)]
 pub struct Start {
-    /// The effect, with the values it starts at.
+    /// Effect with its start values.
     pub effect: EffectEntry,
-    /// Its numbers that are fitted. The first that is no time is its strength.
+    /// Parameters that are fitted; the first that is no time is the strength.
     pub free: &'static [ParameterKey],
-    /// The strength at which it does nothing.
+    /// Strength at which the effect vanishes.
     pub nothing: f64,
-    /// Samples by which each of a few recordings began ahead of the rig without it, where they are known.
+    /// Samples by which each recording of the subset leads the rig without the effect, if known.
     pub leads: Option<Vec<i64>>,
 }
 
 impl Start {
-    /// A number of the effect; 0 where it has none of this name.
+    /// Numeric parameter of the effect; 0 if absent.
     pub fn number(&self, key: ParameterKey) -> f64 {
         self.effect.number(key).unwrap_or_default()
     }
 
-    /// Whether it happens at a time of its own.
+    /// Whether the effect has a time.
     pub fn is_timed(&self) -> bool {
         self.effect.parameters.contains_key(&ParameterKey::TimeS)
     }
 
-    /// The same further round on the shaft, where it is fixed to that.
+    /// Start rotated on the shaft, if the effect is fixed to the shaft.
     #[must_use]
     pub fn turned_on_shaft(&self, by_rad: f64) -> Self {
         let effect = self.effect.turned_on_shaft(by_rad).unwrap_or_else(|| self.effect.clone());
         Self { effect, ..self.clone() }
     }
 
-    /// Whether it is a pit.
+    /// Whether the effect is a local defect.
     pub fn is_pit(&self) -> bool {
         matches!(self.effect.kind, EffectKind::OuterRaceDefect | EffectKind::InnerRaceDefect | EffectKind::BallDefect)
     }
 
-    /// Whether it is a mode of the structure.
+    /// Whether the effect is a structural resonance.
     pub fn is_mode(&self) -> bool {
         self.effect.kind == EffectKind::StructuralResonance
     }
 
-    /// What says how strong it is; a time does not, nor what says how fast something turns.
+    /// Key of the strength; times and rates are none.
     pub fn strength(&self) -> Option<ParameterKey> {
-        self.free
-            .iter()
-            .copied()
-            .find(|key| ![ParameterKey::TimeS, ParameterKey::Fraction, ParameterKey::RatePerS].contains(key))
+        let rates = [ParameterKey::TimeS, ParameterKey::Fraction, ParameterKey::RatePerS];
+        self.free.iter().copied().find(|key| !rates.contains(key))
     }
 
-    /// The same so many times as strong, between a fiftieth and fifty times; what has a phase may be the other way round.
+    /// Start with its strength scaled by a fiftieth to fifty; a negative factor turns the phase by π.
     pub fn scaled(&self, by: f64) -> Option<Self> {
         let key = self.strength().filter(|_| (0.02..50.0).contains(&by.abs()))?;
         let scaled = self.with(key, self.nothing + (self.number(key) - self.nothing) * by.abs());
@@ -69,33 +67,33 @@ impl Start {
         Some(scaled.with(ParameterKey::PhaseRad, self.effect.number(ParameterKey::PhaseRad)? + PI))
     }
 
-    /// The same with another number.
+    /// Start with another value of a parameter.
     #[must_use]
     pub fn with(&self, key: ParameterKey, value: f64) -> Self {
         Self { effect: self.effect.clone().with_number(key, value), ..self.clone() }
     }
 }
 
-/// One explanation: an effect, at one component or channel where it has one.
+/// Hypothesis: an effect, at one component or channel if it has one.
 #[derive(Clone, Debug)]
 pub struct Hypothesis {
     /// Effect.
     pub kind: EffectKind,
-    /// Where: `outer`, `ay`, `5 lobes`; empty where there is no choice.
+    /// Component, channel or lobes such as `outer`, `ay`, `5 lobes`; empty if there is no choice.
     pub place: String,
-    /// Where to start from, at least one.
+    /// Starts of the search, at least one.
     pub starts: Vec<Start>,
 }
 
 impl Hypothesis {
-    /// Whether its angles are not those of the rig without it: what turns with the shaft, of which that rig knows little, a
-    /// pit, whose pulses outweigh what the balls' passing gives, and what changes how shaft and cage turn.
+    /// Whether initial angles must be fitted anew: effects that rotate with the shaft, of which the null model knows little,
+    /// defects, whose pulses outweigh the ball passes, and effects that change the rotation.
     pub fn has_angles_of_its_own(&self) -> bool {
         self.starts.iter().any(Start::is_pit)
             || [EffectKind::InnerRaceWaviness, EffectKind::CageSlip, EffectKind::SpeedDrift].contains(&self.kind)
     }
 
-    /// Whether it is to be sought in whole recordings: the beginning may miss it, or is too short for it to show.
+    /// Whether the effect must be sought in whole recordings, as beginnings may miss it or are too short.
     pub fn needs_whole_recordings(&self) -> bool {
         [
             EffectKind::LoadStep,
@@ -108,14 +106,14 @@ impl Hypothesis {
     }
 }
 
-/// What the residual of the nominal rig points at.
+/// Start values from the residual of the nominal rig.
 #[derive(Clone, Debug, Default)]
 pub struct InitialGuesses {
     /// Frequencies at which the residual's power rises above its surroundings, Hz, highest first.
     pub resonances_hz: Vec<f64>,
     /// Times at which the residual changes or has its greatest burst, s.
     pub times_s: Vec<f64>,
-    /// Where samples may be missing.
+    /// Gap where samples may be missing.
     pub gap: Option<Gap>,
     /// Fractions by which the cage may be slow.
     pub slips: Vec<f64>,
@@ -126,11 +124,11 @@ pub struct InitialGuesses {
 /// Samples that may be missing in all recordings.
 #[derive(Clone, Debug)]
 pub struct Gap {
-    /// When, s.
+    /// Time of the gap, s.
     pub time_s: f64,
-    /// How many.
+    /// Count of missing samples.
     pub count: f64,
-    /// Samples by which each recording began ahead of what is expected of it.
+    /// Samples by which each recording leads its prediction.
     pub leads: Vec<i64>,
 }
 
@@ -205,7 +203,7 @@ fn entry(kind: EffectKind, numbers: &[(ParameterKey, f64)]) -> EffectEntry {
     EffectEntry::new(kind, numbers)
 }
 
-/// All explanations of a mismatch of this rig under this load.
+/// All hypotheses for a rig under a load, N.
 pub fn all(rig: &Rig, load_n: f64, guesses: &InitialGuesses) -> Vec<Hypothesis> {
     let Some(machine) = rig.bearing() else { return Vec::new() };
     let sizes = Sizes::new(machine, load_n);
@@ -392,7 +390,7 @@ const FAST_FRICTION_PER_S: f64 = 3e4;
 /// Speed at which dry friction is rounded at least, m/s: far below what a housing vibrates at.
 const SHARPEST_M_PER_S: f64 = 2e-6;
 
-/// Dry friction whose step at rest is as sharp as can be simulated with the force that it has; any other effect as it is.
+/// Effect with dry friction as sharp at rest as can be simulated with its force; any other effect unchanged.
 pub fn sharpened(rig: &BearingRig, effect: EffectEntry) -> EffectEntry {
     match rounded_at(rig, &effect, FASTEST_FRICTION_PER_S) {
         Some(speed) => effect.with_number(ROUNDED, speed),
@@ -400,7 +398,7 @@ pub fn sharpened(rig: &BearingRig, effect: EffectEntry) -> EffectEntry {
     }
 }
 
-/// A rig whose dry friction is no sharper than a first look needs.
+/// Rig with dry friction no sharper than screening needs.
 pub fn softened(rig: &Rig) -> Rig {
     let mut soft = rig.clone();
     let Some(machine) = rig.bearing() else { return soft };

@@ -1,4 +1,4 @@
-//! Where a search in time or frequency can start: what the residual of the nominal rig points at.
+//! Initial guesses of times, frequencies and rates from the residual of the nominal rig.
 
 use std::f64::consts::TAU;
 
@@ -26,7 +26,7 @@ const SLOWEST_DRIFT_PER_S: f64 = 1e-6;
 const MISSING: usize = 400;
 const MISSED: f64 = 30.0;
 
-/// What the residuals of a few recordings point at.
+/// Initial guesses from the residuals of a subset of the recordings.
 pub fn initial_guesses(rig: &Rig, observed: &[Observed], expected: &[Prediction]) -> InitialGuesses {
     let Some(machine) = rig.bearing() else { return InitialGuesses::default() };
     let orders = machine.bearing.geometry().orders();

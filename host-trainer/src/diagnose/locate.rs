@@ -1,4 +1,4 @@
-//! Where a mismatch is: in time, frequency, order, angle, state and channel.
+//! Location of a mismatch in time, frequency, order, angle, state and channel.
 
 use super::result::{Aspect, Location, Test};
 use crate::rig::Rig;
@@ -11,8 +11,8 @@ const SAME_LINE: f64 = 5e-3;
 /// How many orders are named, of the signal and of its envelope each.
 const ORDERS: usize = 4;
 
-/// Where the tests that stand out say that recordings differ, in the channel that shows it most; and what the causes that the
-/// corrected rig has beside the rig as it was say of it.
+/// Location of the mismatch by the significant tests, in the channel of the most significant, and by the causes that the
+/// corrected rig has in addition.
 pub fn locate(before: &Rig, corrected: &Rig, tests: &[Test]) -> Location {
     let standing: Vec<&Test> = tests.iter().filter(|t| t.is_significant()).collect();
     let new = || corrected.effects.iter().skip(before.effects.len());

@@ -1,28 +1,28 @@
-//! What did the simulation leave out?
+//! Diagnosis of a mismatch between a rig and recordings: causes, parameters, location.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`result`] | what a diagnosis says |
+//! | [`result`] | result of a diagnosis |
 //! | [`mod@write`] | a diagnosis as a folder |
 //! | [`sdof`] | the rig of one degree of freedom |
-//! | [`faults`] | what sensor and cable do, beside recordings that took no part |
+//! | [`faults`] | acquisition faults in held-out recordings of an sdof rig |
 //! | [`bearing`] | the 5-DoF rig |
-//! | [`data_split`] | its recordings by the part that they take |
+//! | [`data_split`] | fitted, held-out and screening recordings |
 //! | [`envelope`] | real recordings, where the structure is unknown |
 //! | [`acquisition`] | faults between sensor and file |
-//! | [`residual`] | what the rig leaves, and whether chance could |
+//! | [`residual`] | whitened residual and its lack of fit |
 //! | [`initial_guesses`] | where a search in time or frequency starts |
-//! | [`hypothesis`] | every explanation, and where a search for it starts |
-//! | [`start_score`] | what a place to start from scores |
-//! | [`screening`] | a first look at all of them |
-//! | [`refine_starts`] | a closer look at what that found |
-//! | [`model_selection`] | the best of them, fitted, and what each gains |
-//! | [`explain`] | what the rig leaves, and the one or two causes that explain it |
-//! | `findings` | what the selection has found, as causes, rejected explanations and a fit |
-//! | [`validation`] | what a correction does to recordings that took no part |
-//! | [`statistics`] | what is asked of a residual, number by number |
-//! | [`evidence`] | whether, and where: tests, each against what chance gives |
-//! | [`baseline_test`] | the same of real recordings, beside the healthy machine's |
+//! | [`hypothesis`] | candidate effects with starts of their search |
+//! | [`start_score`] | expected gain of a start |
+//! | [`screening`] | screening of all candidates |
+//! | [`refine_starts`] | refinement of the screened starts |
+//! | [`model_selection`] | fits of the best candidates and their gains |
+//! | [`explain`] | null model, and the one or two causes that explain its residual |
+//! | `findings` | causes, rejected candidates and fit of a diagnosis |
+//! | [`validation`] | fit of a correction to held-out recordings |
+//! | [`statistics`] | statistics of a residual |
+//! | [`evidence`] | significance tests of those statistics |
+//! | [`baseline_test`] | tests of real recordings against the healthy machine's |
 //! | [`locate`] | where the mismatch is |
 
 pub mod acquisition;
@@ -57,23 +57,23 @@ pub use error::DiagnoseError;
 use crate::recording::Recording;
 use crate::rig::{Machine, Rig};
 
-/// What is to be diagnosed.
+/// Rig and recordings to diagnose.
 #[derive(Clone, Copy, Debug)]
 pub struct Task<'a> {
-    /// The rig as the engineer knows it.
+    /// Nominal rig.
     pub rig: &'a Rig,
     /// Recordings of the healthy machine.
     pub baseline: Option<&'a [Recording]>,
-    /// Recordings that the rig may leave something of.
+    /// Recordings to diagnose, at least one.
     pub recordings: &'a [Recording],
     /// Seed of simulations and permutations.
     pub seed: u64,
 }
 
-/// Names what is the matter with a rig of either kind. `progress` is told what is being done.
+/// Diagnoses a rig of either kind. `progress` gets each step in words.
 ///
 /// # Errors
-/// Recordings or a rig that lack something.
+/// Recordings or a rig that lack something required.
 pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<result::DiagnosisResult, DiagnoseError> {
     if task.recordings.is_empty() {
         return Err(DiagnoseError::Empty);

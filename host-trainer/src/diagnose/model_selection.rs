@@ -1,4 +1,4 @@
-//! Hypotheses compete: each is brought as near to the recordings as it can come, and judged by what it gains.
+//! Model selection: every hypothesis is screened, the best are fitted and ranked by their BIC gain.
 
 use crate::rig::config::RigKey;
 use crate::rig::effect::EffectKind;
@@ -42,39 +42,39 @@ const DISTANT_RIVAL: f64 = 0.03;
 /// Shares of the band that a search goes through, from what turns slowly to all: slow parts have few wrong places to end.
 const BANDS: [f64; 3] = [0.06, 0.2, 1.0];
 
-/// A hypothesis with its best parameters.
+/// Hypothesis with its best parameters.
 #[derive(Clone, Debug)]
 pub struct Candidate<'o> {
     /// Name in the vocabulary.
     pub kind: EffectKind,
-    /// Where.
+    /// Component, channel or lobes; empty if there is no choice.
     pub place: String,
-    /// What was sought, in which rig.
+    /// Likelihood problem of the fit.
     pub problem: Problem<'o>,
-    /// What was found.
+    /// Optimum of the fit.
     pub found: Optimum,
-    /// What it costs less than the rig without it, by [`cost`].
+    /// Gain in half the BIC over the rig without the effect, by [`half_bic`].
     pub bic_gain: f64,
-    /// Gain in ln L over the rig without it.
+    /// Gain in ln L over the rig without the effect.
     pub log_likelihood_gain: f64,
 }
 
 impl Candidate<'_> {
-    /// The rig with the effect as it was found.
+    /// Rig with the fitted effect.
     ///
     /// # Errors
-    /// None that the search has not met.
+    /// Errors of the rig, none that the search has not met.
     pub fn rig(&self) -> Result<Rig, RigError> {
         self.problem.rig_at(&self.found.point.coordinates)
     }
 
-    /// As [`cost`].
+    /// Half the Bayesian information criterion of the fit, by [`half_bic`].
     pub fn half_bic(&self) -> f64 {
         half_bic(&self.problem, &self.found)
     }
 
-    /// The same where a slow search from what was found comes nearer by `least` in ln L: what goes through whole recordings at
-    /// once may stop where the slow parts already say that it is wrong.
+    /// Candidate refitted from low to high frequencies; `None` if that gains less than `least` in ln L. A search of all
+    /// frequencies at once may stop at a local optimum that low frequencies exclude.
     pub fn refined(&self, least: f64) -> Option<Self> {
         let found =
             search_slowly(&self.problem, self.found.point.clone(), &Limits { steps: STEPS, ..Limits::default() })?;
@@ -88,7 +88,7 @@ impl Candidate<'_> {
     }
 }
 
-/// −ln L, and half the logarithm of the count of samples for each parameter (G. Schwarz, Annals of Statistics 6 (1978)
+/// Half the Bayesian information criterion: −ln L plus half the logarithm of the sample count per parameter (G. Schwarz, Annals of Statistics 6 (1978)
 /// 461–464).
 pub fn half_bic(problem: &Problem, found: &Optimum) -> f64 {
     found.expansion.neg_log_likelihood() + 0.5 * problem.coordinates.len() as f64 * samples(problem.observed).ln()
@@ -98,36 +98,36 @@ fn samples(observed: &[Observed]) -> f64 {
     observed.iter().map(|o| o.condition.samples).sum::<usize>() as f64
 }
 
-/// How a selection ended.
+/// Result of a model selection.
 #[derive(Clone, Debug, Default)]
 pub struct Ranking<'o> {
-    /// Those that were fitted to all recordings, the best first.
+    /// Candidates fitted to all recordings, the best first.
     pub candidates: Vec<Candidate<'o>>,
-    /// Those that came no further than a first look or a fit to a few recordings.
+    /// Hypotheses dropped after screening or after the fit to a subset of the recordings.
     pub dropped: Vec<Dropped>,
 }
 
-/// A hypothesis that others have left behind.
+/// Hypothesis that was dropped.
 #[derive(Clone, Debug)]
 pub struct Dropped {
     /// Name in the vocabulary.
     pub kind: EffectKind,
-    /// Where.
+    /// Component, channel or lobes; empty if there is no choice.
     pub place: String,
-    /// What it gained in ln L, as it would be on all recordings.
+    /// Expected gain in ln L on all recordings.
     pub log_likelihood_gain: f64,
-    /// Where that was.
+    /// Stage at which it was dropped.
     pub at: Stage,
 }
 
-/// Where a hypothesis is left behind.
+/// Stage at which a hypothesis is dropped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
-    /// At the first look.
+    /// After screening.
     Screened,
-    /// Fitted to a few recordings.
+    /// After the fit to a subset of the recordings.
     Fitted,
-    /// At the end of a fit: with numbers that no such effect has, where nothing can be seen, or where nothing can be simulated.
+    /// After a fit with implausible parameters, outside the recordings, or that cannot be simulated.
     Invalid,
 }
 
@@ -137,41 +137,41 @@ impl Dropped {
     }
 }
 
-/// The selection's surroundings.
+/// Recordings and rig of a model selection.
 #[derive(Clone, Debug)]
 pub struct ModelSelection<'o> {
-    /// Recordings for all.
+    /// All fitted recordings.
     pub all: &'o [Observed],
-    /// Beginnings of a few of them, for a first look.
+    /// Beginnings of the subset, for screening.
     pub beginnings: &'o [Observed],
-    /// A few of them whole, for what their beginnings do not show.
+    /// Subset of the recordings, whole, for effects that their beginnings do not show.
     pub subset: &'o [Observed],
-    /// Which of all the few are.
+    /// Indices of the subset among all.
     pub which: &'o [usize],
-    /// The rig without what is sought; its unknown parameters are fitted along with every hypothesis.
+    /// Rig without the sought effect; its unknown parameters are fitted with every hypothesis.
     pub rig: Rig,
-    /// Those unknown parameters.
+    /// Unknown parameters of the rig.
     pub unknown: Vec<Coordinate>,
-    /// Angles at the beginning of all, where they are known.
+    /// Initial angles of all recordings, rad, if known.
     pub angles: Option<Vec<[f64; 2]>>,
 }
 
-/// A part of the recordings.
+/// Part of the recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// All, whole.
+    /// All recordings, whole.
     All,
-    /// A few, whole.
+    /// Subset, whole.
     Subset,
-    /// The beginnings of a few.
+    /// Beginnings of the subset.
     Beginnings,
 }
 
 impl<'o> ModelSelection<'o> {
-    /// The rig without anything more.
+    /// Null model of a part: the rig without the sought effect, fitted.
     ///
     /// # Errors
-    /// What the simulation refuses.
+    /// Errors of the simulation.
     pub fn null(&self, part: Part) -> Result<(Problem<'o>, Optimum), RigError> {
         let problem = Problem::new(self.observed(part), self.rig.clone(), self.unknown.clone());
         let found = match self.known(part) {
@@ -202,16 +202,16 @@ impl<'o> ModelSelection<'o> {
         }
     }
 
-    /// All hypotheses; those that cannot be simulated are left out, those that promise less than `least` at the first look
-    /// come no further.
+    /// Ranking of the hypotheses; those that cannot be simulated are left out, those whose expected gain is less than
+    /// `least` are dropped after screening.
     ///
     /// # Errors
-    /// What the simulation refuses of the rig without any of them.
+    /// Errors of the simulation of the null model.
     pub fn run(&self, hypotheses: &[Hypothesis], least: f64, progress: &dyn Fn(&str)) -> Result<Ranking<'o>, RigError> {
         let bare = self.null(Part::All)?;
         // Where there is little to explain, leaving little of it says nothing.
         let explainable = !leaves_nothing(&bare.0, &bare.1)?;
-        progress("looking at every hypothesis");
+        progress("screening all candidates");
         let screened = self.screen(hypotheses, least)?;
         let mut dropped = Vec::new();
         let subset_fits =
@@ -334,7 +334,7 @@ impl<'o> ModelSelection<'o> {
                     return None;
                 }
                 n += 1;
-                progress(&format!("fitting {kind} {place} to all ({n} of {FULL_FITS})"));
+                progress(&format!("fitting {kind} {place} to all recordings ({n} of {FULL_FITS})"));
                 Some(subset_fit)
             });
             let fitted: Vec<_> = finalists.par_iter().map(|subset_fit| self.fitted_to_all(subset_fit, null)).collect();

@@ -1,4 +1,4 @@
-//! A closer look at what a first look at a hypothesis has found: its numbers and times scanned one by one.
+//! Refinement of screened starts: parameters and times are scanned one by one.
 
 use crate::rig::effect::{EffectKind, ParameterKey};
 use std::f64::consts::TAU;
@@ -13,12 +13,12 @@ use crate::identify::likelihood::likelihood::means;
 use crate::identify::likelihood::tachometer::Reading;
 use crate::rig::{Rig, RigError};
 
-/// A pit's width, place and depth, scanned finely: a ball takes a time over the pit that is a few periods of the fastest mode, so
-/// that widths half a period apart look alike and a search would stop at the wrong one; likewise the pulses, which hold
-/// the ball's angle to the pit's, and the balls' passing, which holds it to the load's.
+/// Start with width, angle and depth of a defect scanned finely. A ball takes a few periods of the fastest mode to cross it, so
+/// that widths half a period apart are similar and a search would stop at a local optimum; likewise for the angles, fixed by
+/// the pulses and by the ball passes.
 ///
 /// # Errors
-/// What the simulation refuses before it runs.
+/// Errors of the simulation before it runs.
 pub fn scanned(null: &NullPrediction, rig: &Rig, score: &StartScore) -> Result<StartScore, RigError> {
     let Some(machine) = rig.bearing() else { return Ok(score.clone()) };
     let orders = machine.bearing.geometry().orders();
@@ -67,11 +67,11 @@ enum Scan {
     Depth,
 }
 
-/// Frequency and damping of a mode, scanned finely, for either sign: from half the frequency, or from the wrong sign, a search
-/// ends at the wrong mode.
+/// Start with frequency and damping of a mode scanned finely, for either sign: from half the frequency, or from the wrong sign,
+/// a search ends at the wrong mode.
 ///
 /// # Errors
-/// What the simulation refuses before it runs.
+/// Errors of the simulation before it runs.
 pub fn tuned(null: &NullPrediction, rig: &Rig, score: &StartScore) -> Result<StartScore, RigError> {
     let mut best = score.clone();
     for (key, factor, reach, gains) in [WIDELY, DAMPING, FINELY, DAMPING] {
@@ -94,11 +94,11 @@ const WIDELY: Tuning = (ParameterKey::FrequencyHz, 1.1, 6, &[0.3, 1.0, 2.0, 4.0,
 const FINELY: Tuning = (ParameterKey::FrequencyHz, 1.03, 3, &[0.7, 0.85, 1.0, 1.2, 1.4]);
 const DAMPING: Tuning = (ParameterKey::DampingRatio, 1.35, 5, &[1.0]);
 
-/// A time, first where the residual is most like what the effect gives, then, where that scores `least`, scanned ever
-/// finer: a step or an impact has to be met to a part of the fastest mode's period.
+/// Start with its time at the maximum of a matched filter and, if that scores `least`, scanned ever finer: a step or an impact
+/// must be met to a part of the fastest mode's period.
 ///
 /// # Errors
-/// What the simulation refuses before it runs; a run of the best time that diverges.
+/// Errors of the simulation before it runs; a run of the best time that diverges.
 pub fn timed(null: &NullPrediction, rig: &Rig, score: &StartScore, least: f64) -> Result<StartScore, RigError> {
     let sample_s = 1.0 / null.observed.first().map_or(1.0, |o| o.condition.sample_rate_hz);
     let mut best = score.clone();
@@ -183,11 +183,10 @@ fn matched(null: &NullPrediction, rig: &Rig, score: &StartScore) -> Result<Vec<f
     Ok([1.0, -1.0].into_iter().filter_map(greatest).map(|i| i as f64 / rate).collect())
 }
 
-/// All of `scores` that are fixed to the shaft, which were found with the shaft anywhere, with the shaft where tachometers
-/// have it: at the angle that suits best of those that the recordings ask for.
+/// Moves `scores` of effects fixed to the shaft, found at a free shaft angle, to the angle of the tachometers that fits best.
 ///
 /// # Errors
-/// What the simulation refuses before it runs.
+/// Errors of the simulation before it runs.
 pub fn by_tachometers(null: &NullPrediction, rig: &Rig, scores: &mut [StartScore]) -> Result<(), RigError> {
     let on_shaft = scores.iter().enumerate().filter(|(_, p)| p.start.effect.is_on_shaft());
     let trials: Vec<Trial> = on_shaft.flat_map(|(number, score)| at_tachometers(null, rig, number, score)).collect();

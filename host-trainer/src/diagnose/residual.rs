@@ -1,4 +1,4 @@
-//! What a rig leaves of recordings, in units of its own noise, and how much of it chance would leave.
+//! Whitened residual of recordings, and its lack of fit.
 
 use realfft::num_complex::Complex;
 
@@ -11,7 +11,7 @@ use crate::signal::transform::inverse_plan;
 const FINE: usize = 8;
 const FINE_MEAN: f64 = 0.5105;
 const FINE_VARIANCE: f64 = 0.522;
-/// Samples at each end of a recording that are not looked at one by one.
+/// Samples at each end of a recording that are excluded in the time domain.
 pub const EDGE: usize = 128;
 /// Standard deviations, and ln L of what stands out, from which a residual is not noise of the rig's kind.
 const EXCESS: f64 = 6.0;
@@ -19,22 +19,22 @@ const PEAKS: f64 = 15.0;
 /// How much more than one replicate's peaks those of the recordings may be.
 const NOISE_PEAKS: f64 = 2.0;
 
-/// The residual of one channel of one recording over the standard deviation that the rig gives it.
+/// Residual of one channel of one recording over the rig's standard deviation of it.
 #[derive(Clone, Debug)]
 pub struct Whitened {
-    /// Which recording.
+    /// Index of the recording.
     pub recording: usize,
-    /// Which channel.
+    /// Index of the channel.
     pub channel: usize,
     /// Fourier coefficients, E|w|² = 1 under the rig; the mean and the last are 0.
     pub spectrum: Vec<Complex<f64>>,
-    /// The same in time, of unit variance under the rig.
+    /// Residual over time, of unit variance under the rig.
     pub signal: Vec<f64>,
     /// Samples per second.
     pub sample_rate_hz: f64,
 }
 
-/// The residuals of all channels.
+/// Whitened residuals of all channels.
 pub fn whitened(observed: &[Observed], expected: &[Prediction]) -> Vec<Whitened> {
     let mut out = Vec::new();
     for (recording, (o, e)) in observed.iter().zip(expected).enumerate() {
@@ -54,7 +54,7 @@ pub fn whitened(observed: &[Observed], expected: &[Prediction]) -> Vec<Whitened>
     out
 }
 
-/// How like two changes of the same residuals are: the cosine of the angle between them, whatever its sign.
+/// Absolute cosine similarity of two changes of the same residuals.
 pub fn cosine_similarity(from: &[Whitened], one: &[Whitened], other: &[Whitened]) -> f64 {
     let (mut product, mut squares) = (0.0, [0.0; 2]);
     for ((from, one), other) in from.iter().zip(one).zip(other) {
@@ -67,31 +67,31 @@ pub fn cosine_similarity(from: &[Whitened], one: &[Whitened], other: &[Whitened]
     product.abs() / (squares[0] * squares[1]).sqrt().max(f64::MIN_POSITIVE)
 }
 
-/// How much of the residual is not noise of the rig's kind.
+/// Lack of fit: deviation of the residual from the rig's noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LackOfFit {
-    /// ln L that a model with a free variance in every narrow band, and another in every short time, would gain, less what
-    /// they gain on noise: sees what is everywhere.
+    /// Gain in ln L of a model with a free variance in every narrow band, and of one in every short time, less their gains
+    /// on noise: sensitive to a broad lack of fit.
     pub nats: f64,
-    /// That in standard deviations of chance.
+    /// Gain `nats` in standard deviations of its null distribution.
     pub z: f64,
-    /// ln L that those bands and times gain which stand out one by one: sees what is in few places.
+    /// Gain in ln L of the bands and times that are significant one by one: sensitive to a local lack of fit.
     pub peaks: f64,
 }
 
 impl LackOfFit {
-    /// Whether chance would hardly leave as much.
+    /// Whether the lack of fit is significant.
     pub fn is_more_than_chance(&self) -> bool {
         self.z > EXCESS || self.peaks > PEAKS
     }
 
-    /// The mean of several.
+    /// Mean of several.
     pub fn mean(all: &[Self]) -> Self {
         let mean = |of: fn(&Self) -> f64| all.iter().map(of).sum::<f64>() / all.len().max(1) as f64;
         Self { nats: mean(|e| e.nats), z: mean(|e| e.z), peaks: mean(|e| e.peaks) }
     }
 
-    /// What is left beyond what noise of the rig's own kind leaves.
+    /// Lack of fit beyond that of the rig's own noise.
     pub fn beyond(self, noise: Self) -> Self {
         Self {
             nats: self.nats - noise.nats.max(0.0),
@@ -100,19 +100,19 @@ impl LackOfFit {
         }
     }
 
-    /// Share of it that is gone where `left` is left.
+    /// Explained share, given the remaining lack of fit `left`.
     pub fn explained(&self, left: &Self) -> f64 {
         let (all, left) = if self.z > EXCESS { (self.nats, left.nats) } else { (self.peaks, left.peaks) };
         if all > 0.0 { 1.0 - left.max(0.0) / all } else { 1.0 }
     }
 }
 
-/// A signal without its ends: a recording ends elsewhere than it began, and its Fourier series has that as a jump at both.
+/// Signal without its ends, where its Fourier series has a jump.
 pub fn inner(signal: &[f64]) -> &[f64] {
     signal.get(EDGE..signal.len().saturating_sub(EDGE)).unwrap_or_default()
 }
 
-/// The excess of all channels together.
+/// Lack of fit of all channels together.
 pub fn lack_of_fit(residuals: &[Whitened]) -> LackOfFit {
     let mut gains = Vec::new();
     for w in residuals {

@@ -1,4 +1,4 @@
-//! What a diagnosis says, as `diagnosis.json` has it.
+//! Result of a diagnosis, in the form of `diagnosis.json`.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -7,23 +7,23 @@ use serde::{Deserialize, Serialize};
 
 use crate::rig::{Rig, Value};
 
-/// Name of the format.
+/// Name and version of the format.
 pub const SCHEMA: &str = "ballrace-diagnosis/1";
 
-/// The verdict.
+/// Verdict of a diagnosis.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// Named causes explain what the rig leaves.
+    /// Named causes explain the mismatch.
     Mismatch,
     /// The rig, its unknown parameters fitted, explains the recordings.
     NoMismatch,
-    /// Something is there that no cause of the vocabulary explains.
+    /// No cause of the vocabulary explains the mismatch.
     Unexplained,
 }
 
 impl Verdict {
-    /// As `diagnosis.json` has it.
+    /// Name in `diagnosis.json`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Mismatch => "mismatch",
@@ -33,13 +33,13 @@ impl Verdict {
     }
 }
 
-/// A parameter: a number in SI units, or a name.
+/// Parameter of a cause: a number in SI units, or a name.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Parameter {
-    /// A number.
+    /// Number in SI units.
     Number(f64),
-    /// The name of a component or a channel.
+    /// Name of a component or a channel.
     Name(String),
 }
 
@@ -52,33 +52,33 @@ impl From<&Value> for Parameter {
     }
 }
 
-/// A cause that the tool stands by.
+/// Accepted cause of a mismatch.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Cause {
     /// Name in the vocabulary.
     pub name: String,
-    /// Probability, given that it is one of the vocabulary.
+    /// Probability, given that the cause is in the vocabulary.
     pub probability: f64,
     /// Parameters in SI units.
     pub parameters: BTreeMap<String, Parameter>,
-    /// Intervals of the numbers among them that hold the truth with 95 % probability.
+    /// 95 % intervals of the numeric parameters, SI units.
     pub interval95: BTreeMap<String, [f64; 2]>,
-    /// One sentence that a person can check.
+    /// Evidence in one checkable sentence.
     pub evidence: String,
-    /// The term added, in the rig's symbols.
+    /// Equation of the effect, in the rig's symbols.
     pub equation: String,
 }
 
-/// An explanation that lost.
+/// Rejected cause.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Rejected {
     /// Name in the vocabulary.
     pub name: String,
-    /// Why it lost.
+    /// Reason of the rejection.
     pub why: String,
 }
 
-/// Where the mismatch is.
+/// Location of the mismatch.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct Location {
     /// Intervals of time, s.
@@ -91,114 +91,114 @@ pub struct Location {
     pub angle_rad: Vec<[f64; 2]>,
     /// Region of the state, in words.
     pub state: String,
-    /// The channel that shows it most.
+    /// Channel of the largest mismatch.
     pub channel: String,
 }
 
-/// How the fit to recordings that took no part has changed.
+/// Fit to held-out recordings, before and after the correction.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Fit {
-    /// What is measured.
+    /// Measure of the error, with its unit.
     pub metric: String,
-    /// Which recordings.
+    /// Held-out recordings.
     pub held_out: String,
-    /// By the rig as it was.
+    /// Error of the rig, its unknown parameters fitted.
     pub before: f64,
-    /// By the corrected rig.
+    /// Error of the corrected rig.
     pub after: f64,
-    /// What the right rig would reach.
+    /// Error that the true rig would have.
     pub noise_floor: f64,
-    /// Probability of as great an improvement by chance.
+    /// p-value of the improvement.
     pub p_value: f64,
 }
 
-/// `diagnosis.json`.
+/// Content of `diagnosis.json`.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Diagnosis {
-    /// [`SCHEMA`].
+    /// Format, [`SCHEMA`].
     pub schema: Cow<'static, str>,
-    /// What it comes to.
+    /// Verdict of the diagnosis.
     pub verdict: Verdict,
-    /// Causes, the most probable first; none without a mismatch.
+    /// Accepted causes, the most probable first; none without a mismatch.
     pub causes: Vec<Cause>,
-    /// Explanations that lost.
+    /// Rejected causes.
     pub rejected: Vec<Rejected>,
-    /// Where the mismatch is.
+    /// Location of the mismatch.
     pub location: Location,
-    /// What the causes do to the fit.
+    /// Fit to held-out recordings.
     pub fit: Fit,
 }
 
-/// A recording that took no part, as measured and as simulated; one channel.
+/// One channel of a held-out recording, measured and simulated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeldOut {
     /// File name without ending; the channel is part of it where there are several.
     pub name: String,
     /// Samples per second.
     pub sample_rate_hz: f64,
-    /// As measured.
+    /// Measured samples, SI units.
     pub measured: Vec<f64>,
-    /// As the rig gives it.
+    /// Simulation by the rig before the correction.
     pub before: Vec<f64>,
-    /// As the corrected rig gives it.
+    /// Simulation by the corrected rig.
     pub after: Vec<f64>,
 }
 
-/// What a test looks at.
+/// Aspect of a residual that a test examines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Aspect {
-    /// The mean.
+    /// Mean.
     Mean,
     /// Skewness and kurtosis.
     Moments,
     /// Power in a band.
     Spectrum,
-    /// Power in a stretch of time beside the rest.
+    /// Power in a stretch of time relative to the rest.
     Time,
-    /// A line at an order of the shaft beside what is around it.
+    /// Line at an order of the shaft relative to the noise around it.
     Order,
-    /// The same in the spectrum of the squared signal.
+    /// Line in the spectrum of the squared signal.
     Envelope,
-    /// Power at an angle of the shaft beside the rest.
+    /// Power at a shaft angle relative to the rest.
     ShaftAngle,
-    /// Power at a place of the balls in their pitch beside the rest.
+    /// Power at a position of the balls in their pitch relative to the rest.
     CageAngle,
-    /// Power where the channel's position is in a range, beside the rest.
+    /// Power in a range of the channel's position relative to the rest.
     Displacement,
-    /// The same of its velocity.
+    /// Power in a range of the channel's velocity relative to the rest.
     Velocity,
-    /// How power goes with the load of recordings.
+    /// Dependence of power on the load of recordings.
     Load,
-    /// How power goes with their speed.
+    /// Dependence of power on the speed of recordings.
     Speed,
-    /// The comb of lines that a pit gives the envelope.
+    /// Comb of envelope lines of a local defect.
     Comb,
-    /// A force as of a term of the library.
+    /// Force of a term of the library.
     Force,
 }
 
-/// A test: whether, and where.
+/// Significance test of a residual.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Test {
-    /// What it looks at.
+    /// Aspect of the residual.
     pub aspect: Aspect,
-    /// In which channel; empty where that is not asked.
+    /// Channel; empty if the test has none.
     pub channel: &'static str,
-    /// From where to where: Hz, s, order, rad, m or m/s as its aspect says.
+    /// Interval in Hz, s, order, rad, m or m/s, by the aspect.
     pub at: Option<[f64; 2]>,
-    /// What is tested, such as `ay, power from 3200 to 3600 Hz`.
+    /// Description, such as `ay, power from 3200 to 3600 Hz`.
     pub what: String,
-    /// The statistic, in standard deviations of what chance gives.
+    /// Statistic in standard deviations of its null distribution.
     pub z: f64,
-    /// Probability of as much by chance, before any correction for how many tests there are.
+    /// p-value of this test alone.
     pub p_value: f64,
-    /// The least rate of false discoveries at which it stands out of all tests.
+    /// Smallest false discovery rate at which the test is significant.
     pub q_value: f64,
 }
 
 impl Aspect {
-    /// What tests of the aspect look at, in words.
+    /// Name of the aspect for reports.
     pub fn text(self) -> &'static str {
         match self {
             Self::Mean => "mean",
@@ -208,42 +208,42 @@ impl Aspect {
             Self::Order => "lines at orders of the shaft",
             Self::Envelope => "lines of the envelope",
             Self::ShaftAngle => "power over the shaft's angle",
-            Self::CageAngle => "power over the balls' place",
+            Self::CageAngle => "power over the balls' position",
             Self::Displacement => "power over position",
             Self::Velocity => "power over velocity",
             Self::Load => "dependence on load",
             Self::Speed => "dependence on speed",
-            Self::Comb => "comb of a pit",
+            Self::Comb => "comb of a local defect",
             Self::Force => "forces",
         }
     }
 }
 
 impl Test {
-    /// Whether it stands out of all tests at [`FDR_LEVEL`].
+    /// Whether the test is significant at [`FDR_LEVEL`].
     pub fn is_significant(&self) -> bool {
         self.q_value <= FDR_LEVEL
     }
 }
 
-/// Rate of false discoveries among tests that stand out.
+/// False discovery rate of significant tests.
 pub const FDR_LEVEL: f64 = 0.01;
 
-/// A parameter of the rig that was fitted along: name, value, 95 % interval.
+/// Unknown parameter of the rig that was fitted: name, value, 95 % interval.
 pub type Fitted = (String, f64, [f64; 2]);
 
-/// A diagnosis with what stands behind it.
+/// Diagnosis with corrected rig, held-out traces, tests and caveats.
 #[derive(Clone, Debug)]
 pub struct DiagnosisResult {
-    /// What it says.
+    /// Content of `diagnosis.json`.
     pub diagnosis: Diagnosis,
-    /// The rig with its causes.
+    /// Corrected rig.
     pub rig: Rig,
-    /// Recordings that took no part.
+    /// Held-out recordings.
     pub held_out: Vec<HeldOut>,
-    /// Tests of what the rig leaves without causes, the most telling first.
+    /// Tests of the residual without causes, the most significant first.
     pub tests: Vec<Test>,
-    /// Unknown parameters of the rig.
+    /// Unknown parameters of the rig, fitted.
     pub fitted: Vec<Fitted>,
     /// Caveats, a sentence each.
     pub caveats: Vec<String>,

@@ -1,4 +1,4 @@
-//! A first look at every hypothesis: many short runs side by side, and what each scores.
+//! Screening of all hypotheses by the expected gain of many short runs.
 
 use crate::rig::effect::ParameterKey;
 use std::f64::consts::TAU;
@@ -20,20 +20,20 @@ const AROUND: u32 = 4;
 const HELD: usize = 3;
 const SHARES: [f64; 3] = [1.0, 0.4, 0.15];
 
-/// What a first look is measured by, in ln L of the recordings that are looked at.
+/// Thresholds of screening, in ln L of the screened recordings.
 #[derive(Clone, Copy, Debug)]
 pub struct Stakes {
-    /// What a hypothesis must gain in the end.
+    /// Gain that a hypothesis must have in the end.
     pub least: f64,
-    /// What others are known to score.
+    /// Expected gain of others.
     pub others: f64,
 }
 
-/// The best start of each hypothesis that can be simulated at all. What scores next to nothing beside the best, or beside what
-/// is at stake, is not looked at more closely.
+/// Best start of each hypothesis that can be simulated. Starts of small expected gain relative to the best, or to the required
+/// gain, are not refined.
 ///
 /// # Errors
-/// What the simulation refuses before it runs.
+/// Errors of the simulation before it runs.
 pub fn screen(
     null: &NullPrediction,
     rig: &Rig,

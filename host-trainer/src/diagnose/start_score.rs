@@ -1,4 +1,4 @@
-//! What a start scores: one run of it, beside what the rig says without it.
+//! Expected gain of a start: one run with the effect, compared with the null model's prediction.
 
 use rayon::prelude::*;
 
@@ -12,36 +12,36 @@ use crate::rig::{Rig, RigError};
 /// Runs that are held in memory at a time.
 const BATCH: usize = 128;
 
-/// What a start scores.
+/// Expected gain of a start.
 #[derive(Clone, Debug)]
 pub struct StartScore {
-    /// Which hypothesis.
+    /// Index of the hypothesis.
     pub hypothesis: usize,
-    /// Where from, its strength scaled where that scores more.
+    /// Start, its strength scaled if that scores more.
     pub start: Start,
-    /// Angles at the beginning of each recording.
+    /// Initial angles of each recording, rad.
     pub angles: Vec<[f64; 2]>,
-    /// Gain in ln L.
+    /// Expected gain in ln L.
     pub log_likelihood_gain: f64,
 }
 
-/// Recordings, and what the rig says of them without anything more: what scores are seen against.
+/// Recordings with the predictions of the null model.
 pub struct NullPrediction<'o> {
-    /// The recordings.
+    /// Recordings.
     pub observed: &'o [Observed],
-    /// Their angles.
+    /// Initial angles of each recording, rad.
     pub angles: Vec<[f64; 2]>,
-    /// What the rig says of them.
+    /// Predictions of the null model.
     pub expected: Vec<Prediction>,
     /// Variance of their random parts by the rig's mean slopes, where it has force laws that are others in noise.
     by_mean_slopes: Option<Vec<[Vec<f64>; 2]>>,
 }
 
 impl<'o> NullPrediction<'o> {
-    /// Of a rig at these angles.
+    /// Predictions of a rig at these initial angles.
     ///
     /// # Errors
-    /// What the simulation refuses.
+    /// Errors of the simulation.
     pub fn new(
         rig: &Rig,
         observed: &'o [Observed],
@@ -86,52 +86,52 @@ impl<'o> NullPrediction<'o> {
         rigs.iter().map(|_| of_next()).collect()
     }
 
-    /// What it says of their random parts.
+    /// Predicted random parts of the recordings.
     pub fn noise(&self) -> Vec<Noise> {
         self.expected.iter().map(|e| e.noise.clone()).collect()
     }
 }
 
-/// A start with the angles to begin at: those of the null, those that suit it best, or its own.
+/// Start with its choice of initial angles.
 #[derive(Clone, Debug)]
 pub struct Trial {
-    /// Which hypothesis.
+    /// Index of the hypothesis.
     pub hypothesis: usize,
-    /// Where from.
+    /// Start values of the effect.
     pub start: Start,
-    /// How the angles are chosen.
+    /// Choice of the initial angles.
     pub angles: Angles,
 }
 
-/// How the angles of a try are chosen.
+/// Choice of a trial's initial angles.
 #[derive(Clone, Debug)]
 pub enum Angles {
-    /// Those of the rig without the effect.
+    /// Angles of the null model.
     Bare,
-    /// Those that suit the rig with the effect: a pit's pulses outweigh what the balls' passing gives, and the shaft's
-    /// angle shows only in what turns with it.
+    /// Angles fitted with the effect: a defect's pulses outweigh the ball passes, and the shaft's angle shows only in
+    /// effects that rotate with it.
     Aligned,
-    /// Those of the rig without the effect, each recording's moved by so many samples.
+    /// Angles of the null model, each recording's moved by so many samples.
     Moved(Vec<i64>),
-    /// These.
+    /// Given angles.
     Given(Vec<[f64; 2]>),
-    /// These, moved in time to where they suit the rig with the effect better.
+    /// Given angles, moved in time to fit the rig with the effect.
     Near(Vec<[f64; 2]>),
 }
 
-/// Which strength a try is judged at.
+/// Strength at which a trial is scored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Strength {
-    /// Its own.
+    /// Given strength.
     Given,
-    /// The one that would promise most if what it changes were in proportion to it.
+    /// Strength of the greatest expected gain, for a change in proportion to it.
     Scaled,
 }
 
-/// Every start that can be simulated, the most promising first.
+/// Expected gains of all trials that can be simulated, the greatest first.
 ///
 /// # Errors
-/// What the simulation refuses before it runs.
+/// Errors of the simulation before it runs.
 pub fn evaluate(
     null: &NullPrediction,
     rig: &Rig,

@@ -1,8 +1,7 @@
-//! What is asked of a residual, number by number: how much of it there is in each band, stretch of time, order, angle and range of
-//! the state.
+//! Statistics of a residual: its power in each band, stretch of time, order, angle and range of the state.
 //!
-//! Every number is a standard normal deviate, nearly, where the residual is white noise of unit variance. What chance really gives
-//! is for [`evidence`](super::evidence) to say.
+//! Every statistic is nearly standard normal if the residual is white noise of unit variance; [`evidence`](super::evidence)
+//! estimates the true null distributions.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -19,59 +18,64 @@ use crate::signal::lines::{floor, half_width};
 use crate::signal::transform::{inverse_plan, median};
 use crate::stats::format::significant;
 
-/// Bands, stretches of time, parts of a turn and of the balls' pitch, ranges of the state.
+/// Frequency bands.
 const BANDS: usize = 32;
+/// Stretches of time.
 const STRETCHES: usize = 40;
+/// Parts of a turn, and of the balls' pitch.
 const ANGLES: usize = 12;
+/// Ranges of position, and of velocity.
 const STATES: usize = 8;
-/// Harmonics of each of the bearing's frequencies.
+/// Harmonics of each bearing frequency.
 const HARMONICS: u32 = 3;
-/// Values to either side of a line that count as it.
+/// Bins to either side that belong to a line.
 const BESIDE: usize = 1;
-/// Frequency from which an acceleration is integrated, Hz: below it is the drift of noise.
+/// Lower frequency limit of integration, Hz; below it noise drifts.
 const INTEGRATED_FROM_HZ: f64 = 20.0;
-/// Samples whose mean square is one value of how power comes and goes.
+/// Samples of a block whose mean square measures how power varies in time.
 const BLOCK: usize = 64;
-/// Of a normal deviate the median distance from 0.
+/// Median of |x| for a standard normal x.
 const MEDIAN_DEVIATION: f64 = 0.6745;
-/// Segments that a recording is cut into for what does not depend on time; how many there must be of all, and samples in each.
+/// Segments of a recording over which the median is taken.
 const SEGMENTS: usize = 8;
+/// Minimum count of segments, over all recordings, for a median.
 const LEAST_SEGMENTS: usize = 6;
+/// Minimum samples of a range in a segment.
 const LEAST_SAMPLES: usize = 8;
-/// Parts of a recording whose means tell how well its mean is known.
+/// Parts of a recording whose means give the standard error of its mean.
 const PARTS: usize = 20;
 
-/// The residual of one channel of one recording, with what it may depend on.
+/// Residual of one channel of one recording, with what it may depend on.
 #[derive(Clone, Copy, Debug)]
 pub struct ResidualView<'a> {
-    /// The residual.
+    /// Whitened residual.
     pub whitened: &'a Whitened,
-    /// The channel as it was recorded, m/s².
+    /// Recorded channel, m/s².
     pub samples: &'a [f64],
-    /// Under what.
+    /// Operating condition.
     pub condition: OperatingCondition,
-    /// Angle of the cage at the first sample, rad, where the balls' passing tells it.
+    /// Angle of the cage at the first sample, rad, if estimated.
     pub cage: Option<f64>,
-    /// The same of the shaft.
+    /// Angle of the shaft at the first sample, rad, if there is a tachometer.
     pub shaft: Option<f64>,
 }
 
-/// One number.
+/// Statistic of one channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statistic {
-    /// What it views at.
+    /// Aspect of the residual.
     pub aspect: Aspect,
-    /// In which channel.
+    /// Channel.
     pub channel: &'static str,
-    /// From where to where, as its aspect says.
+    /// Interval, in the unit of the aspect.
     pub at: Option<[f64; 2]>,
-    /// In words.
+    /// Description.
     pub what: String,
-    /// The number.
+    /// Value, nearly standard normal under the null hypothesis.
     pub value: f64,
 }
 
-/// Those of all channels; recordings are taken together. As many, and in the same order, for all recordings of the same conditions.
+/// Statistics of all channels, recordings pooled. Count and order are the same for all recordings of the same conditions.
 pub fn statistics(views: &[ResidualView], geometry: &Geometry) -> Vec<Statistic> {
     let channels = CHANNELS.into_iter().enumerate().map(|(channel, name)| {
         let views = views.iter().filter(|l| l.whitened.channel == channel).copied().collect();
@@ -80,7 +84,7 @@ pub fn statistics(views: &[ResidualView], geometry: &Geometry) -> Vec<Statistic>
     channels.filter(|c| !c.views.is_empty()).flat_map(|c| c.statistics(geometry)).collect()
 }
 
-/// The views at one channel, at least one.
+/// Residuals of one channel, at least one.
 struct Channel<'a> {
     name: &'static str,
     views: Vec<ResidualView<'a>>,
@@ -143,7 +147,7 @@ impl Channel<'_> {
         all.into_iter().filter(|(.., count)| *count > 0).map(of).collect()
     }
 
-    /// Lines at the bearing's frequencies, over what is around them.
+    /// Lines at the bearing's frequencies over the noise around them.
     fn lines(&self, aspect: Aspect, geometry: &Geometry) -> Vec<Statistic> {
         let ratios = |l: &ResidualView| {
             if aspect == Aspect::Envelope {
@@ -159,7 +163,7 @@ impl Channel<'_> {
             let (mut sum, mut count) = (0.0, 0usize);
             for (l, ratios) in self.views.iter().zip(&all) {
                 let at = (line.frequency_hz * l.condition.shaft_hz / step_hz(l)).round() as usize;
-                // The mean and what leaks from it are no line.
+                // The mean and its leakage are no line.
                 let here = ratios.get(at.saturating_sub(BESIDE).max(2)..=at + BESIDE).unwrap_or_default();
                 sum += here.iter().sum::<f64>();
                 count += here.len();
@@ -171,7 +175,7 @@ impl Channel<'_> {
         list(&orders, f64::INFINITY, HARMONICS, 0).into_iter().filter_map(of).collect()
     }
 
-    /// Power in stretches of time, over the median of all of them.
+    /// Power in stretches of time over the median of all.
     fn times(&self) -> Vec<Statistic> {
         let longest_s = self.views.iter().map(duration_s).fold(0.0, f64::max);
         let edges = evenly(STRETCHES, longest_s);
@@ -190,28 +194,28 @@ impl Channel<'_> {
             if power.count > 0 { power_in_deviations(power.mean() / usual, freedom) } else { 0.0 }
         };
         let deviates: Vec<f64> = all.iter().map(deviate).collect();
-        // What comes again and again makes all stretches uneven, and none of them a place.
+        // Recurring events make all stretches uneven, and none of them a location.
         let scatter = typical_size(deviates.iter().copied()).max(1.0);
         let each = deviates.iter().zip(edges.windows(2));
         each.map(|(deviate, ends)| self.place(Aspect::Time, "from", "s", ends, deviate / scatter)).collect()
     }
 
-    /// Power at angles of the shaft, where tachometers tell it.
+    /// Power at shaft angles, if there are tachometers.
     fn shaft_angles(&self) -> Vec<Statistic> {
         let Some(from) = self.views.iter().map(|l| l.shaft).collect::<Option<Vec<f64>>>() else { return Vec::new() };
         let angle = |n: usize, i: usize| turned(from[n], &self.views[n].condition, 1.0, i).rem_euclid(TAU);
-        self.places(Aspect::ShaftAngle, "while the shaft is at", "rad", &evenly(ANGLES, TAU), angle)
+        self.places(Aspect::ShaftAngle, "at shaft angles from", "rad", &evenly(ANGLES, TAU), angle)
     }
 
-    /// Power at places of the balls in their pitch.
+    /// Power at positions of the balls in their pitch.
     fn ball_places(&self, geometry: &Geometry) -> Vec<Statistic> {
         let Some(from) = self.views.iter().map(|l| l.cage).collect::<Option<Vec<f64>>>() else { return Vec::new() };
         let (pitch, ftf) = (TAU / geometry.balls as f64, geometry.orders().ftf);
         let angle = |n: usize, i: usize| turned(from[n], &self.views[n].condition, ftf, i).rem_euclid(pitch);
-        self.places(Aspect::CageAngle, "while a ball is at", "rad of its pitch", &evenly(ANGLES, pitch), angle)
+        self.places(Aspect::CageAngle, "at ball positions from", "rad of the pitch", &evenly(ANGLES, pitch), angle)
     }
 
-    /// Power in ranges of the channel's velocity or position, each as long in all.
+    /// Power in ranges of the channel's velocity or position, each with as many samples.
     fn motions(&self, aspect: Aspect, times: i32, words: &str, unit: &str) -> Vec<Statistic> {
         let motions: Vec<Vec<f64>> = self.views.iter().map(|l| integrated(l, times)).collect();
         let mut all: Vec<f64> = motions.iter().flat_map(|m| inner(m)).copied().collect();
@@ -221,8 +225,8 @@ impl Channel<'_> {
         self.places(aspect, words, unit, &edges, |n, i| motions[n][i])
     }
 
-    /// Power where `of` a sample of a look is between two of the edges, over that of the segment of time around: the median over
-    /// segments, so that what happens once is of its time and of nothing else.
+    /// Power where `of` is between two of the edges over that of the surrounding segment: the median over segments, so that single
+    /// events do not count.
     fn places(
         &self,
         aspect: Aspect,
@@ -254,7 +258,7 @@ impl Channel<'_> {
         self.statistic(aspect, Some([ends[0], ends[1]]), &what, value)
     }
 
-    /// How the power of recordings goes with their load and their speed, where these differ.
+    /// Dependence of the recordings' power on load and speed, if these differ.
     fn conditions(&self) -> Vec<Statistic> {
         let power = |l: &ResidualView| {
             let bins = &l.whitened.spectrum[judged_bins(&l.whitened.spectrum, 1.0)];
@@ -269,13 +273,13 @@ impl Channel<'_> {
             let slope: f64 = values.iter().zip(&powers).map(|(v, (power, _))| (v - middle) * power).sum();
             (scatter > 0.0).then(|| self.statistic(aspect, None, what, slope / scatter))
         };
-        let load = over(Aspect::Load, "power over load", |c| c.load_n);
-        let speed = over(Aspect::Speed, "power over speed", |c| c.shaft_hz);
+        let load = over(Aspect::Load, "dependence of power on load", |c| c.load_n);
+        let speed = over(Aspect::Speed, "dependence of power on speed", |c| c.shaft_hz);
         load.into_iter().chain(speed).collect()
     }
 }
 
-/// Orders of the shaft at which a residual has its highest lines, each over what is around it, the highest first.
+/// Highest lines of a residual, highest first: order of the shaft, and power over the noise around.
 pub fn highest_lines(view: &ResidualView, most: usize) -> Vec<(f64, f64)> {
     let ratios = over_floor(&view.whitened.spectrum, step_hz(view));
     let peaks =
@@ -310,13 +314,13 @@ fn squared_less_mean(signal: &[f64]) -> Vec<f64> {
     signal.iter().enumerate().map(of).collect()
 }
 
-/// A mean square of `count` complex numbers of mean square 1, as a deviate (E. B. Wilson, M. M. Hilferty, "The distribution of
+/// Standard normal value of the mean square of `count` complex numbers of expected mean square 1 (E. B. Wilson, M. M. Hilferty, "The distribution of
 /// chi-square", PNAS 17 (1931) 684–688).
 fn power_in_deviations(mean: f64, count: f64) -> f64 {
     (mean.max(0.0).cbrt() - 1.0 + 1.0 / (9.0 * count)) * 3.0 * count.sqrt()
 }
 
-/// The mean of a recording in standard deviations, as its parts tell it.
+/// Mean of a recording in standard errors, estimated from the means of its parts.
 fn mean_in_deviations(samples: &[f64]) -> f64 {
     let length = samples.len() / PARTS;
     if length == 0 {
@@ -329,8 +333,8 @@ fn mean_in_deviations(samples: &[f64]) -> f64 {
     if variance > 0.0 { mean / (variance / PARTS as f64).sqrt() } else { 0.0 }
 }
 
-/// How many times as much as that of white noise the power of short blocks varies, at least once: what is coloured has fewer
-/// degrees of freedom than samples. Half of the blocks decide, so that what happens once does not.
+/// Variance of the power of short blocks over that of white noise, at least 1: coloured noise has fewer degrees of freedom than
+/// samples. A median, so that single events do not count.
 fn unevenness(views: &[ResidualView]) -> f64 {
     let of = |signal: &[f64]| -> Vec<f64> {
         inner(signal).chunks_exact(BLOCK).map(|b| b.iter().map(|v| v * v).sum::<f64>() / BLOCK as f64).collect()
@@ -341,7 +345,7 @@ fn unevenness(views: &[ResidualView]) -> f64 {
     (deviation * deviation * BLOCK as f64 / 2.0).max(1.0)
 }
 
-/// The channel's velocity or, integrated twice, position.
+/// Velocity (`times` 1) or position (`times` 2) of the channel, by integration.
 fn integrated(view: &ResidualView, times: i32) -> Vec<f64> {
     let mut bins = coefficients(view.samples);
     let step = TAU * view.condition.sample_rate_hz / view.samples.len() as f64;
@@ -360,7 +364,7 @@ fn integrated(view: &ResidualView, times: i32) -> Vec<f64> {
     out
 }
 
-/// Mean square of some samples.
+/// Sum of squares and count of some samples.
 #[derive(Clone, Copy, Debug, Default)]
 struct Power {
     sum: f64,
@@ -378,8 +382,8 @@ impl Power {
     }
 }
 
-/// Shares of power that are 1 on average, each with its count of samples, as a deviate: their median over how it scatters, by the
-/// shares themselves and no less than white noise makes it. 0 of a few.
+/// Standard normal value of the median of power shares, 1 on average, each with its count of samples. Its spread is that of the
+/// shares, at least that of white noise. 0 for too few shares.
 fn median_in_deviations(shares: &[(f64, usize)]) -> f64 {
     if shares.len() < LEAST_SEGMENTS {
         return 0.0;
@@ -392,13 +396,13 @@ fn median_in_deviations(shares: &[(f64, usize)]) -> f64 {
     (middle - 1.0) / scatter * (shares.len() as f64 / FRAC_PI_2).sqrt()
 }
 
-/// Standard deviation from 0 of normal deviates, by the median of their sizes.
+/// Robust standard deviation of values of mean 0, by the median of their magnitudes.
 fn typical_size(deviates: impl Iterator<Item = f64>) -> f64 {
     let mut sizes: Vec<f64> = deviates.map(f64::abs).collect();
     median(&mut sizes).unwrap_or_default() / MEDIAN_DEVIATION
 }
 
-/// Angle at a sample of what turns so many times as fast as the shaft, rad.
+/// Angle at a sample of a rotation of a given order, rad.
 fn turned(from: f64, condition: &OperatingCondition, order: f64, sample: usize) -> f64 {
     from + TAU * order * condition.shaft_hz * sample as f64 / condition.sample_rate_hz
 }
@@ -407,12 +411,12 @@ fn evenly(count: usize, until: f64) -> Vec<f64> {
     (0..=count).map(|k| until * k as f64 / count as f64).collect()
 }
 
-/// Between which two edges a value is.
+/// Index of the interval between edges that holds a value.
 fn between(edges: &[f64], value: f64) -> usize {
     edges.partition_point(|edge| *edge <= value).clamp(1, edges.len() - 1) - 1
 }
 
-/// Samples that are not at a recording's ends, with their places.
+/// Samples without those at the ends of a recording, with their indices.
 fn inside(signal: &[f64]) -> impl Iterator<Item = (usize, &f64)> {
     let last = signal.len().saturating_sub(EDGE);
     signal.iter().enumerate().take(last).skip(EDGE)

@@ -1,4 +1,4 @@
-//! Validation on recordings that took no part.
+//! Validation on held-out recordings.
 
 use super::DiagnoseError;
 use super::result::{Fit, HeldOut};
@@ -10,31 +10,31 @@ use crate::identify::likelihood::search::{Limits, search, search_from_rig};
 use crate::rig::{Rig, RigError, Run, Start, simulate_many};
 use crate::stats::significance::sign_flip_of;
 
-/// Bins of a block whose gains count as one: correlation between bins is of this reach.
+/// Bins of a block whose gains are summed, as neighbouring bins correlate.
 const BLOCK: usize = 32;
 
-/// What a correction does to recordings that took no part.
+/// Fit of a correction to held-out recordings.
 #[derive(Clone, Debug)]
 pub struct Validation {
-    /// −ln L by the rig as it was, above what the right rig gives on average.
+    /// −ln L of the rig before, above the expectation of the true rig.
     pub before: f64,
-    /// By the corrected rig.
+    /// −ln L of the corrected rig, above the expectation of the true rig.
     pub after: f64,
-    /// The same for each bin.
+    /// `before` per bin.
     pub before_each: f64,
-    /// The same for each bin.
+    /// `after` per bin.
     pub after_each: f64,
-    /// Standard deviation of it under the right rig, for each bin.
+    /// Standard deviation of −ln L per bin under the true rig.
     pub floor_each: f64,
-    /// Power of what is measured less what is expected, after in shares of before, of the worse channel.
+    /// Ratio of error powers, after over before, of the worse channel.
     pub error_ratio: f64,
-    /// Probability of as great a gain by chance.
+    /// p-value of the gain.
     pub p_value: f64,
-    /// The recordings.
+    /// Held-out recordings with both simulations.
     pub traces: Vec<HeldOut>,
 }
 
-/// Compares two rigs on recordings that neither was fitted to; only their angles are.
+/// Compares two rigs on held-out recordings; only the angles are fitted to them.
 ///
 /// # Errors
 /// What the simulation refuses.
@@ -60,7 +60,7 @@ pub fn validate(before: &Rig, after: &Rig, held_out: &[Observed], seed: u64) -> 
                 let before: f64 = block.iter().map(|k| each(was, *k)).sum();
                 let after: f64 = block.iter().map(|k| each(is, *k)).sum();
                 gains.push(before - after);
-                // ln S + 1 is what the right rig gives; the corrected one stands in for it.
+                // ln S + 1 is the expectation of the true rig, for which the corrected one is taken.
                 let right: f64 = block.iter().map(|k| is.noise.variance[channel][*k].ln() + 1.0).sum();
                 old += before - right;
                 new += after - right;
@@ -82,8 +82,8 @@ pub fn validate(before: &Rig, after: &Rig, held_out: &[Observed], seed: u64) -> 
     })
 }
 
-/// What a correction of the acquisition does to recordings that took no part: their log-spectral distance before and
-/// after, dB, and the distance of two runs of the corrected rig.
+/// Fit of an acquisition fault to held-out recordings: log-spectral distance before and after, dB, and that of two runs of
+/// the corrected rig as the floor.
 ///
 /// # Errors
 /// What the simulation refuses.
@@ -114,15 +114,14 @@ pub fn shown(
     Ok((fit, traces))
 }
 
-/// Gain that the angles of a recording, which are fitted to it, give on average.
+/// Mean gain in ln L by fitting the angles of a recording to it.
 const ANGLES_GAIN: f64 = 1.0;
 
-/// Probability of as great a gain by chance, as the better of two tests says it, times two for having asked both.
+/// p-value of the gains: the smaller of two tests, times two (Bonferroni).
 ///
-/// The one flips signs of the gains, each no more than a few times the usual one so that no single block decides; it
-/// assumes nothing of either rig. The other sees what shows in few frequencies: a rig fitted elsewhere that is e^g times
-/// as likely as the right one is found with probability e^−g at most (Ville's inequality; G. Shafer, "Testing by
-/// betting", J. R. Stat. Soc. A 184 (2021) 407–431).
+/// The first, theory (81), flips signs of the gains, clamped so that no single block decides; it assumes nothing of either
+/// rig. The second detects gains in few frequencies: a rig fitted elsewhere is e^g times as likely as the true one with
+/// probability e^−g at most (Ville's inequality; G. Shafer, "Testing by betting", J. R. Stat. Soc. A 184 (2021) 407–431).
 fn p_value(gains: &[f64], recordings: usize, seed: u64) -> f64 {
     let gain: f64 = gains.iter().sum();
     let by_betting = (ANGLES_GAIN * recordings as f64 - gain).exp();
@@ -137,14 +136,14 @@ fn by_signs(gains: &[f64], seed: u64) -> f64 {
     sign_flip_of(&gains, seed)
 }
 
-/// A rig with the angles at which the held-out recordings began.
+/// Rig with the initial angles of the held-out recordings.
 struct Side<'r> {
     rig: &'r Rig,
     angles: Vec<[f64; 2]>,
 }
 
 impl<'r> Side<'r> {
-    /// With the angles that suit the rig best, and what it then says of the recordings.
+    /// Rig with fitted angles, and its predictions of the recordings.
     fn aligned(rig: &'r Rig, held_out: &[Observed]) -> Result<(Self, Vec<Prediction>), RigError> {
         let problem = Problem::of_angles(held_out, rig.clone());
         let point = search_from_rig(&problem)?.point;
@@ -152,7 +151,7 @@ impl<'r> Side<'r> {
         Ok((Self { rig, angles: point.angles }, expected))
     }
 
-    /// The same, where the angles of the rig without the causes are known.
+    /// Rig with angles fitted from those of the rig without the causes, and its predictions.
     fn aligned_given(rig: &'r Rig, without: &Side, held_out: &[Observed]) -> Result<(Self, Vec<Prediction>), RigError> {
         let problem = Problem::of_angles(held_out, rig.clone());
         let angles = problem.aligned_given(rig, without.rig, &without.angles, &[])?;
@@ -193,7 +192,7 @@ fn runs<'r>(rig: &'r Rig, observed: &[Observed], angles: &[[f64; 2]], seed: u64)
     observed.iter().zip(angles).enumerate().map(of).collect()
 }
 
-/// The same recordings as the rig would make them, with noise of its own.
+/// Simulations of the recordings by the rig, with independent noise.
 ///
 /// # Errors
 /// What the simulation refuses.

@@ -1,7 +1,7 @@
-//! A diagnosis as a folder.
+//! Folder of a diagnosis.
 //!
-//! All files are made beside the folder's own and then renamed, `diagnosis.json` last: a folder that has it is complete.
-//! What an earlier diagnosis wrote into `heldout` goes, as its own `diagnosis.json` lists it; nothing else is touched.
+//! All files are written in a temporary folder and then renamed, `diagnosis.json` last: a folder that has it is complete.
+//! Files of an earlier diagnosis in `heldout`, as its `diagnosis.json` lists them, are removed; nothing else is touched.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -20,43 +20,43 @@ pub const DOCUMENT: &str = "diagnosis.json";
 pub const RIG: &str = "rig.corrected.toml";
 /// Name of the report.
 pub const REPORT: &str = "report.html";
-/// Folder of the recordings that took no part.
+/// Folder of the held-out recordings.
 pub const HELD_OUT: &str = "heldout";
-/// Channels of those.
+/// Columns of their files.
 const COLUMNS: [&str; 4] = ["time_s", "measured", "before", "after"];
 
-/// Why a diagnosis could not be written.
+/// Error of writing a diagnosis.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StoreError {
-    /// The operating system refused.
+    /// File or folder that cannot be written.
     #[error("{path}: cannot be written: {source}")]
     Io {
-        /// File or folder.
+        /// Path of the file or folder.
         path: PathBuf,
-        /// What the operating system said.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// A recording.
+    /// Error of writing a recording.
     #[error(transparent)]
     Csv(#[from] WriteError),
-    /// The document.
+    /// Error of serialising the document.
     #[error("{DOCUMENT}: {0}")]
     Json(#[from] serde_json::Error),
 }
 
-/// `diagnosis.json`, with what stands behind it.
+/// Complete `diagnosis.json`, with tests, caveats and files.
 #[derive(Debug, Serialize)]
 pub struct Document<'a> {
     #[serde(flatten)]
     diagnosis: &'a Diagnosis,
-    /// Unknown parameters of the rig that were fitted along.
+    /// Unknown parameters of the rig, fitted.
     fitted: Vec<Fitted<'a>>,
     /// Tests of the residual of the rig without causes.
     tests: &'a [Test],
     /// Caveats.
     caveats: &'a [String],
-    /// Files beside this one.
+    /// Files in the folder of the document.
     files: Vec<String>,
 }
 
@@ -64,12 +64,12 @@ pub struct Document<'a> {
 struct Fitted<'a> {
     name: &'a str,
     value: f64,
-    /// Nothing where the data do not bound it.
+    /// 95 % interval; infinite, in JSON null, if the data do not bound it.
     interval95: [f64; 2],
 }
 
 impl<'a> Document<'a> {
-    /// That of an outcome.
+    /// Document of a result.
     pub fn from_result(outcome: &'a DiagnosisResult) -> Self {
         let fitted = outcome.fitted.iter();
         let held_out = names(&outcome.held_out).into_iter().map(|name| format!("{HELD_OUT}/{name}"));
@@ -85,7 +85,7 @@ impl<'a> Document<'a> {
     }
 }
 
-/// File names of recordings that took no part: their own, each once.
+/// Unique file names of held-out recordings, after their own names.
 pub fn names(held_out: &[HeldOut]) -> Vec<String> {
     let mut taken = BTreeSet::new();
     let plain = |c: char| if c.is_alphanumeric() || "-_.+ ".contains(c) { c } else { '-' };
@@ -103,10 +103,10 @@ pub fn names(held_out: &[HeldOut]) -> Vec<String> {
     held_out.iter().map(name).collect()
 }
 
-/// Writes the folder, which is made where there is none.
+/// Writes the folder, which is created if needed.
 ///
 /// # Errors
-/// What the operating system refuses; then the folder is as it was, unless it refused the renaming of a finished file.
+/// Errors of the operating system; the folder is then unchanged, unless the renaming of a finished file failed.
 pub fn folder(out: &Path, outcome: &DiagnosisResult, report: &str) -> Result<(), StoreError> {
     let io = |path: &Path| {
         let path = path.to_owned();
@@ -144,7 +144,7 @@ pub fn folder(out: &Path, outcome: &DiagnosisResult, report: &str) -> Result<(),
     Ok(())
 }
 
-/// Held-out files that the folder's `diagnosis.json` lists and that are what it says.
+/// Held-out files that the folder's `diagnosis.json` lists and that have its columns.
 fn earlier(out: &Path) -> Vec<String> {
     let document = fs::read(out.join(DOCUMENT)).ok();
     let document: Option<serde_json::Value> = document.and_then(|bytes| serde_json::from_slice(&bytes).ok());

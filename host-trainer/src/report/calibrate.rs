@@ -1,5 +1,6 @@
-//! The report of `ballrace calibrate`.
+//! Report of `ballrace calibrate` for a bearing rig.
 
+use super::settings::ReportSettings;
 use super::{Cell, Document, Section, Tone};
 use crate::identify::calibrate::bearing::{Calibration, prediction};
 use crate::identify::likelihood::observed::{CHANNELS, accelerations};
@@ -11,29 +12,24 @@ use crate::report::plot::style::{EARLY, LATE, MEASURED};
 use crate::rig::Rig;
 use crate::signal::spectrum::welch;
 
-/// Samples in a segment of the broad spectrum.
-const SEGMENT: usize = 2048;
-/// Harmonics of the ball pass that the narrow picture goes up to.
-const HARMONICS: f64 = 6.0;
-/// Turns of the shaft in the picture over time.
-const TURNS: f64 = 3.0;
+const SETTINGS: ReportSettings = ReportSettings::DEFAULT;
 
-/// Why a report cannot be made.
+/// Error of drawing the report of a calibration.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
-    /// The drawing library.
+    /// Error of the drawing library.
     #[error(transparent)]
     Draw(#[from] DrawError),
-    /// The rig.
+    /// Error of the rig or its simulation.
     #[error(transparent)]
     Calibrate(#[from] crate::identify::calibrate::CalibrateError),
 }
 
-/// A calibration, beside the last of the recordings.
+/// Report of a calibration; its pictures show the last recording.
 ///
 /// # Errors
-/// What the drawing library or the simulation says.
+/// Errors of the drawing library or of the simulation.
 pub fn document(
     before: &Rig,
     done: &Calibration,
@@ -54,11 +50,11 @@ fn verdict(done: &Calibration) -> (Tone, String) {
         done.held_out.iter().map(of).sum::<f64>() / done.held_out.len().max(1) as f64
     };
     let (before, after, floor) = (mean(|h| h.before_db), mean(|h| h.after_db), mean(|h| h.floor_db));
-    let what = if done.path_poles.is_empty() { "calibrated" } else { "with its transmission path identified" };
+    let what = if done.path_poles.is_empty() { "the calibrated rig" } else { "the rig with its transfer path" };
     let tone = if after < before { Tone::Good } else { Tone::Open };
     let text = format!(
-        "On recordings that took no part, the rig {what} is {after:.1} dB from what was measured; it was {before:.1} dB \
-         before, and two runs of the same rig are {floor:.1} dB apart."
+        "On held-out recordings the log-spectral distance of {what} to the measurement is {after:.1} dB; before it was \
+         {before:.1} dB, and two runs of the same rig are {floor:.1} dB apart."
     );
     (tone, text)
 }
@@ -77,9 +73,9 @@ fn pictures(before: &Rig, after: &Rig, recording: &Recording, seed: u64) -> Resu
             ("rig before", of(&old), LATE),
             ("rig calibrated", of(&new), EARLY),
         ];
-        let narrow_segment = (recording.len() / 2).clamp(8, 16 * SEGMENT);
+        let narrow_segment = (recording.len() / 2).clamp(8, 16 * SETTINGS.segment);
         let (broad, narrow) =
-            (spectra(&signals, rate, SEGMENT.min(recording.len())), spectra(&signals, rate, narrow_segment));
+            (spectra(&signals, rate, SETTINGS.segment.min(recording.len())), spectra(&signals, rate, narrow_segment));
         let names = Names { x: "frequency, Hz", y: "density, dB re 1 (m/s²)²/Hz" };
         section = section
             .figure(
@@ -87,11 +83,11 @@ fn pictures(before: &Rig, after: &Rig, recording: &Recording, seed: u64) -> Resu
                 format!("{}: power spectral density.", measured.name),
             )
             .figure(
-                comparison::svg(&narrow, 0.0..(HARMONICS + 0.5) * pass_hz, names, &marks)?,
-                format!("{}: its lowest part, finer; harmonics of the balls' passing are marked.", measured.name),
+                comparison::svg(&narrow, 0.0..(SETTINGS.ball_pass_harmonics + 0.5) * pass_hz, names, &marks)?,
+                format!("{}: low frequencies at finer resolution; harmonics of the BPFO are marked.", measured.name),
             );
         if after.paths.is_empty() {
-            let until = TURNS / recording.shaft_hz.unwrap_or(1.0).max(1e-3);
+            let until = SETTINGS.turns / recording.shaft_hz.unwrap_or(1.0).max(1e-3);
             let over_time = |(name, channel, color): &(&'static str, Channel, _)| Curve {
                 name,
                 points: channel.samples.iter().enumerate().map(|(i, v)| (i as f64 / rate, *v)).collect(),
@@ -101,7 +97,10 @@ fn pictures(before: &Rig, after: &Rig, recording: &Recording, seed: u64) -> Resu
             let names = Names { x: "time, s", y: "acceleration, m/s²" };
             section = section.figure(
                 comparison::svg(&shown, 0.0..until, names, &[])?,
-                format!("{}: the first {TURNS:.0} turns of the shaft; the angles at the start are fitted, the noise is not.", measured.name),
+                format!(
+                    "{}: the first {:.0} shaft revolutions; the initial angles are fitted, the noise is not.",
+                    measured.name, SETTINGS.turns
+                ),
             );
         }
     }
@@ -115,7 +114,7 @@ fn spectra(
 ) -> Vec<Curve<'static>> {
     let curve = |(name, channel, color): &(&'static str, Channel, _)| {
         let spectrum = welch(&[&channel.samples], rate, segment)?;
-        // The mean is taken out before: its bins are not of the machine.
+        // The mean was subtracted: its two bins hold nothing of the machine.
         let points = spectrum.points().skip(2).map(|(f, v)| (f, 10.0 * v.max(1e-30).log10())).collect();
         Some(Curve { name, points, color: *color })
     };
@@ -126,7 +125,7 @@ fn marks(rig: &Rig, recording: &Recording) -> Vec<Mark> {
     let (Some(machine), Some(shaft_hz)) = (rig.bearing(), recording.shaft_hz) else { return Vec::new() };
     let pass = machine.bearing.geometry().orders().bpfo * shaft_hz;
     let name = |k: i32| if k == 1 { format!("BPFO {pass:.1} Hz") } else { format!("{k}×") };
-    (1..=HARMONICS as i32).map(|k| Mark { name: name(k), at: f64::from(k) * pass }).collect()
+    (1..=SETTINGS.ball_pass_harmonics as i32).map(|k| Mark { name: name(k), at: f64::from(k) * pass }).collect()
 }
 
 fn held_out(done: &Calibration) -> Section {
@@ -134,10 +133,10 @@ fn held_out(done: &Calibration) -> Section {
         let numbers = [h.before_db, h.after_db, h.floor_db].map(|v| Cell::number(format!("{v:.2}")));
         [Cell::text(&h.recording), Cell::text(h.channel)].into_iter().chain(numbers).collect()
     };
-    Section::new("Recordings that took no part")
+    Section::new("Held-out recordings")
         .paragraph(
-            "Log-spectral distance between what was measured and what the rig gives, mean over eight runs with noise of \
-             their own; the floor is the distance of two runs of the calibrated rig.",
+            "Log-spectral distance between measurement and simulation, mean over eight runs with independent noise; the \
+             floor is the distance of two runs of the calibrated rig.",
         )
         .table("", &["recording", "channel", "before, dB", "calibrated, dB", "floor, dB"], done.held_out.iter().map(row).collect())
 }
@@ -146,9 +145,9 @@ fn parameters(done: &Calibration) -> Section {
     let mut section = Section::new("Parameters");
     for (channel, poles) in &done.path_poles {
         section = section.paragraph(format!(
-            "The rig alone does not come near {channel}: between it and the sensor is an all-pole filter of {poles} poles, \
-             chosen on recordings that it was not taken from. What passes through an unknown structure says nothing of the \
-             rig's own parameters; they stay as they were."
+            "The rig alone does not fit {channel}: an all-pole transfer path of {poles} poles between rig and sensor was \
+             identified, its order chosen on recordings that it was not fitted to. A signal through an unknown structure \
+             does not determine the rig's own parameters; they are unchanged."
         ));
     }
     if !done.parameters.is_empty() {
@@ -170,8 +169,8 @@ fn parameters(done: &Calibration) -> Section {
     }
     for e in &done.explained {
         section = section.paragraph(format!(
-            "{}: the rig's turning, fixed by its angles, is {:.1} % of the power; the power of the rest is within {:.2} dB \
-             of what process force and sensor noise give (RMS over bands).",
+            "{}: the deterministic part, fixed by the initial angles, is {:.1} % of the power; the power of the residual is \
+             within {:.2} dB of that of process force and sensor noise (RMS over bands).",
             e.channel,
             100.0 * e.deterministic,
             e.residual_db

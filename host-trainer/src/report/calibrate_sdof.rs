@@ -1,4 +1,4 @@
-//! The report of `ballrace calibrate` for a rig of one degree of freedom.
+//! Report of `ballrace calibrate` for a rig of one degree of freedom.
 
 use super::held_out::{self, Quantity, Rigs};
 use super::{Cell, Document, Section, Tone};
@@ -8,23 +8,23 @@ use crate::recording::Recording;
 use crate::report::plot::DrawError;
 use crate::stats::format::{significant, with_interval};
 
-/// A calibration, beside a recording that took no part.
+/// Report of a calibration; its pictures show a held-out recording.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn document(done: &SdofCalibration, recordings: &[Recording]) -> Result<Document, DrawError> {
     let held_out = done.held_out.as_ref();
     let about = match (recordings.len(), held_out) {
         (1, Some(h)) => format!("one recording; held out: {}", h.recordings),
         (count, Some(h)) => format!("{count} recordings; held out: {}", h.recordings),
-        (count, None) => format!("{count} recordings; too short to hold any out"),
+        (count, None) => format!("{count} recordings; too short for a held-out part"),
     };
     let (tone, sentence) = verdict(done);
     let mut document = Document::new("A rig calibrated to a healthy machine", about, tone, sentence);
     if let (Some(trace), Some(first)) = (done.traces.first(), recordings.first()) {
-        let section = Section::new("A recording that took no part, measured and simulated").paragraph(
-            "Simulated over the whole stretch from the start that leaves least, driven by the recorded input alone: small \
-             errors of force add up.",
+        let section = Section::new("A held-out recording, measured and simulated").paragraph(
+            "A free simulation of the whole stretch, driven by the recorded input alone from the initial state of the \
+             smallest residual: small errors of force add up.",
         );
         let quantity = Quantity::for_channel(&done.rig, trace.channel);
         let rigs = Rigs { before: "the rig as it was", after: "the rig, calibrated" };
@@ -38,27 +38,30 @@ pub fn document(done: &SdofCalibration, recordings: &[Recording]) -> Result<Docu
     })
 }
 
-/// The result in a sentence.
+/// Tone and sentence of the result.
 pub fn verdict(done: &SdofCalibration) -> (Tone, String) {
     let Some(h) = &done.held_out else {
-        return (Tone::Open, "The rig was calibrated; the recordings are too short to judge it by any.".into());
+        return (
+            Tone::Open,
+            "The rig was calibrated; the recordings are too short to validate it on a held-out part.".into(),
+        );
     };
     let tone = if h.balance_after_n < h.balance_before_n { Tone::Good } else { Tone::Open };
     let text = format!(
-        "On recordings that took no part the calibrated rig leaves {} N of the force balance; it was {} N before.",
+        "On held-out recordings the residual of the force balance is {} N with the calibrated rig; it was {} N before.",
         significant(h.balance_after_n, 3),
         significant(h.balance_before_n, 3)
     );
     (tone, text)
 }
 
-/// How the estimates came about, in a sentence.
+/// Estimation method in a sentence.
 pub fn method(done: &SdofCalibration) -> &'static str {
     match done.method {
-        Method::Simulation => "Fitted by simulation, which leaves no more than the sensor's noise.",
+        Method::Simulation => "Fitted by simulation: its residual is within the sensor's noise.",
         Method::ForceBalance => {
-            "Fitted by the force balance: a simulation leaves more than the sensor's noise, so that forces act which the \
-             rig has not."
+            "Fitted by the force balance: the residual of the simulation exceeds the sensor's noise, so forces act that \
+             the rig does not model."
         }
     }
 }
@@ -95,10 +98,10 @@ fn errors(done: &SdofCalibration, h: &HeldOutError) -> Section {
             number(h.simulation_after),
         ],
     ];
-    Section::new("Recordings that took no part")
+    Section::new("Held-out recordings")
         .paragraph(format!(
-            "Held out: {}. Root mean square of what is left, by parameters from the other recordings. The sensor's noise is \
-             {}, and the balance is drawn up below {} Hz.",
+            "Held out: {}. RMS of the residual, with parameters fitted to the other recordings. The standard deviation of \
+             the sensor's noise is {}; the force balance covers frequencies below {} Hz.",
             h.recordings,
             significant(done.sensor_noise_std, 2),
             significant(done.cutoff_hz, 3)

@@ -1,8 +1,9 @@
-//! The report of `ballrace diagnose`: for an engineer who has two minutes.
+//! Report of `ballrace diagnose`, to be read in two minutes.
 
 use std::path::Path;
 
 use super::held_out::{self, Quantity, Rigs};
+use super::settings::ReportSettings;
 use super::{Cell, Document, Section, Tone};
 use crate::diagnose::Task;
 use crate::diagnose::result::{Aspect, Cause, DiagnosisResult, FDR_LEVEL, HeldOut, Parameter, Test, Verdict};
@@ -15,10 +16,9 @@ use crate::rig::config::RigKey;
 use crate::rig::{Machine, Rig};
 use crate::stats::format::{by_chance, chance, significant, with_interval};
 
-/// Tests that are listed; the rest says less than these.
-const MOST_TESTS: usize = 12;
+const SETTINGS: ReportSettings = ReportSettings::DEFAULT;
 
-/// Why a diagnosis with its report could not be written.
+/// Error of writing a diagnosis with its report.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FolderError {
@@ -33,15 +33,15 @@ pub enum FolderError {
 /// Writes a diagnosis as a folder, with its report.
 ///
 /// # Errors
-/// As [`write::folder`]; what the drawing library says.
+/// Those of [`write::folder`], and errors of the drawing library.
 pub fn folder(out: &Path, task: &Task, outcome: &DiagnosisResult) -> Result<(), FolderError> {
     Ok(write::folder(out, outcome, &document(task, outcome)?.html())?)
 }
 
-/// The report of a diagnosis.
+/// Report of a diagnosis.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn document(task: &Task, outcome: &DiagnosisResult) -> Result<Document, DrawError> {
     let before = task.rig;
     let (tone, sentence) = verdict(outcome);
@@ -58,10 +58,10 @@ pub fn document(task: &Task, outcome: &DiagnosisResult) -> Result<Document, Draw
     ))
 }
 
-/// What was diagnosed.
+/// Names, count and length of the diagnosed recordings.
 fn about(task: &Task) -> String {
     let seconds: f64 = task.recordings.iter().map(Recording::duration_s).sum();
-    let compared = task.baseline.map_or(String::new(), |b| format!(", beside {} of the healthy machine", b.len()));
+    let compared = task.baseline.map_or(String::new(), |b| format!(", baseline recordings: {}", b.len()));
     let count = match task.recordings {
         [one] => one.name(),
         [first, .., last] => format!("{} recordings, {} to {}", task.recordings.len(), first.name(), last.name()),
@@ -70,7 +70,7 @@ fn about(task: &Task) -> String {
     format!("{count}, {seconds:.1} s{compared}")
 }
 
-/// The verdict in a sentence.
+/// Tone and sentence of the verdict.
 pub fn verdict(outcome: &DiagnosisResult) -> (Tone, String) {
     let diagnosis = &outcome.diagnosis;
     let fit = &diagnosis.fit;
@@ -82,26 +82,25 @@ pub fn verdict(outcome: &DiagnosisResult) -> (Tone, String) {
             let named = listed(&named);
             let gain = if fit.after < fit.before {
                 format!(
-                    "So corrected, its held-out error falls from {} to {} (noise alone: {}; by chance with {chance}).",
+                    "With this correction the held-out error falls from {} to {} (noise floor {}; {chance}).",
                     numbers[0], numbers[1], numbers[2]
                 )
             } else {
-                "It shows in the samples themselves; the evidence is below.".to_owned()
+                "The evidence, given below, is in the samples themselves.".to_owned()
             };
             (Tone::Bad, format!("The machine differs from the rig by {named}. {gain}"))
         }
         Verdict::NoMismatch => {
             let text = format!(
-                "No mismatch: what the rig leaves of recordings that took no part is within chance (error {}, noise alone \
-                 {}, {chance}).",
+                "No mismatch: the residual of held-out recordings is within chance (error {}, noise floor {}, {chance}).",
                 numbers[0], numbers[2]
             );
             (Tone::Good, text)
         }
         Verdict::Unexplained => {
             let text = format!(
-                "The machine differs from the rig, and no cause of the vocabulary says how: the held-out error is {} where \
-                 noise alone would leave {}.{}",
+                "The machine differs from the rig, but no cause of the vocabulary explains how: the held-out error is {}, \
+                 the noise floor {}.{}",
                 numbers[0],
                 numbers[2],
                 most_telling(outcome)
@@ -111,13 +110,13 @@ pub fn verdict(outcome: &DiagnosisResult) -> (Tone, String) {
     }
 }
 
-/// What shows most that something differs, as a sentence of its own.
+/// Most significant test of the residual, as a sentence; empty if none is significant.
 fn most_telling(outcome: &DiagnosisResult) -> String {
     let first = outcome.tests.first().filter(|t| t.is_significant());
-    first.map_or_else(String::new, |t| format!(" It shows most in {} ({}).", t.what, by_chance(t.p_value)))
+    first.map_or_else(String::new, |t| format!(" Most significant: {} ({}).", t.what, by_chance(t.p_value)))
 }
 
-/// A cause with its numbers, for a sentence.
+/// Name and parameters of a cause, for a sentence.
 fn short(cause: &Cause) -> String {
     let one = |(name, value): (&String, &Parameter)| match value {
         Parameter::Number(v) => {
@@ -131,7 +130,7 @@ fn short(cause: &Cause) -> String {
     if numbers.is_empty() { cause.name.clone() } else { format!("{} ({})", cause.name, numbers.join(", ")) }
 }
 
-/// A probability; what is not certain is not called so.
+/// Probability in percent, never rounded to 0 % or 100 %.
 pub fn percent(probability: f64) -> String {
     match 100.0 * probability {
         p if p >= 99.5 => "over 99 %".into(),
@@ -148,7 +147,7 @@ fn listed(names: &[String]) -> String {
     }
 }
 
-/// The picture that convinces: of the channel that shows it most, the first recording.
+/// Pictures of the first held-out recording of the channel with the largest mismatch.
 fn seen(before: &Rig, outcome: &DiagnosisResult) -> Result<Option<Section>, DrawError> {
     let location = &outcome.diagnosis.location;
     let of_channel = |h: &&HeldOut| !location.channel.is_empty() && h.name.ends_with(&location.channel);
@@ -160,16 +159,16 @@ fn seen(before: &Rig, outcome: &DiagnosisResult) -> Result<Option<Section>, Draw
     let fitted = if before.unknown.is_empty() { "the rig as it was" } else { "the rig, its unknowns fitted" };
     let corrected = if outcome.diagnosis.causes.is_empty() { fitted } else { "the corrected rig" };
     let rigs = Rigs { before: fitted, after: corrected };
-    let section = Section::new("A recording that took no part, measured and simulated");
+    let section = Section::new("A held-out recording, measured and simulated");
     let mut section = held_out::pictures(section, held, quantity, rigs, location)?;
     if outcome.held_out.len() > 1 || quantity == Quantity::Acceleration {
         let (head, rows) = held_out::table(&outcome.held_out, quantity);
-        section = section.table("All recordings that took no part.", &head, rows);
+        section = section.table("All held-out recordings.", &head, rows);
     }
     if quantity == Quantity::Acceleration && matches!(before.model, Machine::Bearing(_)) {
         section = section.paragraph(
-            "Process force and sensor noise of a simulation are not those of the machine: sample by sample no rig comes \
-             nearer than noise lets it, while spectra compare what both have in common.",
+            "Process force and sensor noise of a simulation are independent of the machine's: noise bounds the error sample \
+             by sample from below, while spectra compare what both have in common.",
         );
     }
     Ok(Some(section))
@@ -202,12 +201,12 @@ fn fit(before: &Rig, outcome: &DiagnosisResult) -> Section {
     let row = numbers.into_iter().chain([Cell::number(chance(fit.p_value))]).collect();
     let files = match outcome.held_out.len() {
         0 => String::new(),
-        _ => " The files in heldout/ let anyone measure it again.".to_owned(),
+        _ => " The signals are in heldout/.".to_owned(),
     };
     let kind = if before.unknown.is_empty() { "the rig as it was" } else { "the rig, its unknown parameters fitted" };
-    Section::new("How much better it fits")
+    Section::new("Fit to held-out recordings")
         .paragraph(format!("{}. Held out: {}. Before: {kind}.{files}", capital(&fit.metric), fit.held_out))
-        .table("", &["before", "after", "noise alone", "p by chance"], vec![row])
+        .table("", &["before", "after", "noise floor", "p"], vec![row])
 }
 
 fn capital(text: &str) -> String {
@@ -218,11 +217,11 @@ fn capital(text: &str) -> String {
 fn alternatives(outcome: &DiagnosisResult) -> Option<Section> {
     let rejected = &outcome.diagnosis.rejected;
     let rows: Vec<Vec<Cell>> = rejected.iter().map(|r| vec![Cell::text(&r.name), Cell::text(&r.why)]).collect();
-    let section = Section::new("Explanations that lost");
-    (!rows.is_empty()).then(|| section.table("", &["cause", "why it does not stand"], rows))
+    let section = Section::new("Rejected causes");
+    (!rows.is_empty()).then(|| section.table("", &["cause", "reason"], rows))
 }
 
-/// Where it shows: in words, with the p-value of each, and drawn.
+/// Location of the mismatch: a table with p-values, and pictures over frequency and time.
 fn place(outcome: &DiagnosisResult) -> Result<Option<Section>, DrawError> {
     let location = &outcome.diagnosis.location;
     let span = |[from, to]: [f64; 2]| format!("{} to {}", significant(from, 3), significant(to, 3));
@@ -253,7 +252,7 @@ fn place(outcome: &DiagnosisResult) -> Result<Option<Section>, DrawError> {
         return Ok(None);
     }
     let mut section =
-        Section::new("Where it shows").table("", &["", "where", "p of the most telling test there"], rows);
+        Section::new("Location of the mismatch").table("", &["", "where", "smallest p of a test there"], rows);
     for (aspect, x) in [(Aspect::Spectrum, "frequency, Hz"), (Aspect::Time, "time, s")] {
         let of = |t: &&Test| t.aspect == aspect && t.channel == location.channel;
         let mut at: Vec<([f64; 2], f64)> = outcome.tests.iter().filter(of).filter_map(|t| Some((t.at?, t.z))).collect();
@@ -265,13 +264,13 @@ fn place(outcome: &DiagnosisResult) -> Result<Option<Section>, DrawError> {
         let names = Names { x, y: "standard deviations" };
         section = section.figure(
             comparison::svg(&[curve], range, names, &[])?,
-            format!("{}: {}, in standard deviations of what chance gives.", location.channel, aspect.text()),
+            format!("{}: {}, in standard deviations of the null distribution.", location.channel, aspect.text()),
         );
     }
     Ok(Some(section))
 }
 
-/// p of the most telling test of these aspects that lies within an interval.
+/// Smallest p-value of the tests of these aspects within an interval.
 fn p_within(outcome: &DiagnosisResult, aspects: &[Aspect], [from, to]: [f64; 2]) -> Option<f64> {
     let slack = 1e-3 * to.abs();
     let within = |t: &&Test| {
@@ -284,15 +283,16 @@ fn p_within(outcome: &DiagnosisResult, aspects: &[Aspect], [from, to]: [f64; 2])
 
 fn tests(outcome: &DiagnosisResult) -> Option<Section> {
     let all = &outcome.tests;
-    let standing = all.iter().filter(|t| t.is_significant()).count();
-    let section = Section::new("What was looked for, before any cause was sought").paragraph(format!(
-        "{standing} of {} tests stand out at a rate of false discoveries of {:.0} %. Standard z are those of the same \
-         test by chance; p is of one test alone, q the rate of false discoveries at which it stands out of all.",
+    let significant = all.iter().filter(|t| t.is_significant()).count();
+    let section = Section::new("Tests of the residual without causes").paragraph(format!(
+        "{significant} of {} tests are significant at a false discovery rate of {:.0} %. z is in standard deviations of \
+         the test's null distribution, p belongs to the single test, q is the false discovery rate at which it is \
+         significant.",
         all.len(),
         100.0 * FDR_LEVEL
     ));
     let mut aspects: Vec<Aspect> = Vec::new();
-    // The most telling aspect first.
+    // The aspect of the most significant test first.
     for test in all.iter().filter(|t| t.aspect != Aspect::Force) {
         if !aspects.contains(&test.aspect) {
             aspects.push(test.aspect);
@@ -312,16 +312,17 @@ fn tests(outcome: &DiagnosisResult) -> Option<Section> {
     };
     let rows: Vec<Vec<Cell>> = aspects.iter().filter_map(of_aspect).collect();
     if !rows.is_empty() {
-        let head = ["what is looked at", "stand out", "the most telling", "standard deviations", "p", "q"];
+        let head = ["quantity", "significant", "most significant test", "z", "p", "q"];
         return Some(section.table("", &head, rows));
     }
     let row = |t: &Test| std::iter::once(Cell::text(&t.what)).chain(numbers(t)).collect();
-    let rows: Vec<Vec<Cell>> = all.iter().take(MOST_TESTS).map(row).collect();
+    let listed = SETTINGS.tests;
+    let rows: Vec<Vec<Cell>> = all.iter().take(listed).map(row).collect();
     let caption = match all.len() {
-        all if all > MOST_TESTS => format!("The most telling {MOST_TESTS} of {all} tests."),
+        all if all > listed => format!("The {listed} most significant of {all} tests."),
         _ => String::new(),
     };
-    (!rows.is_empty()).then(|| section.table(caption, &["test", "standard deviations", "p", "q"], rows))
+    (!rows.is_empty()).then(|| section.table(caption, &["test", "z", "p", "q"], rows))
 }
 
 fn fitted(before: &Rig, outcome: &DiagnosisResult) -> Option<Section> {
@@ -331,12 +332,12 @@ fn fitted(before: &Rig, outcome: &DiagnosisResult) -> Option<Section> {
         vec![Cell::text(name), Cell::number(given), Cell::number(value), Cell::number(interval)]
     };
     let rows: Vec<Vec<Cell>> = outcome.fitted.iter().map(row).collect();
-    let section = Section::new("Unknown parameters of the rig, fitted along");
+    let section = Section::new("Unknown parameters of the rig, fitted jointly");
     (!rows.is_empty()).then(|| section.table("", &["parameter", "given", "fitted", "95 % interval"], rows))
 }
 
 fn caveats(outcome: &DiagnosisResult) -> Option<Section> {
-    let section = Section::new("To bear in mind");
+    let section = Section::new("Caveats");
     (!outcome.caveats.is_empty())
         .then(|| outcome.caveats.iter().fold(section, |section, caveat| section.paragraph(caveat)))
 }
@@ -418,7 +419,9 @@ mod tests {
         // The channel that shows it most is drawn.
         assert!(html.contains("r04-ay: power spectral density") && !html.contains("r04-ax: power"));
         assert!(
-            html.contains("9 of 20 tests stand out") && html.contains("band &lt;0&gt;") && !html.contains("lt;1&gt;")
+            html.contains("9 of 20 tests are significant")
+                && html.contains("band &lt;0&gt;")
+                && !html.contains("lt;1&gt;")
         );
         // The band that is named has the p-value of the test within it, and both are drawn.
         assert!(html.contains("1400 to 1600") && html.contains("ay: power in bands, in standard deviations"));

@@ -1,4 +1,4 @@
-//! The report of `ballrace fit`.
+//! Report of `ballrace fit`.
 
 use super::{Document, model, signal};
 use crate::model::export;
@@ -7,16 +7,16 @@ use crate::model::trace::Trace;
 use crate::recording::input::Input;
 use crate::report::plot::DrawError;
 
-/// A fit and the recordings that it was made of.
+/// Report of a fit and its recordings.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn document(fitted: &Fitted, input: &Input) -> Result<Document, DrawError> {
     let (view, report) = (fitted.model.view(), &fitted.report);
     let about = format!("{} recordings, channel {}, {} Hz", input.series.len(), input.channel, input.sample_rate_hz);
     let mut document = Document::new("A model of the healthy machine", about, model::tone(report), verdict(fitted))
         .section(model::scores(report));
-    // A recording that took no part in the fit shows what the model is worth; a single one shows itself.
+    // A held-out recording shows the quality of the model; a single recording is shown itself.
     let held_out = input.series.iter().find(|s| report.training.held_out.contains(&s.name));
     if let Some(series) = held_out.or(input.series.first()) {
         document = document.section(signal::prediction(&view, series, input.sample_rate_hz)?);
@@ -31,7 +31,7 @@ pub fn document(fitted: &Fitted, input: &Input) -> Result<Document, DrawError> {
     ]))
 }
 
-/// The fit's verdict as a sentence.
+/// Verdict of the fit as a sentence.
 fn verdict(fitted: &Fitted) -> String {
     let words = &fitted.report.verdict.words;
     let mut letters = words.chars();

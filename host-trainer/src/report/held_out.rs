@@ -1,7 +1,8 @@
-//! Pictures of a recording that took no part, beside what the rig gives before and after.
+//! Pictures of a held-out recording next to its simulation, before and after the correction.
 
 use std::ops::Range;
 
+use super::settings::ReportSettings;
 use super::{Cell, Section};
 use crate::diagnose::result::{HeldOut, Location};
 use crate::identify::calibrate::distance::log_spectral;
@@ -13,26 +14,21 @@ use crate::rig::config::{Machine, Restoring, Rig};
 use crate::signal::spectrum::welch;
 use crate::stats::format::significant;
 
-/// Samples in a segment of a spectrum.
-const SEGMENT: usize = 2048;
-/// Samples that the closer look at an acceleration shows.
-const ZOOM: usize = 400;
-/// Points beyond which a curve holds no more than the picture has pixels for.
-const POINTS: usize = 1600;
+const SETTINGS: ReportSettings = ReportSettings::DEFAULT;
 
-/// What a held-out signal is.
+/// Physical quantity of a held-out signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// A position, m: its course says all.
+    /// Position, m: compared over time.
     Position,
-    /// An angle, rad: likewise.
+    /// Angle, rad: compared over time.
     Angle,
-    /// An acceleration, m/s²: its spectrum says most.
+    /// Acceleration, m/s²: compared by its spectrum.
     Acceleration,
 }
 
 impl Quantity {
-    /// That of a rig's channel.
+    /// Quantity of a rig's channel.
     pub fn for_channel(rig: &Rig, channel: &str) -> Self {
         match &rig.model {
             Machine::Sdof(machine) if channel == "q" => match machine.restoring {
@@ -44,22 +40,19 @@ impl Quantity {
     }
 }
 
-/// Ratio of errors from which the smaller cannot be seen beside the greater.
-const FLAT: f64 = 5.0;
-
-/// What the two rigs are called in a picture.
+/// Names of the two rigs in a picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Rigs<'t> {
-    /// The one before.
+    /// Name of the rig before the correction.
     pub before: &'t str,
-    /// The one after.
+    /// Name of the rig after it.
     pub after: &'t str,
 }
 
-/// Pictures of one recording.
+/// Section with the pictures of one recording added.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn pictures(
     section: Section,
     held: &HeldOut,
@@ -80,18 +73,18 @@ fn course(section: Section, held: &HeldOut, rigs: Rigs<'_>, axes: [&str; 2]) -> 
     let axis = |y| Names { x: "time, s", y };
     let [rms_before, rms_after] = errors(held);
     let (before, after) = (residual(held, &held.before), residual(held, &held.after));
-    let names = [rigs.before, rigs.after].map(|rig| format!("left by {rig}"));
+    let names = [rigs.before, rigs.after].map(|rig| format!("residual of {rig}"));
     let mut courses = vec![
         curve(held, "measured", &held.measured, MEASURED, &whole),
         curve(held, rigs.after, &held.after, EARLY, &whole),
     ];
     let mut left = vec![curve(held, &names[1], &after, EARLY, &whole)];
-    let mut caption = format!("{}: what is left, root mean square {}.", held.name, significant(rms_after, 3));
+    let mut caption = format!("{}: residual, RMS {}.", held.name, significant(rms_after, 3));
     if held.before != held.after {
         courses.insert(0, curve(held, rigs.before, &held.before, LATE, &whole));
         left.insert(0, curve(held, &names[0], &before, LATE, &whole));
         caption = format!(
-            "{}: what is left, root mean square {} before and {} after.",
+            "{}: residual, RMS {} before and {} after.",
             held.name,
             significant(rms_before, 3),
             significant(rms_after, 3)
@@ -103,12 +96,12 @@ fn course(section: Section, held: &HeldOut, rigs: Rigs<'_>, axes: [&str; 2]) -> 
             format!("{}: measured and simulated.", held.name),
         )
         .figure(comparison::svg(&left, 0.0..until, axis(axes[1]), &[])?, caption);
-    if rms_before < FLAT * rms_after {
+    if rms_before < SETTINGS.enlarged_ratio * rms_after {
         return Ok(section);
     }
-    // Beside what was left before it is a line at zero.
+    // On the scale of the residual before, it is a line at zero.
     let svg = comparison::svg(&left[left.len() - 1..], 0.0..until, axis(axes[1]), &[])?;
-    Ok(section.figure(svg, format!("{}: what is left after, enlarged.", held.name)))
+    Ok(section.figure(svg, format!("{}: residual after, enlarged.", held.name)))
 }
 
 fn acceleration(section: Section, held: &HeldOut, rigs: Rigs<'_>, location: &Location) -> Result<Section, DrawError> {
@@ -120,19 +113,19 @@ fn acceleration(section: Section, held: &HeldOut, rigs: Rigs<'_>, location: &Loc
     if held.before == held.after {
         signals.remove(1);
     }
-    let segment = SEGMENT.min(held.measured.len());
+    let segment = SETTINGS.segment.min(held.measured.len());
     let spectra: Vec<Curve<'_>> = signals
         .iter()
         .filter_map(|(name, samples, color)| {
             let spectrum = welch(&[samples.as_slice()], held.sample_rate_hz, segment)?;
-            // The mean is taken out before: its bins are not of the machine.
+            // The mean was subtracted: its two bins hold nothing of the machine.
             let points = spectrum.points().skip(2).map(|(f, v)| (f, 10.0 * v.max(1e-30).log10())).collect();
             Some(Curve { name, points, color: *color })
         })
         .collect();
     let mut section = section;
     let marks = marks(location);
-    let dashed = if marks.is_empty() { "" } else { "; dashed, the edges of bands that show the mismatch" };
+    let dashed = if marks.is_empty() { "" } else { "; dashed, the edges of bands with a mismatch" };
     if !spectra.is_empty() {
         let names = Names { x: "frequency, Hz", y: "density, dB re 1 (m/s²)²/Hz" };
         section = section.figure(
@@ -146,9 +139,9 @@ fn acceleration(section: Section, held: &HeldOut, rigs: Rigs<'_>, location: &Loc
         signals.iter().map(|(name, samples, color)| curve(held, name, samples, *color, &shown)).collect();
     let names = Names { x: "time, s", y: "acceleration, m/s²" };
     let caption = if held.before == held.after {
-        format!("{}: where {} leaves most.", held.name, rigs.after)
+        format!("{}: the stretch in which the residual of {} is largest.", held.name, rigs.after)
     } else {
-        format!("{}: where {} comes nearer than {} by most.", held.name, rigs.after, rigs.before)
+        format!("{}: the stretch in which {} improves most on {}.", held.name, rigs.after, rigs.before)
     };
     Ok(section.figure(comparison::svg(&courses, range, names, &[])?, caption))
 }
@@ -162,10 +155,10 @@ fn marks(location: &Location) -> Vec<Mark> {
     location.frequency_hz.iter().take(3).flat_map(edges).collect()
 }
 
-/// The window in which the gain of the corrected rig is greatest, or, without a correction, what is left.
+/// Window in which the corrected rig gains most or, without a correction, the residual is largest.
 fn loudest(held: &HeldOut) -> Range<usize> {
     let count = held.measured.len();
-    let width = ZOOM.min(count);
+    let width = SETTINGS.zoom.min(count);
     let corrected = held.before != held.after;
     let gain = |from: usize| -> f64 {
         let square = |of: &[f64], k: usize| (held.measured[k] - of[k]).powi(2);
@@ -177,7 +170,7 @@ fn loudest(held: &HeldOut) -> Range<usize> {
     start..start + width
 }
 
-/// A signal's course over some samples, thinned to least and greatest of each stretch where there are many.
+/// Curve of a signal over some samples, thinned to minimum and maximum of each stretch if there are many.
 fn curve<'t>(
     held: &HeldOut,
     name: &'t str,
@@ -186,7 +179,7 @@ fn curve<'t>(
     shown: &Range<usize>,
 ) -> Curve<'t> {
     let at = |k: usize| (k as f64 / held.sample_rate_hz, samples[k]);
-    let stretch = shown.len().div_ceil(POINTS / 2).max(1);
+    let stretch = shown.len().div_ceil(SETTINGS.points / 2).max(1);
     let points = if stretch <= 2 {
         shown.clone().map(at).collect()
     } else {
@@ -201,7 +194,7 @@ fn curve<'t>(
     Curve { name, points, color }
 }
 
-/// What a rig leaves.
+/// Residual: measured minus simulated.
 fn residual(held: &HeldOut, of: &[f64]) -> Vec<f64> {
     held.measured.iter().zip(of).map(|(m, s)| m - s).collect()
 }
@@ -211,17 +204,17 @@ fn rms(samples: &[f64]) -> f64 {
     (samples.iter().map(|v| v * v).sum::<f64>() / samples.len().max(1) as f64).sqrt()
 }
 
-/// Root mean square of measured less simulated, before and after.
+/// RMS of measured minus simulated, before and after.
 pub fn errors(held: &HeldOut) -> [f64; 2] {
     [rms(&residual(held, &held.before)), rms(&residual(held, &held.after))]
 }
 
-/// All recordings, sample by sample and by their spectra.
+/// Head and rows of a table of RMS errors and, of accelerations, log-spectral distances.
 pub fn table(held: &[HeldOut], quantity: Quantity) -> (Vec<&'static str>, Vec<Vec<Cell>>) {
     let spectral = quantity == Quantity::Acceleration;
     let mut head = vec!["recording", "error before, RMS", "after, RMS"];
     if spectral {
-        head.extend(["spectra apart before, dB", "after, dB"]);
+        head.extend(["log-spectral distance before, dB", "after, dB"]);
     }
     let row = |h: &HeldOut| {
         let mut row = vec![Cell::text(&h.name)];

@@ -1,4 +1,4 @@
-//! A document as HTML.
+//! HTML form of a document.
 
 use std::fmt::Write;
 
@@ -6,7 +6,7 @@ use super::{Cell, Document, Part, Section, Tone};
 
 const STYLE: &str = include_str!("style.css");
 
-/// Text as it stands between tags or in a quoted attribute.
+/// Text escaped for use between tags or in a quoted attribute.
 pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -23,7 +23,7 @@ pub fn escape(text: &str) -> String {
 }
 
 impl Document {
-    /// The whole file.
+    /// Complete HTML file.
     pub fn html(&self) -> String {
         let (tone, verdict) = &self.verdict;
         let tone = match tone {
@@ -80,7 +80,7 @@ fn table(out: &mut String, caption: &str, head: &[String], rows: &[Vec<Cell>]) {
     if !head.is_empty() {
         out.push_str("<thead><tr>");
         for (column, name) in head.iter().enumerate() {
-            // A column's name stands where its numbers do.
+            // A column's name is aligned as its numbers are.
             let class = match rows.first().and_then(|row| row.get(column)) {
                 Some(Cell::Number(_)) => " class=\"number\"",
                 _ => "",
@@ -103,7 +103,7 @@ fn table(out: &mut String, caption: &str, head: &[String], rows: &[Vec<Cell>]) {
     out.push_str("</tbody>\n</table>\n");
 }
 
-/// SVG inside HTML needs no namespace, and one that looks like an address would look like a resource.
+/// SVG without its namespace: HTML needs none, and its address would look like an external resource.
 fn inline(svg: &str) -> String {
     svg.trim().replacen(" xmlns=\"http://www.w3.org/2000/svg\"", " role=\"img\"", 1)
 }
@@ -115,7 +115,7 @@ pub(crate) mod tests {
     /// Tags that have no end.
     const VOID: [&str; 4] = ["!DOCTYPE", "meta", "br", "hr"];
 
-    /// Every tag closed in its order, nothing from elsewhere, no number that is none.
+    /// Asserts that tags close in order, that nothing external is loaded and that no number is NaN.
     pub(crate) fn assert_well_formed(html: &str) {
         let mut open: Vec<&str> = Vec::new();
         for piece in html.split('<').skip(1) {

@@ -1,4 +1,4 @@
-//! Reports: one HTML file that needs nothing else, to be read on a screen or printed.
+//! Reports: one self-contained HTML file each, to be read on a screen or printed.
 //!
 //! | module | holds |
 //! |---|---|
@@ -6,11 +6,11 @@
 //! | [`model`] | sections on a fit: scores, equations, sizes |
 //! | [`signal`] | sections on recordings: spectra, prediction and residual |
 //! | [`held_out`] | pictures of a recording before and after |
-//! | [`number`] | numbers as people read them |
-//! | [`fit`], [`monitor`], [`calibrate`], [`calibrate_sdof`], [`diagnosis`], [`spectra`] | what those commands report |
+//! | [`plot`] | pictures as SVG |
+//! | [`settings`] | segment lengths, limits of lists, layout |
+//! | [`fit`], [`monitor`], [`calibrate`], [`calibrate_sdof`], [`diagnosis`], [`spectra`] | documents of these commands |
 //!
-//! All text is escaped; pictures are the SVG of [`plot`](crate::report::plot). A report states no time of day
-//! and no duration, so that the same input gives the same bytes.
+//! All text is escaped. A report states no time of day and no duration, so that the same input gives the same bytes.
 
 pub mod calibrate;
 pub mod calibrate_sdof;
@@ -21,21 +21,22 @@ pub mod html;
 pub mod model;
 pub mod monitor;
 pub mod plot;
+pub mod settings;
 pub mod signal;
 pub mod spectra;
 
-/// What a verdict is to the reader.
+/// Tone of a verdict: the colour of its box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
     /// Nothing to worry about.
     Good,
     /// Something to act on.
     Bad,
-    /// Neither.
+    /// Undecided.
     Open,
 }
 
-/// A cell of a table, and whether it stands to the right as numbers do.
+/// Cell of a table; numbers are aligned to the right.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Cell {
     /// Words.
@@ -56,14 +57,14 @@ impl Cell {
     }
 }
 
-/// A part of a section.
+/// Part of a section.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Part {
     /// A paragraph.
     Paragraph(String),
     /// A table: names of its columns, and rows of as many cells.
     Table {
-        /// What it shows; empty for none.
+        /// Caption; empty for none.
         caption: String,
         /// Names of the columns.
         head: Vec<String>,
@@ -72,23 +73,23 @@ pub enum Part {
     },
     /// A picture.
     Figure {
-        /// As SVG, trusted: it comes from `plot`.
+        /// SVG, not escaped: it comes from [`plot`].
         svg: String,
-        /// What it shows.
+        /// Caption.
         caption: String,
     },
     /// Lines of mathematics.
     Equations(Vec<String>),
-    /// A way to a file beside this one.
+    /// Link to a file next to the report.
     Link {
-        /// Its path from the report's folder.
+        /// Path from the report's folder.
         path: String,
-        /// What is there.
+        /// Text of the link.
         text: String,
     },
 }
 
-/// A heading and what is under it.
+/// Heading with its parts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Section {
     heading: String,
@@ -96,19 +97,19 @@ pub struct Section {
 }
 
 impl Section {
-    /// A section with nothing in it.
+    /// Empty section.
     pub fn new(heading: impl Into<String>) -> Self {
         Self { heading: heading.into(), parts: Vec::new() }
     }
 
-    /// With a paragraph more.
+    /// Section with one more paragraph.
     #[must_use]
     pub fn paragraph(mut self, text: impl Into<String>) -> Self {
         self.parts.push(Part::Paragraph(text.into()));
         self
     }
 
-    /// With a table more.
+    /// Section with one more table.
     #[must_use]
     pub fn table(mut self, caption: impl Into<String>, head: &[&str], rows: Vec<Vec<Cell>>) -> Self {
         let head = head.iter().map(|h| (*h).to_owned()).collect();
@@ -116,21 +117,21 @@ impl Section {
         self
     }
 
-    /// With a picture more.
+    /// Section with one more picture.
     #[must_use]
     pub fn figure(mut self, svg: impl Into<String>, caption: impl Into<String>) -> Self {
         self.parts.push(Part::Figure { svg: svg.into(), caption: caption.into() });
         self
     }
 
-    /// With a way to a file more, its path as seen from the report's folder.
+    /// Section with a link to a file, its path relative to the report's folder.
     #[must_use]
     pub fn link(mut self, path: impl Into<String>, text: impl Into<String>) -> Self {
         self.parts.push(Part::Link { path: path.into(), text: text.into() });
         self
     }
 
-    /// With lines of mathematics more.
+    /// Section with lines of mathematics.
     #[must_use]
     pub fn equations(mut self, lines: Vec<String>) -> Self {
         self.parts.push(Part::Equations(lines));
@@ -138,7 +139,7 @@ impl Section {
     }
 }
 
-/// A report.
+/// Report: title, subject, verdict and sections.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Document {
     title: String,
@@ -148,19 +149,19 @@ pub struct Document {
 }
 
 impl Document {
-    /// A report with its verdict, which stands on top, and a line on what it is about.
+    /// Report without sections: title, a line on its subject, and the verdict at the top.
     pub fn new(title: impl Into<String>, about: impl Into<String>, tone: Tone, verdict: impl Into<String>) -> Self {
         Self { title: title.into(), about: about.into(), verdict: (tone, verdict.into()), sections: Vec::new() }
     }
 
-    /// With a section more.
+    /// Report with one more section.
     #[must_use]
     pub fn section(mut self, section: Section) -> Self {
         self.sections.push(section);
         self
     }
 
-    /// With sections more.
+    /// Report with more sections.
     #[must_use]
     pub fn sections(mut self, sections: impl IntoIterator<Item = Section>) -> Self {
         self.sections.extend(sections);

@@ -1,21 +1,20 @@
-//! Sections on a fit.
+//! Sections on a fitted model.
 
+use super::settings::ReportSettings;
 use super::{Cell, Section, Tone};
 use crate::model::export::Sizes;
 use crate::model::fit::report::Report;
 use crate::model::fit::text;
 
-/// Equations and terms that are shown; the model file has the rest.
-const MOST_EQUATIONS: usize = 16;
-const MOST_TERMS: usize = 6;
+const SETTINGS: ReportSettings = ReportSettings::DEFAULT;
 
-/// The tone of a fit's verdict: a model that found nothing beyond its null is no failure, its
-/// residual may still tell a fault, so it is left open.
+/// Tone of a fit's verdict: open for a model that is not beyond its null, as its residual may still
+/// show a fault.
 pub fn tone(report: &Report) -> Tone {
     if report.verdict.beyond_null { Tone::Good } else { Tone::Open }
 }
 
-/// The four scores, each with what it means.
+/// The four scores with their meaning.
 pub fn scores(report: &Report) -> Section {
     let s = &report.scores;
     let row = |name: &str, value: String, null: String, meaning: &str| {
@@ -28,25 +27,25 @@ pub fn scores(report: &Report) -> Section {
             "in sample",
             format!("{:.4}", s.in_sample.mean()),
             text::null(s, |n| Some(n.in_sample)),
-            "How well the model describes the recordings it was fitted to: the usual figure, and the most flattering.",
+            "Fit to the recordings that the model was fitted to: the usual and most optimistic figure.",
         ),
         row(
             "held out",
             format!("{:.4}", s.held_out.mean()),
             text::null(s, |n| Some(n.held_out)),
-            "The same on recordings not fitted to (they do choose thresholds and when to stop): what is lost against “in sample” was learnt by heart.",
+            "Fit to recordings that were not fitted (they do choose thresholds and early stopping): the loss against “in sample” is overfitting.",
         ),
         row(
             "causal",
             text::optional(s.causal.next_sample),
             text::null(s, |n| n.causal),
-            "How well the next sample is foretold from past ones only, on held-out recordings: the one figure that no algebra of differences can lift.",
+            "Prediction of the next sample from past samples only, on held-out recordings: the one figure that no algebra of differences can raise.",
         ),
         row(
             "null",
             mean.to_owned(),
             spread.map_or(String::new(), |spread| format!("± {spread}")),
-            "The held-out figure of the same fit to surrogates, which have the recordings' spectrum and random phases: a model has found dynamics only where it beats this.",
+            "Held-out figure of the same fit to surrogates, which have the recordings' spectrum and random phases: a model has found dynamics only where it exceeds this.",
         ),
     ];
     Section::new("Four scores")
@@ -56,30 +55,31 @@ pub fn scores(report: &Report) -> Section {
             s.in_sample.derivatives.len(),
             s.null.len()
         ))
-        .table("", &["score", "R²", "of surrogates", "what it says"], rows)
+        .table("", &["score", "R²", "of surrogates", "meaning"], rows)
 }
 
-/// The sparse equations, their most powerful terms first.
+/// Sparse equations, the terms of most power first.
 pub fn equations(report: &Report) -> Section {
     let t = &report.training;
-    let shown = report.equations.iter().take(MOST_EQUATIONS);
-    let lines = shown.map(|equation| text::sum(equation, MOST_TERMS)).collect();
+    let shown = report.equations.iter().take(SETTINGS.equations);
+    let lines = shown.map(|equation| text::sum(equation, SETTINGS.terms)).collect();
     let variables = match report.equations.first().is_some_and(|e| e.r_squared_held_out.is_none()) {
-        true => "z are the latent variables of the encoder, their rates are turned into derivatives by the decoder",
+        true => "z are the latent variables of the encoder; the decoder maps their rates to derivatives",
         false => "z are the scaled virtual states",
     };
     Section::new("Sparse equations")
         .paragraph(format!(
-            "{} coefficients kept of {}; {variables}. {}; {}. The terms with most of the power first, at most {MOST_TERMS} an equation.",
+            "{} coefficients kept of {}; {variables}. {}; {}. The terms of most power first, at most {} an equation.",
             report.terms_kept,
             t.functions * report.equations.len(),
             t.solver,
-            t.states
+            t.states,
+            SETTINGS.terms
         ))
         .equations(lines)
 }
 
-/// What the model takes on the device.
+/// Memory and operations of the model on the device.
 pub fn sizes(sizes: &Sizes) -> Section {
     let row = |name: &str, value: usize, unit: &str| vec![Cell::text(name), Cell::number(value), Cell::text(unit)];
     let rows = vec![
@@ -94,7 +94,7 @@ pub fn sizes(sizes: &Sizes) -> Section {
     Section::new("On the device").table("", &[], rows)
 }
 
-/// What was fitted to what.
+/// Data and options of the fit.
 pub fn training(report: &Report) -> Section {
     let (t, m) = (&report.training, &report.monitor);
     let row = |name: &str, value: String| vec![Cell::text(name), Cell::text(value)];
@@ -116,7 +116,7 @@ pub fn training(report: &Report) -> Section {
     rows.push(row(
         "healthy level",
         format!(
-            "{:.3} ± {:.3} over {} blocks of {} samples (mean squared residual in healthy spreads)",
+            "{:.3} ± {:.3} over {} blocks of {} samples (mean squared residual in healthy standard deviations)",
             m.healthy_mean, m.healthy_spread, m.healthy_blocks, m.block
         ),
     ));

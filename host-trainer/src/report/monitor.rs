@@ -1,7 +1,8 @@
-//! The report of `ballrace monitor`.
+//! Report of `ballrace monitor`.
 
 use serde_json::Value;
 
+use super::settings::ReportSettings;
 use super::signal::Comparison;
 use super::{Cell, Document, Section, Tone, model};
 use crate::model::OwnedModel;
@@ -11,18 +12,17 @@ use crate::recording::input::Input;
 use crate::report::plot::{DrawError, trend};
 use ballrace_core::monitor::{MonitorConfig, Status};
 
-/// Events that are listed; a broken sensor can give thousands.
-const MOST_EVENTS: usize = 40;
+const SETTINGS: ReportSettings = ReportSettings::DEFAULT;
 
-/// A run of the device over recordings.
+/// Report of a run of the device over recordings.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn document(device: &OwnedModel, input: &Input, watched: &Replayed) -> Result<Document, DrawError> {
     let view = device.view();
     let (tone, verdict) = verdict(watched);
     let about = format!("{} recordings, channel {}, {} Hz", input.series.len(), input.channel, input.sample_rate_hz);
-    let mut document = Document::new("What the device saw", about, tone, verdict)
+    let mut document = Document::new("The device over the recordings", about, tone, verdict)
         .section(trend(watched, &view.monitor, None)?)
         .section(events(watched));
     if let Some(comparison) = Comparison::from_input(input, None) {
@@ -31,13 +31,13 @@ pub fn document(device: &OwnedModel, input: &Input, watched: &Replayed) -> Resul
     Ok(document.section(totals(watched, input)).section(model::sizes(&export::sizes(&view))))
 }
 
-/// What the device made of the machine.
+/// Tone and sentence of the device's result.
 pub fn verdict(watched: &Replayed) -> (Tone, String) {
     let s = &watched.summary;
     let blind = match (s.status, s.faults.total()) {
-        (Status::Blind, _) => " At the end it was blind: too many samples were broken.",
+        (Status::Blind, _) => " The status at the end is blind: too many samples were invalid.",
         (_, 0) => "",
-        _ => " Some samples were broken: see the totals.",
+        _ => " Some samples were invalid: see the totals.",
     };
     match &s.first_alarm {
         Some(alarm) => {
@@ -51,32 +51,31 @@ pub fn verdict(watched: &Replayed) -> (Tone, String) {
     }
 }
 
-/// The statistics over the recordings; a mark at the start of one, in words, where there is something
-/// to mark.
+/// Section on the statistics over the recordings; `mark` labels the start of one recording.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn trend(watched: &Replayed, limits: &MonitorConfig, mark: Option<(usize, &str)>) -> Result<Section, DrawError> {
     let svg = trend::svg_with_mark(&watched.blocks, limits, mark)?;
     Ok(Section::new("The residual over time").figure(
         svg,
         format!(
-            "Distance of the residual's level from the healthy machine's, in healthy spreads, block by block ({} samples each; \
-             clamped to ±10), and the two statistics made of it. Dashed, their limits: ±{} for the EWMA, {} for the CUSUM. \
+            "Deviation of the residual's level from the healthy machine's, in healthy standard deviations, block by block ({} \
+             samples each; clamped to ±10), and its EWMA and CUSUM. Dashed, their limits: ±{} for the EWMA, {} for the CUSUM. \
              {} votes among {} blocks raise the alarm.",
             limits.block, limits.ewma_limit, limits.cusum_limit, limits.votes, limits.of_blocks
         ),
     ))
 }
 
-/// What the device told of.
+/// Table of the device's events.
 pub fn events(watched: &Replayed) -> Section {
     let text = |event: &Value, key: &str| event.get(key).and_then(Value::as_str).unwrap_or("").to_owned();
     let number = |event: &Value, key: &str, digits: usize| {
         Cell::number(event.get(key).and_then(Value::as_f64).map_or(String::new(), |v| format!("{v:.digits$}")))
     };
-    let told: Vec<&Value> = watched.events.iter().filter(|e| text(e, "event") != "summary").collect();
-    let rows = told.iter().take(MOST_EVENTS).map(|event| {
+    let listed: Vec<&Value> = watched.events.iter().filter(|e| text(e, "event") != "summary").collect();
+    let rows = listed.iter().take(SETTINGS.events).map(|event| {
         let kind = text(event, "kind");
         let name = if kind.is_empty() { text(event, "event") } else { format!("fault: {kind}") };
         vec![
@@ -90,7 +89,7 @@ pub fn events(watched: &Replayed) -> Section {
     });
     let head = ["event", "recording", "time, s", "deviation", "EWMA", "CUSUM"];
     let section = Section::new("Events").table("", &head, rows.collect());
-    match told.len().saturating_sub(MOST_EVENTS) {
+    match listed.len().saturating_sub(SETTINGS.events) {
         0 => section,
         more => section.paragraph(format!("… and {more} more.")),
     }
@@ -109,6 +108,6 @@ fn totals(watched: &Replayed, input: &Input) -> Section {
     ];
     let f = &s.faults;
     let broken = [("non-finite", f.non_finite), ("saturated", f.saturated), ("stuck", f.stuck), ("missing", f.missing)];
-    rows.extend(broken.map(|(name, count)| row(&format!("broken samples, {name}"), count.to_string())));
+    rows.extend(broken.map(|(name, count)| row(&format!("invalid samples, {name}"), count.to_string())));
     Section::new("Totals").table("", &[], rows)
 }

@@ -1,4 +1,4 @@
-//! The report of `ballrace spectra`.
+//! Report of `ballrace spectra`.
 
 use super::{Cell, Document, Section, Tone};
 use crate::report::plot::lines::{Labels, Mark};
@@ -6,28 +6,28 @@ use crate::report::plot::{DrawError, cycle, density, kurtogram, lines};
 use crate::signal::characteristic::Family;
 use crate::signal::spectra::{Analysis, BandChoice, MarkedLine, SpeedSource};
 
-/// Everything on some recordings.
+/// Report of the analyses of some recordings.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn document(analyses: &[Analysis]) -> Result<Document, DrawError> {
     let about = match analyses {
         [one] => format!("{}, channel {}, {:.2} s at {} Hz", one.file, one.channel, one.duration_s, one.sample_rate_hz),
         many => format!("{} recordings", many.len()),
     };
     let verdict: Vec<String> = analyses.iter().map(verdict).collect();
-    let mut document = Document::new("What the recording shows", about, Tone::Open, verdict.join(" "));
+    let mut document = Document::new("Spectra of the recording", about, Tone::Open, verdict.join(" "));
     for analysis in analyses {
         document = document.sections(sections(analysis, analyses.len() > 1)?);
     }
     Ok(document)
 }
 
-/// What stands out, in a sentence. Not a diagnosis: that asks what else would explain it.
+/// Strongest characteristic line in a sentence. No diagnosis: other explanations are not tested.
 pub fn verdict(analysis: &Analysis) -> String {
     match analysis.strongest() {
         Some(found) => format!(
-            "{}: strongest in the envelope of {}: {} at {:.1} Hz, {:.0} dB over the background.",
+            "{}: strongest line in the envelope of {}: {} at {:.1} Hz, {:.0} dB above the background.",
             analysis.name,
             band(analysis),
             found.characteristic.name,
@@ -35,14 +35,10 @@ pub fn verdict(analysis: &Analysis) -> String {
             decibels(found)
         ),
         None if analysis.lines.is_empty() => {
-            format!(
-                "{}: no characteristic frequency is known to look for; envelope of {}.",
-                analysis.name,
-                band(analysis)
-            )
+            format!("{}: no characteristic frequencies known; envelope of {}.", analysis.name, band(analysis))
         }
         None => {
-            format!("{}: no characteristic frequency stands out of the envelope of {}.", analysis.name, band(analysis))
+            format!("{}: no significant characteristic frequency in the envelope of {}.", analysis.name, band(analysis))
         }
     }
 }
@@ -56,18 +52,18 @@ fn decibels(found: &MarkedLine) -> f64 {
     10.0 * found.line.ratio.max(f64::MIN_POSITIVE).log10()
 }
 
-/// Why the band was chosen.
+/// Reason for the choice of the band.
 fn why(analysis: &Analysis) -> String {
     match (analysis.band.choice, analysis.band.log_p_value) {
         (BandChoice::Stated, _) => "as stated".into(),
         (BandChoice::Lines(family), Some(p)) => format!(
-            "chosen because its squared envelope shows {} and its harmonics most surely (noise would in one case of 10^{:.0})",
+            "chosen because its squared envelope shows {} and its harmonics with the smallest p-value (10^−{:.0})",
             family.name(),
             -p / std::f64::consts::LN_10
         ),
         (BandChoice::Lines(family), None) => format!("chosen because it shows {}", family.name()),
-        (BandChoice::Kurtosis, _) => "chosen because its kurtosis is the greatest of all".into(),
-        (BandChoice::Nothing, _) => "as nothing stands out: all that a converter's filter leaves alone".into(),
+        (BandChoice::Kurtosis, _) => "chosen for the largest kurtosis".into(),
+        (BandChoice::Nothing, _) => "the full band of the converter's filter, as no band is significant".into(),
     }
 }
 
@@ -85,27 +81,27 @@ fn sections(analysis: &Analysis, many: bool) -> Result<Vec<Section>, DrawError> 
     if let Some(tree) = &analysis.kurtogram {
         let best = match tree.best() {
             Some(cell) => format!(
-                "The greatest is {:.1}, at {:.0} Hz in a band of {:.0} Hz.",
+                "The largest is {:.1}, at {:.0} Hz in a band of {:.0} Hz.",
                 cell.kurtosis, cell.centre_hz, cell.bandwidth_hz
             ),
-            None => "None is beyond what noise gives.".into(),
+            None => "None exceeds that of noise.".into(),
         };
-        out.push(Section::new(heading("Where impacts are")).figure(
+        out.push(Section::new(heading("Kurtogram")).figure(
             kurtogram::svg(tree, Some(&analysis.band.band_hz))?,
             format!(
-                "Fast kurtogram (Antoni 2007): kurtosis of the envelope in bands, as many to a row as stands at its left. {best} \
-                 Red, the band of the envelope below. A single shock has a great kurtosis as well as repeated impacts."
+                "Fast kurtogram (Antoni 2007): kurtosis of the envelope in bands, their number at the left of each row. {best} \
+                 Red, the band of the envelope below. A single shock has a large kurtosis as well as repeated impacts."
             ),
         ));
     }
     out.push(envelope(analysis, Section::new(heading("Envelope")))?);
     out.extend(orders(analysis, Section::new(heading("Orders of the shaft")))?);
     if let Some(found) = &analysis.synchronous {
-        out.push(Section::new(heading("What repeats with the shaft")).figure(
+        out.push(Section::new(heading("Synchronous average")).figure(
             cycle::svg(&found.average, found.period_turns)?,
             format!(
-                "Average over {} turns by the tachometer's pulses. It explains {:.1} % of the recording's variance, less what \
-                 noise alone would give; what bearings do is not in it, as their orders are no whole numbers.",
+                "Average over {} turns by the tachometer's pulses. It explains {:.1} % of the recording's variance, corrected \
+                 for noise; bearing frequencies are not in it, as their orders are not integers.",
                 found.periods,
                 100.0 * found.explained.max(0.0)
             ),
@@ -126,7 +122,7 @@ fn speed(analysis: &Analysis, section: Section) -> Section {
             rows.push(row(
                 "by the recording's lines",
                 format!(
-                    "{:.4} ± {:.4} Hz, from {} lines{}; combs moved by chance do as well in at most {:.1} % of trials",
+                    "{:.4} ± {:.4} Hz, from {} lines{}; p at most {:.1} % by randomly shifted combs",
                     estimate.shaft_hz,
                     estimate.standard_error_hz,
                     estimate.lines.len(),
@@ -148,7 +144,7 @@ fn speed(analysis: &Analysis, section: Section) -> Section {
         (Some(hz), Some(SpeedSource::Tachometer)) => format!("{hz:.4} Hz, by the tachometer"),
         (Some(hz), Some(SpeedSource::Estimate)) => format!("{hz:.4} Hz, by the recording's lines"),
         (Some(hz), _) => format!("{hz:.4} Hz, the nominal one"),
-        (None, _) => "none: no frequencies are marked".into(),
+        (None, _) => "none: no frequencies marked".into(),
     };
     rows.push(row("used below", used));
     section.table("", &[], rows)
@@ -156,7 +152,7 @@ fn speed(analysis: &Analysis, section: Section) -> Section {
 
 fn envelope(analysis: &Analysis, section: Section) -> Result<Section, DrawError> {
     let up_to = analysis.shown_hz();
-    // Sidebands have no room for their names, nor has more than one turn of the cage.
+    // There is no room for the names of sidebands and of the cage's harmonics.
     let own = analysis.lines.iter().filter(|l| l.characteristic.sideband == 0);
     let own = own.filter(|l| l.characteristic.family != Family::Cage || l.characteristic.harmonic == 1);
     let marks: Vec<Mark> =
@@ -176,8 +172,9 @@ fn envelope(analysis: &Analysis, section: Section) -> Result<Section, DrawError>
         if let Ok(svg) = lines::svg(&points, up_to.min(points.last().map_or(0.0, |p| p.0)), &labels, &marks) {
             section = section.figure(
                 svg,
-                "Enhanced envelope spectrum of the same band (Antoni, Xin, Hamzaoui 2017): how much of the power is modulated at \
-                 a rate, whatever the spectrum's shape. Strong lines and single shocks count no more here than weak ones.",
+                "Enhanced envelope spectrum of the same band (Antoni, Xin, Hamzaoui 2017): the share of power modulated at each \
+                 cyclic frequency, independent of the spectrum's shape. Strong lines and single shocks weigh no more than weak \
+                 ones.",
             );
         }
     }
@@ -197,8 +194,8 @@ fn envelope(analysis: &Analysis, section: Section) -> Result<Section, DrawError>
     if rows.is_empty() {
         return Ok(section);
     }
-    let head = ["line", "expected, Hz", "found, Hz", "amplitude, m/s²", "over background, dB", "by chance"];
-    Ok(section.table("Lines of the envelope's spectrum", &head, rows))
+    let head = ["line", "expected, Hz", "found, Hz", "amplitude, m/s²", "above background, dB", "p"];
+    Ok(section.table("Lines of the envelope spectrum", &head, rows))
 }
 
 fn orders(analysis: &Analysis, section: Section) -> Result<Option<Section>, DrawError> {
@@ -227,7 +224,7 @@ fn orders(analysis: &Analysis, section: Section) -> Result<Option<Section>, Draw
     Ok(Some(section.figure(
         svg,
         format!(
-            "The recording sampled again at even angles of the shaft, {by}; amplitudes over orders, {:.3} apart.",
+            "The recording resampled at equal shaft angles, {by}; amplitudes over orders, {:.3} apart.",
             spectrum.step
         ),
     )))

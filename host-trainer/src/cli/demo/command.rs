@@ -1,4 +1,4 @@
-//! `ballrace demo`.
+//! Command `ballrace demo`.
 
 use std::path::PathBuf;
 
@@ -6,16 +6,16 @@ use crate::cli::demo::{self, Config};
 use crate::cli::input::bar;
 use crate::cli::{Failure, json, line};
 
-/// Simulate a machine that is not as drawn, find out why, and correct the model on the device
+/// Simulate a machine that differs from its rig, diagnose it, and correct the model on the device
 ///
-/// From some recording on the machine has a mode of vibration that its drawing has not, which nobody is
-/// told. A model of the drawing is fitted and exported; the device's own code runs it over the
-/// recordings and raises an alarm; some of them are diagnosed; a model of the corrected rig, with the
-/// cause's terms in its library, is fitted and exported, and the device's residual falls.
+/// From some recording on the machine has a vibration mode that its nominal rig lacks; the diagnosis
+/// does not know it. A model of the nominal rig is fitted and exported; the device's own code runs it
+/// over the recordings and raises an alarm; some of them are diagnosed; a model of the corrected rig,
+/// with the cause's terms in its library, is fitted and exported, and the device's residual falls.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Example:\n  ballrace demo --out demo\n  then open demo/report.html")]
 pub struct Args {
-    /// Folder for everything that is made
+    /// Output folder
     #[arg(long)]
     out: PathBuf,
     /// Seed of everything random
@@ -26,7 +26,7 @@ pub struct Args {
     json: bool,
 }
 
-/// Runs the command.
+/// Runs `demo`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let bar = bar("demo");
     let outcome = demo::run(&Config::new(args.seed), &args.out, &|stage, share| {

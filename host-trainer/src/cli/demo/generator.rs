@@ -1,5 +1,5 @@
-//! A machine's life that is not one: the 5-DoF rig, recording after recording, and from one of them on a mode of
-//! vibration that the rig has not, as of a bracket that has come loose.
+//! Simulated recordings of the 5-DoF rig, from one of them on with a vibration mode that the nominal rig lacks, as of a
+//! loose bracket.
 
 use crate::rig::effect::{EffectKind, ParameterKey};
 use std::path::Path;
@@ -8,13 +8,14 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
+use super::settings::DemoSettings;
 use crate::recording::Recording;
 use crate::rig::RigError;
 use crate::rig::config::{EffectEntry, Rig};
 use crate::rig::simulate::{Run, simulate_many};
 use crate::rig::{OperatingCondition, Start};
 
-/// What to make.
+/// Recordings to simulate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario {
     /// Recordings, in order of time.
@@ -23,50 +24,40 @@ pub struct Scenario {
     pub seconds: f64,
     /// Sample rate, Hz.
     pub sample_rate_hz: f64,
-    /// How much of the mode the sensor sees, as a multiple of what the housing's mass alone would give; 0 for a machine
-    /// that stays as it was drawn.
+    /// Gain of the mode at the sensor, as a multiple of that by the housing's mass alone; 0 for no mode.
     pub gain: f64,
     /// Seed of everything random, the effect's start included.
     pub seed: u64,
 }
 
-/// What only the maker knows.
+/// Hidden effect of the recordings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Truth {
     /// Name of the effect.
     pub effect: &'static str,
-    /// Its natural frequency, Hz.
+    /// Natural frequency of the mode, Hz.
     pub frequency_hz: f64,
-    /// Its damping ratio.
+    /// Damping ratio of the mode.
     pub damping_ratio: f64,
-    /// First recording with it, from 0; `None` where it never comes.
+    /// First recording with the effect, from 0; `None` if there is none.
     pub first_affected: Option<usize>,
 }
 
-/// What was made.
+/// Recordings with their hidden effect.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Made {
-    /// The recordings: `ay`, the vertical sensor, and `ax`, the horizontal one.
+    /// Recordings of `ay`, the vertical sensor, and `ax`, the horizontal one.
     pub recordings: Vec<Recording>,
-    /// What may not be known.
+    /// Hidden effect, not to be used by the diagnosis.
     pub truth: Truth,
 }
 
 const EFFECT: EffectKind = EffectKind::StructuralResonance;
-/// The rig as it was drawn: what anyone may know of the machine.
+/// Nominal rig as a file: all that the job knows of the machine.
 pub const RIG: &str = include_str!("rig.toml");
-/// Speeds and loads that the machine runs at, Hz and N.
-const SHAFT_HZ: [f64; 3] = [20.0, 25.0, 30.0];
-const LOAD_N: [f64; 3] = [300.0, 500.0, 800.0];
-/// From one recording to the next they are not quite the same: largest relative difference.
-const SCATTER: f64 = 0.01;
-/// Where the mode can lie: above those of shaft and housing, below the resonator's.
-const FREQUENCY_HZ: std::ops::Range<f64> = 1550.0..1750.0;
-const DAMPING_RATIO: std::ops::Range<f64> = 0.016..0.024;
-/// The effect starts after a share of the recordings in this range.
-const START: std::ops::Range<f64> = 0.4..0.55;
+const SETTINGS: DemoSettings = DemoSettings::DEFAULT;
 
-/// The rig as it was drawn.
+/// Nominal rig.
 ///
 /// # Errors
 /// None in practice.
@@ -74,15 +65,16 @@ pub fn nominal() -> Result<Rig, RigError> {
     Rig::parse(RIG, Path::new("rig.toml"))
 }
 
-/// Makes the recordings. The same plan gives the same samples.
+/// Simulates the recordings of a scenario; equal scenarios give equal samples.
 ///
 /// # Errors
-/// What the simulation refuses.
+/// Errors of the simulation.
 pub fn make(plan: &Scenario) -> Result<Made, RigError> {
     let nominal = nominal()?;
     let mut rng = ChaCha8Rng::seed_from_u64(plan.seed);
-    let start = (rng.random_range(START) * plan.recordings as f64).ceil() as usize;
-    let (frequency_hz, damping_ratio) = (rng.random_range(FREQUENCY_HZ), rng.random_range(DAMPING_RATIO));
+    let start = (rng.random_range(SETTINGS.start) * plan.recordings as f64).ceil() as usize;
+    let (frequency_hz, damping_ratio) =
+        (rng.random_range(SETTINGS.frequency_hz), rng.random_range(SETTINGS.damping_ratio));
     let mode = EffectEntry::new(
         EFFECT,
         &[
@@ -94,14 +86,15 @@ pub fn make(plan: &Scenario) -> Result<Made, RigError> {
     let changed = nominal.clone().with_effect(mode);
     let first_affected = (plan.gain != 0.0 && start < plan.recordings).then_some(start);
     let affected = |n: usize| first_affected.is_some_and(|first| n >= first);
-    let mut one_of =
-        |values: [f64; 3]| values[rng.random_range(0..values.len())] * (1.0 + rng.random_range(-SCATTER..SCATTER));
+    let mut one_of = |values: [f64; 3]| {
+        values[rng.random_range(0..values.len())] * (1.0 + rng.random_range(-SETTINGS.scatter..SETTINGS.scatter))
+    };
     let runs: Vec<Run> = (0..plan.recordings)
         .map(|n| Run {
             rig: if affected(n) { &changed } else { &nominal },
             condition: OperatingCondition {
-                shaft_hz: one_of(SHAFT_HZ),
-                load_n: one_of(LOAD_N),
+                shaft_hz: one_of(SETTINGS.shaft_hz),
+                load_n: one_of(SETTINGS.load_n),
                 sample_rate_hz: plan.sample_rate_hz,
                 samples: (plan.seconds * plan.sample_rate_hz).round() as usize,
             },
@@ -111,7 +104,7 @@ pub fn make(plan: &Scenario) -> Result<Made, RigError> {
     let mut recordings = simulate_many(&runs)?;
     for recording in &mut recordings {
         recording.channels.retain(|channel| ["ax", "ay"].contains(&channel.name.as_str()));
-        // The vertical one first: it is the one that a monitor takes where nobody says.
+        // The vertical one first: the monitor uses the first channel by default.
         recording.channels.sort_by(|a, b| b.name.cmp(&a.name));
     }
     let truth = Truth { effect: EFFECT.name(), frequency_hz, damping_ratio, first_affected };

@@ -1,7 +1,7 @@
-//! The job itself: a folder of recordings and the machine's drawing, and nothing else.
+//! From a folder of recordings and the nominal rig to a corrected model on the device.
 //!
-//! Twin → model → device → diagnosis → corrected twin → model with the cause's terms → device. Each step is what a
-//! command does: `predict`, `fit`, `export`, `monitor`, `diagnose`, `predict`, `fit --diagnosis`, `export`, `monitor`.
+//! Nominal rig → model → device → diagnosis → corrected rig → model with the cause's terms → device. The steps are those
+//! of commands: `predict`, `fit`, `export`, `monitor`, `diagnose`, `predict`, `fit --diagnosis`, `export`, `monitor`.
 
 use std::path::Path;
 
@@ -24,63 +24,63 @@ use crate::rig::{Rig, batch};
 pub const CHANNEL: &str = "ay";
 /// Folder of the diagnosis.
 pub const DIAGNOSIS: &str = "diagnosis";
-/// The drawing.
+/// File of the nominal rig.
 pub const RIG: &str = "rig.toml";
 
-/// What the job is to do.
+/// Options of the job.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Job {
-    /// How the models are fitted; the corrected one gets surrogates, the others need none.
+    /// Options of the fits; only the corrected model is compared with surrogates.
     pub fit: FitConfig,
-    /// Recordings that are diagnosed.
+    /// Count of recordings that are diagnosed.
     pub diagnosed: usize,
 }
 
-/// What the job found.
+/// Result of the job.
 pub struct JobResult {
-    /// The machine's recordings.
+    /// Recordings of the machine.
     pub input: Input,
-    /// The model of the machine as drawn, and what the device made of the recordings with it.
+    /// Model of the nominal rig.
     pub before: Fitted,
-    /// The device on all recordings with that.
+    /// Replay of all recordings with that model on the device.
     pub watched: Replayed,
-    /// The recordings that were diagnosed, from 0.
+    /// Indices of the diagnosed recordings, from 0.
     pub diagnosed: Vec<usize>,
-    /// Of the same stretch of time those that were not: by these the models are judged.
+    /// Indices of the held-out recordings of the same period, on which the models are compared.
     pub judged: Vec<usize>,
-    /// What the drawing leaves out.
+    /// Diagnosis of the nominal rig.
     pub diagnosis: diagnose::result::DiagnosisResult,
-    /// What that brought into the library.
+    /// Terms that the diagnosis added to the library.
     pub entered: Vec<Entered>,
-    /// The model of the corrected rig.
+    /// Model of the corrected rig.
     pub after: Fitted,
-    /// The device on the judged recordings with that.
+    /// Replay of the held-out recordings with that model on the device.
     pub watched_after: Replayed,
-    /// What it takes on the device.
+    /// Memory and operations of that model on the device.
     pub sizes: Sizes,
-    /// Shares of variance that the predictions leave.
+    /// Unexplained variance of each model.
     pub residuals: Residuals,
 }
 
-/// Of each recording the share of its variance that the prediction of the next sample leaves.
+/// Share of each recording's variance that the next-sample prediction does not explain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Residuals {
-    /// By the model of the drawing, on simulations of it that were held out.
+    /// Model of the nominal rig, on held-out simulations of it.
     pub own: f64,
-    /// By the model of the drawing, on all recordings.
+    /// Model of the nominal rig, on all recordings.
     pub before: Vec<f64>,
-    /// By the model of the corrected rig, on all recordings.
+    /// Model of the corrected rig, on all recordings.
     pub after: Vec<f64>,
-    /// By a model of the corrected rig whose library is the old one, on all recordings; `None` where no term entered.
+    /// Model of the corrected rig with the old library, on all recordings; `None` if no term was added.
     pub without_terms: Option<Vec<f64>>,
-    /// By a model fitted to the judged recordings themselves, on these, by the same training: what there is to reach.
+    /// Model fitted to the held-out recordings themselves by the same training: the attainable minimum.
     pub floor: Vec<f64>,
 }
 
-/// Does it.
+/// Runs the job in a folder that has `recordings/` and `rig.toml`.
 ///
 /// # Errors
-/// The first thing that goes wrong.
+/// The first error of any step.
 pub fn run(job: &Job, out: &Path, progress: &(dyn Fn(&str, f64) + Sync)) -> Result<JobResult, DemoError> {
     progress("reading", 0.02);
     let recordings = load_all(&out.join("recordings"))?;
@@ -93,12 +93,12 @@ pub fn run(job: &Job, out: &Path, progress: &(dyn Fn(&str, f64) + Sync)) -> Resu
     let seed = |which: u64| job.fit.seed.wrapping_add(which << 32);
     let plain = FitConfig { null_fits: 0, ..job.fit.clone() };
 
-    progress("a model of the machine as drawn", 0.05);
+    progress("fitting the model of the nominal rig", 0.05);
     let before = model_of(&rig, &recordings, seed(1), &plain, &|share| progress("model before", 0.05 + 0.1 * share))?;
     file::write(&out.join("before.json"), &before.model, &before.report)?;
     store(&before.model, out, &[("before.bin", Format::Bin)])?;
 
-    progress("the device on all recordings", 0.15);
+    progress("replaying all recordings on the device", 0.15);
     let watched = replay::replay(&before.model, &input, &replay::Options::default(), &mut |_, _| ())?;
     let lines: String = watched.events.iter().map(|event| format!("{event}\n")).collect();
     super::write(&out.join("events.jsonl"), lines.as_bytes())?;
@@ -159,7 +159,7 @@ pub fn run(job: &Job, out: &Path, progress: &(dyn Fn(&str, f64) + Sync)) -> Resu
     })
 }
 
-/// A model of what a rig gives under the machine's conditions.
+/// Model fitted to simulations of a rig under the operating conditions of the recordings.
 pub(super) fn model_of(
     rig: &Rig,
     recordings: &[Recording],
@@ -189,8 +189,8 @@ fn store(model: &OwnedModel, out: &Path, forms: &[(&str, Format)]) -> Result<(),
     Ok(())
 }
 
-/// What is diagnosed, evenly over the time from the alarm on, and the rest of that time. Without an alarm, or with one
-/// so late that little is left, over the last half, or as much of the end as it takes.
+/// Indices of `count` recordings to diagnose, evenly spaced from the alarm on, and of the rest of that period. Without an
+/// alarm the period is the last half; after a late one it is extended to hold twice `count`.
 fn parted(total: usize, alarm: Option<usize>, count: usize) -> (Vec<usize>, Vec<usize>) {
     let from = alarm.unwrap_or(total / 2).min(total.saturating_sub(2 * count));
     let length = total - from;

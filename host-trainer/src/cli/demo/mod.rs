@@ -1,20 +1,22 @@
-//! The main job on an embedded default: a machine and its digital twin, a model, the device, a diagnosis, and back.
+//! Demonstration of the whole loop: nominal rig, model, device, diagnosis, corrected model.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`generator`] | a machine that from some recording on is not as drawn |
-//! | [`job`] | from recordings and drawing to a corrected model on the device |
-//! | [`outcome`] | what was put in beside what was found |
+//! | [`generator`] | recordings of a machine that at some time departs from its nominal rig |
+//! | [`job`] | from recordings and nominal rig to a corrected model on the device |
+//! | [`outcome`] | truth and result |
 //! | [`page`] | the report |
+//! | [`settings`] | operating conditions and ranges of the hidden mode |
 //!
-//! [`run`] makes the recordings and writes them and the machine's drawing; everything after that knows only this
-//! folder. What was put in ([`generator::Truth`]) meets what was found only in the [`DemoResult`].
+//! [`run`] simulates the recordings and writes them and the nominal rig; the job knows only this folder. The truth
+//! ([`generator::Truth`]) is compared with the result only in the [`DemoResult`].
 
 pub(super) mod command;
 pub mod generator;
 pub mod job;
 pub mod outcome;
 mod page;
+pub mod settings;
 
 use std::path::{Path, PathBuf};
 
@@ -26,20 +28,20 @@ use generator::Scenario;
 use job::Job;
 pub use outcome::DemoResult;
 
-/// What to make and what to do with it.
+/// Options of the demo.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {
-    /// The recordings.
+    /// Recordings to simulate.
     pub plan: Scenario,
-    /// The job.
+    /// Options of the job.
     pub job: Job,
 }
 
 impl Config {
-    /// The demo of a seed: small enough for well under a minute on two cores.
+    /// Options of a seed, for a run of well under a minute on two cores.
     ///
-    /// States of the past only, so that the prediction is one of the next sample. Four of them: more make the model of
-    /// the machine as drawn no better.
+    /// Causal states, so that the prediction is one of the next sample; more than four do not improve the model of the
+    /// nominal rig.
     pub fn new(seed: u64) -> Self {
         let train = TrainConfig { max_steps: 2500, batch: 1024, learning_rate: 3e-3, ..TrainConfig::default() };
         Self {
@@ -63,77 +65,77 @@ impl Config {
     }
 }
 
-/// Why a demo ends early.
+/// Error of the demo.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DemoError {
-    /// A file or folder.
+    /// File or folder that cannot be read or written.
     #[error("{path}: {source}")]
     Io {
-        /// Which.
+        /// Path of the file or folder.
         path: PathBuf,
-        /// What the operating system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The rig.
+    /// Error of the rig or its simulation.
     #[error(transparent)]
     Rig(#[from] crate::rig::RigError),
-    /// The recordings, on the way out.
+    /// Error of writing the recordings.
     #[error(transparent)]
     Write(#[from] crate::recording::write::WriteError),
-    /// The recordings, on the way back.
+    /// Error of reading the recordings.
     #[error(transparent)]
     Read(#[from] crate::recording::ReadError),
-    /// The recordings, together.
+    /// Recordings that cannot be combined.
     #[error(transparent)]
     Input(#[from] crate::recording::input::InputError),
-    /// Not enough to diagnose some and judge by others.
+    /// Too few recordings to diagnose some and hold out others.
     #[error("recordings: found {found}, expected at least {expected}")]
     Few {
-        /// Recordings there are.
+        /// Recordings found.
         found: usize,
         /// Recordings needed.
         expected: usize,
     },
-    /// A fit.
+    /// Error of a fit.
     #[error(transparent)]
     Fit(#[from] FitError),
-    /// A model file.
+    /// Error of a model file.
     #[error(transparent)]
     File(#[from] crate::model::file::FileError),
-    /// The device.
+    /// Model beyond a limit of the device.
     #[error(transparent)]
     Limit(#[from] crate::model::export::BreaksLimit),
-    /// The device's form of the model.
+    /// Error of the device's form of the model.
     #[error(transparent)]
     Model(#[from] ballrace_core::model::ModelError),
-    /// The device on the recordings.
+    /// Error of a replay on the device.
     #[error(transparent)]
     Watch(#[from] crate::model::replay::ReplayError),
-    /// The diagnosis.
+    /// Error of the diagnosis.
     #[error(transparent)]
     Diagnose(#[from] crate::diagnose::DiagnoseError),
-    /// The diagnosis, on the way out.
+    /// Error of writing the diagnosis.
     #[error(transparent)]
     Store(#[from] crate::report::diagnosis::FolderError),
-    /// The diagnosis, on the way back.
+    /// Error of reading the diagnosis.
     #[error(transparent)]
     Causes(#[from] crate::diagnose::causes::CausesError),
-    /// The causes' terms.
+    /// Library too large for the causes' terms.
     #[error(transparent)]
     Terms(#[from] crate::model::fit::terms::NoRoom),
-    /// The report.
+    /// Error of drawing the report.
     #[error(transparent)]
     Draw(#[from] crate::report::plot::DrawError),
 }
 
-/// Runs the whole of it into a folder, which is made where there is none. `progress` gets what is
-/// being done and which share of the whole is done.
+/// Runs the demo in a folder, which is created if needed. `progress` gets the current step and the
+/// share done.
 ///
 /// # Errors
-/// The first thing that goes wrong.
+/// The first error of any step.
 pub fn run(config: &Config, out: &Path, progress: &(dyn Fn(&str, f64) + Sync)) -> Result<DemoResult, DemoError> {
-    progress("making recordings", 0.0);
+    progress("simulating recordings", 0.0);
     let made = generator::make(&config.plan)?;
     crate::recording::write::folder(&out.join("recordings"), &made.recordings)?;
     write(&out.join(job::RIG), generator::RIG.as_bytes())?;

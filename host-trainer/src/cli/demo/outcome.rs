@@ -1,4 +1,4 @@
-//! What was put in beside what was found.
+//! Truth and result of the demo.
 
 use std::fmt::Write;
 
@@ -16,65 +16,65 @@ use crate::model::fit::text;
 use crate::model::fit::verdict::Verdict;
 use crate::stats::format::{significant, with_interval};
 
-/// What a demo found, and what it was.
+/// Truth and result of the demo, with the device's residuals.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DemoResult {
-    /// Seed.
+    /// Seed of everything random.
     pub seed: u64,
-    /// Recordings made.
+    /// Count of recordings.
     pub recordings: usize,
     /// Length of each, s.
     pub seconds: f64,
     /// Sample rate, Hz.
     pub sample_rate_hz: f64,
-    /// What was put in.
+    /// Hidden effect.
     pub truth: Truth,
-    /// Where the device raised its first alarm, with the model of the machine as drawn.
+    /// First alarm of the device with the model of the nominal rig.
     pub first_alarm: Option<Alarm>,
-    /// Alarms raised.
+    /// Count of alarms with that model.
     pub alarms: u32,
-    /// Whether the first alarm came before there was anything to raise it for.
+    /// Whether the first alarm came before the effect.
     pub false_alarm: bool,
-    /// Recordings that were diagnosed, from 0.
+    /// Indices of the diagnosed recordings, from 0.
     pub diagnosed: Vec<usize>,
-    /// The diagnosis' verdict.
+    /// Verdict of the diagnosis.
     pub diagnosis: Diagnosed,
-    /// The causes that it names.
+    /// Causes named by the diagnosis.
     pub causes: Vec<Cause>,
-    /// Whether these are what was put in, no more and no less.
+    /// Whether the causes are exactly the hidden effect.
     pub rightly_named: bool,
-    /// What they brought into the library.
+    /// Terms that the causes added to the library.
     pub entered: Vec<Entered>,
-    /// The device's residual on recordings that took no part in the diagnosis.
+    /// Residual of the device on held-out recordings.
     pub residual: Residual,
-    /// Alarms that the device raised on those with the corrected model.
+    /// Count of alarms on the held-out recordings with the corrected model.
     pub alarms_after: u32,
-    /// The four scores of the corrected model, on simulations of the corrected rig.
+    /// Four scores of the corrected model, on simulations of the corrected rig.
     pub scores: Scores,
-    /// What they say.
+    /// Verdict of the scores.
     pub verdict: Verdict,
-    /// What the corrected model takes on the device.
+    /// Memory and operations of the corrected model on the device.
     pub sizes: Sizes,
 }
 
-/// The share of variance that the device's prediction of the next sample leaves, mean over the recordings.
+/// Share of variance that the device's next-sample prediction does not explain, mean over held-out recordings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Residual {
-    /// Recordings.
+    /// Count of held-out recordings.
     pub recordings: usize,
-    /// Of the model of the machine as drawn, on what is drawn.
+    /// Model of the nominal rig, on simulations of that rig.
     pub own: f64,
-    /// Of that model on the machine.
+    /// Model of the nominal rig, on the machine.
     pub before: f64,
-    /// Of the corrected model.
+    /// Corrected model.
     pub after: f64,
-    /// Of the corrected model without the terms that entered; `None` where none did.
+    /// Corrected model without the added terms; `None` if there are none.
     pub without_terms: Option<f64>,
-    /// Of a model fitted to these very recordings by the same training.
+    /// Model fitted to the held-out recordings themselves by the same training.
     pub floor: f64,
-    /// In how many recordings the corrected model leaves less than the first.
+    /// Count of recordings in which the corrected model is better than the first.
     pub lower_in: usize,
-    /// In how many it leaves less than itself without the terms.
+    /// Count of recordings in which the added terms improve the corrected model.
     pub terms_lower_in: Option<usize>,
 }
 
@@ -98,7 +98,7 @@ impl Residual {
         }
     }
 
-    /// Share of the fall that comes of the terms alone, the corrected rig's simulation doing the rest.
+    /// Share of the reduction due to the added terms; the rest is due to the corrected rig's simulation.
     pub fn share_of_terms(&self) -> Option<f64> {
         Some((self.without_terms? - self.after) / (self.before - self.after))
     }
@@ -133,27 +133,27 @@ impl DemoResult {
         }
     }
 
-    /// What was put in, as a sentence.
+    /// Hidden effect as a sentence.
     pub fn put_in(&self) -> String {
         match self.truth.first_affected {
             Some(first) => format!(
-                "Put in: {} at {} Hz, damping ratio {}, from {} on.",
+                "Hidden effect: {} at {} Hz, damping ratio {}, from {} on.",
                 self.truth.effect,
                 significant(self.truth.frequency_hz, 5),
                 significant(self.truth.damping_ratio, 3),
                 self.place(first)
             ),
-            None => "Put in: nothing, the machine stays as it was drawn.".to_owned(),
+            None => "Hidden effect: none, the machine equals the nominal rig.".to_owned(),
         }
     }
 
-    /// When the device raised the alarm, as a sentence.
+    /// First alarm of the device as a sentence.
     pub fn raised(&self) -> String {
         match (&self.first_alarm, self.truth.first_affected) {
             (Some(alarm), Some(first)) if !self.false_alarm => {
                 let index = alarm.recording_index as usize;
                 let later = match index - first {
-                    0 => "the very one in which it begins".to_owned(),
+                    0 => "the first one with the effect".to_owned(),
                     1 => "the next one".to_owned(),
                     n => format!("{n} recordings later"),
                 };
@@ -161,14 +161,14 @@ impl DemoResult {
             }
             (Some(alarm), _) => {
                 let place = self.place(alarm.recording_index as usize);
-                format!("The device raised a false alarm in {place}, when there was nothing to raise it for.")
+                format!("The device raised a false alarm in {place}, before any effect.")
             }
-            (None, Some(_)) => "The device raised no alarm: the change was missed.".to_owned(),
-            (None, None) => "The device raised no alarm, and rightly so.".to_owned(),
+            (None, Some(_)) => "The device raised no alarm: it missed the effect.".to_owned(),
+            (None, None) => "The device raised no alarm, which is correct.".to_owned(),
         }
     }
 
-    /// What the diagnosis said, as a sentence.
+    /// Result of the diagnosis as a sentence.
     pub fn named(&self) -> String {
         let of = |cause: &Cause| {
             let number = |(name, value): (&String, &Parameter)| match value {
@@ -182,40 +182,40 @@ impl DemoResult {
         };
         let names: Vec<String> = self.causes.iter().map(of).collect();
         match (self.diagnosis, self.rightly_named) {
-            (Diagnosed::NoMismatch, true) => "The diagnosis finds nothing, and rightly so.".into(),
-            (Diagnosed::NoMismatch, false) => "The diagnosis finds nothing, and is wrong.".into(),
-            (Diagnosed::Unexplained, _) => "The diagnosis sees a mismatch and cannot name it.".into(),
-            (Diagnosed::Mismatch, true) => format!("The diagnosis names it: {}.", names.join(" and ")),
+            (Diagnosed::NoMismatch, true) => "The diagnosis finds no mismatch, which is correct.".into(),
+            (Diagnosed::NoMismatch, false) => "The diagnosis finds no mismatch, which is wrong.".into(),
+            (Diagnosed::Unexplained, _) => "The diagnosis finds a mismatch without a named cause.".into(),
+            (Diagnosed::Mismatch, true) => format!("The diagnosis names the cause: {}.", names.join(" and ")),
             (Diagnosed::Mismatch, false) => format!("The diagnosis is wrong: it names {}.", names.join(" and ")),
         }
     }
 
-    /// What the correction does to the device's residual, as a sentence.
+    /// Effect of the correction on the device's residual as a sentence.
     pub fn fell(&self) -> String {
         let r = &self.residual;
         let [before, after, floor, own] = [r.before, r.after, r.floor, r.own].map(|v| significant(v, 3));
         if self.causes.is_empty() {
             return format!(
-                "So nothing is corrected: on {} recordings that took no part the device's residual is {before}, {after} \
-                 with a model fitted anew, {floor} with one fitted to these very recordings.",
+                "Nothing is corrected: on {} held-out recordings the device's residual is {before}, {after} with a refitted \
+                 model, {floor} with a model fitted to these recordings.",
                 r.recordings
             );
         }
         format!(
-            "With the corrected model the device's residual on the {} recordings that took no part goes from {before} to \
-             {after}, lower in {}; a model fitted to these very recordings leaves {floor}. On simulations of the drawing \
-             itself the first model leaves {own}.",
+            "With the corrected model the device's residual on the {} held-out recordings falls from {before} to {after}, \
+             lower in {}; with a model fitted to these recordings it is {floor}. On simulations of the nominal rig the \
+             residual of the first model is {own}.",
             r.recordings, r.lower_in
         )
     }
 
-    /// What the terms alone did, as a sentence; nothing where none entered.
+    /// Effect of the added terms as a sentence; `None` if there are none.
     pub fn terms(&self) -> Option<String> {
         let r = &self.residual;
         let without = r.without_terms?;
         Some(format!(
-            "Without the terms that entered the library the corrected model leaves {}: {:.0} % of the fall come of the terms, \
-             which leave less in {} of {} recordings, and the rest of fitting to what the corrected rig gives.",
+            "Without the terms added to the library the residual of the corrected model is {}: {:.0} % of the reduction is \
+             due to the terms, which lower it in {} of {} recordings, the rest to the fit to the corrected rig's simulation.",
             significant(without, 3),
             100.0 * r.share_of_terms()?,
             r.terms_lower_in?,
@@ -227,7 +227,7 @@ impl DemoResult {
         format!("recording {} of {}", index + 1, self.recordings)
     }
 
-    /// Everything in words, for a terminal.
+    /// Complete result as text for a terminal.
     pub fn text(&self) -> String {
         let mut out = String::new();
         let s = &self.sizes;

@@ -1,4 +1,4 @@
-//! The demo's report: what was put in, what was found, and what came of it. For two minutes.
+//! Report of the demo: hidden effect, diagnosis and corrected model.
 
 use super::DemoResult;
 use super::job::{DIAGNOSIS, JobResult};
@@ -12,19 +12,19 @@ use crate::report::signal::Comparison;
 use crate::report::{Cell, Document, Section, Tone, model, monitor};
 use crate::stats::format::{significant, with_interval};
 
-/// What the truth is called in pictures.
-const PUT_IN: &str = "put in";
+/// Name of the hidden effect in pictures.
+const HIDDEN: &str = "hidden effect";
 
-/// The report.
+/// Report of the demo.
 pub(super) fn document(outcome: &DemoResult, found: &JobResult) -> Result<Document, DrawError> {
     let about = format!(
-        "A simulated machine: {} recordings of {} s at {} Hz, seed {}. All that is known of it is its drawing, a rig of 5 \
-         degrees of freedom; what was put in beyond that meets what was found only in this report.",
+        "A simulated machine: {} recordings of {} s at {} Hz, seed {}. The diagnosis knows only the nominal rig of 5 degrees \
+         of freedom; the hidden effect is compared with its result only in this report.",
         outcome.recordings, outcome.seconds, outcome.sample_rate_hz, outcome.seed
     );
     let sentences = [outcome.put_in(), outcome.raised(), outcome.named(), outcome.fell()];
     let view = found.before.model.view();
-    let mark = outcome.truth.first_affected.map(|first| (first, PUT_IN));
+    let mark = outcome.truth.first_affected.map(|first| (first, HIDDEN));
     let mut document = Document::new("ballrace demo", about, tone(outcome), sentences.join(" "))
         .section(residual(outcome, found)?)
         .section(cause(outcome))
@@ -50,27 +50,27 @@ fn tone(outcome: &DemoResult) -> Tone {
     if alarmed && fell && outcome.rightly_named { Tone::Good } else { Tone::Bad }
 }
 
-/// The picture that the rest explains.
+/// Picture and table of the device's residual over the recordings.
 fn residual(outcome: &DemoResult, found: &JobResult) -> Result<Section, DrawError> {
     let residuals = &found.residuals;
     let all = |values: &[f64]| values.iter().enumerate().map(|(n, v)| ((n + 1) as f64, *v)).collect::<Vec<_>>();
     let floor = found.judged.iter().zip(&residuals.floor).map(|(n, v)| ((n + 1) as f64, *v)).collect();
-    let mut curves = vec![Curve { name: "model of the drawing", points: all(&residuals.before), color: EARLY }];
+    let mut curves = vec![Curve { name: "model of the nominal rig", points: all(&residuals.before), color: EARLY }];
     if let Some(without) = &residuals.without_terms {
         curves.push(Curve { name: "corrected, without the new terms", points: all(without), color: PREDICTED });
     }
     curves.push(Curve { name: "corrected", points: all(&residuals.after), color: LATE });
-    curves.push(Curve { name: "fitted to these very recordings", points: floor, color: MEASURED });
+    curves.push(Curve { name: "fitted to these recordings", points: floor, color: MEASURED });
     let marks: Vec<Mark> =
-        outcome.truth.first_affected.iter().map(|n| Mark { at: *n as f64 + 0.5, name: PUT_IN.into() }).collect();
-    let names = Names { x: "recording", y: "share of variance left" };
+        outcome.truth.first_affected.iter().map(|n| Mark { at: *n as f64 + 0.5, name: HIDDEN.into() }).collect();
+    let names = Names { x: "recording", y: "unexplained variance" };
     let svg = comparison::svg(&curves, 0.5..outcome.recordings as f64 + 0.5, names, &marks)?;
     let r = &outcome.residual;
     let row = |model: &str, value: f64| vec![Cell::text(model), Cell::number(significant(value, 3))];
-    let mut rows = vec![row("of the machine as drawn", r.before)];
-    rows.extend(r.without_terms.map(|v| row("of the corrected rig, without the terms that entered", v)));
+    let mut rows = vec![row("of the nominal rig", r.before)];
+    rows.extend(r.without_terms.map(|v| row("of the corrected rig, without the added terms", v)));
     rows.push(row("of the corrected rig: model.bin", r.after));
-    rows.push(row("of these very recordings, which no diagnosis has", r.floor));
+    rows.push(row("fitted to these recordings: attainable minimum", r.floor));
     let alarms = match outcome.alarms_after {
         0 => "no alarm".to_owned(),
         1 => "an alarm".to_owned(),
@@ -79,12 +79,12 @@ fn residual(outcome: &DemoResult, found: &JobResult) -> Result<Section, DrawErro
     let section = Section::new("The device's residual, before and after")
         .figure(
             svg,
-            "Of each recording the share of its variance that the prediction of the next sample leaves, by the device's own \
-             code: the same measure for every model. 0 would be foretold to the last digit.",
+            "Share of each recording's variance that the next-sample prediction by the device's own code does not explain. 0 is \
+             a perfect prediction.",
         )
         .table(
-            format!("Mean over the {} recordings that took no part in the diagnosis.", r.recordings),
-            &["model", "share left"],
+            format!("Mean over the {} held-out recordings.", r.recordings),
+            &["model", "unexplained variance"],
             rows,
         );
     let section = match outcome.terms() {
@@ -97,14 +97,14 @@ fn residual(outcome: &DemoResult, found: &JobResult) -> Result<Section, DrawErro
     )))
 }
 
-/// What was found beside what was put in.
+/// Diagnosed causes next to the hidden effect.
 fn cause(outcome: &DemoResult) -> Section {
     let truth = |name: &str| match (outcome.truth.first_affected, name) {
         (Some(_), "frequency_hz") => significant(outcome.truth.frequency_hz, 5),
         (Some(_), "damping_ratio") => significant(outcome.truth.damping_ratio, 3),
         _ => "–".to_owned(),
     };
-    let mut section = Section::new("What the drawing left out");
+    let mut section = Section::new("Diagnosed cause");
     for cause in &outcome.causes {
         let rows = cause.parameters.iter().map(|(name, value)| {
             let (value, interval) = match value {
@@ -114,12 +114,12 @@ fn cause(outcome: &DemoResult) -> Section {
             vec![Cell::text(name.clone()), Cell::number(value), Cell::number(interval), Cell::number(truth(name))]
         });
         section = section
-            .table(cause.name.clone(), &["parameter", "found", "95 %", "put in"], rows.collect())
+            .table(cause.name.clone(), &["parameter", "found", "95 % interval", "true"], rows.collect())
             .equations([cause.equation.clone()].into())
             .paragraph(cause.evidence.clone());
     }
     for entered in &outcome.entered {
-        section = section.paragraph(format!("Into the library {}.", entered.line()));
+        section = section.paragraph(format!("Library, {}.", entered.line()));
     }
     if outcome.causes.is_empty() {
         section = section.paragraph(outcome.named());
@@ -127,7 +127,7 @@ fn cause(outcome: &DemoResult) -> Section {
     let numbers: Vec<String> = outcome.diagnosed.iter().map(|n| (n + 1).to_string()).collect();
     section
         .paragraph(format!("Recordings {} were diagnosed.", numbers.join(", ")))
-        .link(format!("{DIAGNOSIS}/report.html"), "The report of the diagnosis: how, and all that lost.")
+        .link(format!("{DIAGNOSIS}/report.html"), "Report of the diagnosis, with all rejected causes.")
 }
 
 fn scores(outcome: &DemoResult, report: &Report) -> Section {
@@ -136,30 +136,33 @@ fn scores(outcome: &DemoResult, report: &Report) -> Section {
         return section;
     }
     section.paragraph(
-        "So the spectrum is all that the model has learnt, as it should be where what moves the machine is noise. It still \
-         serves as a yardstick: what the device judges is how much the residual differs from what the rig leads to expect.",
+        "So the model has learnt no more than the spectrum, as expected of a machine driven by noise. It still serves as a \
+         reference: the device evaluates how far the residual departs from that expected of the rig.",
     )
 }
 
 fn steps(outcome: &DemoResult) -> Section {
     let row = |file: &str, what: &str| vec![Cell::text(file), Cell::text(what)];
     let rows = vec![
-        row("recordings/, rig.toml", "the recordings with recordings.toml, and the drawing: all that the job knows"),
-        row("before.json, before.bin", "the model of the machine as drawn"),
-        row("events.jsonl", "what the device told of with that, over all recordings"),
+        row(
+            "recordings/, rig.toml",
+            "recordings with recordings.toml, and the nominal rig: the input of the diagnosis",
+        ),
+        row("before.json, before.bin", "model of the nominal rig"),
+        row("events.jsonl", "events of the device with that model, over all recordings"),
         row("diagnosis/", "diagnosis.json, rig.corrected.toml, report.html, heldout/"),
-        row("model.json", "the model of the corrected rig with its scores and equations"),
-        row("model.bin, model.h, model.rs", "the same for the device: in place from flash, as C, as Rust"),
+        row("model.json", "model of the corrected rig with its scores and equations"),
+        row("model.bin, model.h, model.rs", "that model for the device: binary for use in place from flash, C, Rust"),
     ];
     let states = |n: usize| format!("{n} states");
     let dimension = outcome.scores.in_sample.derivatives.len();
-    Section::new("What was done")
+    Section::new("Steps")
         .paragraph(format!(
-            "The drawing was simulated at the speeds and loads of all recordings (predict) and a model fitted to that (fit), \
-             exported and run by the device's own code over the recordings (export, monitor). Of those from the alarm on some \
-             were diagnosed (diagnose). The corrected rig was simulated in the same way, a model of {} with the cause's terms in \
-             its library fitted to that (fit --diagnosis), exported, and run over the recordings that took no part.",
+            "The nominal rig was simulated at the speeds and loads of all recordings (predict), a model was fitted to the \
+             simulation (fit), exported and run by the device's own code over the recordings (export, monitor). Some recordings \
+             from the alarm on were diagnosed (diagnose). The corrected rig was simulated in the same way, a model of {} with \
+             the cause's terms in its library was fitted (fit --diagnosis), exported, and run over the held-out recordings.",
             states(dimension)
         ))
-        .table("Beside this report", &[], rows)
+        .table("Files of this folder", &[], rows)
 }

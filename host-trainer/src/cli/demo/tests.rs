@@ -5,7 +5,7 @@ use crate::model::file;
 use crate::model::stlsq::StlsqConfig;
 use crate::report::html::tests::assert_well_formed;
 
-/// The same job, smaller: least squares instead of a network, and fewer recordings.
+/// A smaller job: least squares instead of a network, and fewer recordings.
 fn small(gain: f64) -> Config {
     let config = Config::new(5);
     Config {
@@ -77,7 +77,7 @@ fn the_loop_is_closed_and_the_same_seed_gives_the_same_bytes() {
     let events = std::fs::read_to_string(folder.path().join("events.jsonl")).unwrap();
     assert!(events.lines().all(|line| serde_json::from_str::<serde_json::Value>(line).is_ok()));
     assert!(events.contains("\"anomalous\""));
-    // The exported model is the one that is told of, and its file says what entered.
+    // The exported model is the reported one, and its file lists the added terms.
     let (model, _) = file::read(&folder.path().join("model.bin")).unwrap();
     assert_eq!(model.bytes().len(), outcome.sizes.flash_bytes);
     let (same, report) = file::read(&folder.path().join("model.json")).unwrap();
@@ -101,7 +101,7 @@ fn null_where_nothing_was_put_in_nothing_is_found_and_nothing_falls() {
     assert!(r.without_terms.is_none() && (r.after / r.before - 1.0).abs() < 0.02, "{r:?}");
     let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
     assert_well_formed(&page);
-    assert!(page.contains("rightly so") && !page.contains("put in</text>"));
+    assert!(page.contains("which is correct") && !page.contains("hidden effect</text>"));
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The electrical line in recordings: found in what the rig leaves, and taken out of the samples.
+//! Mains interference in recordings: found in the residual of the rig, and removed from the samples.
 
 use crate::rig::effect::{EffectKind, ParameterKey};
 use std::f64::consts::TAU;
@@ -16,16 +16,18 @@ use crate::rig::{EffectEntry, Rig};
 use crate::signal::transform::{hann, inverse_plan};
 use crate::stats::optimise::golden_section;
 
-/// Power of the line in a residual over its surroundings, in every recording.
+/// Minimum power of the mains line in a residual over its neighbourhood, in every recording.
 const STANDS_OUT: f64 = 14.0;
-/// Harmonics that are taken out, as [`EffectEntry`] `mains-interference` has them.
+/// Harmonics that are removed, those of the effect `mains-interference`.
 const HARMONICS: [f64; 3] = [1.0, 3.0, 5.0];
-/// Frequencies that are tried, Hz: how many, from where on, how far apart.
+/// Count of frequencies that are tried.
 const TRIED: u32 = 401;
+/// Lowest frequency that is tried, Hz.
 const FROM_HZ: f64 = 45.0;
+/// Step of the frequencies that are tried, Hz.
 const APART_HZ: f64 = 0.05;
 
-/// The line where the residual of the rig has it, and the recordings without it.
+/// Mains interference in the residual of the rig, and the recordings without it; `None` if there is none.
 ///
 /// # Errors
 /// Recordings without acceleration, speed or load; a rig that cannot run.
@@ -48,19 +50,19 @@ pub fn taken_out(rig: &Rig, recordings: &[Recording]) -> Result<Option<(Fault, V
             &[(ParameterKey::FrequencyHz, hz), (ParameterKey::Amplitude, amplitude)],
         ),
         evidence: format!(
-            "A line at {hz:.2} Hz stands in every recording, whatever the speed of the shaft, at least {stands_out:.0} times above its surroundings."
+            "A line at {hz:.2} Hz, independent of the shaft speed, has at least {stands_out:.0} times the power of its neighbourhood in every recording."
         ),
-        // Noise is above its median by ln 2 times an exponential number; in every recording, at one of the frequencies tried.
+        // Powers of noise over their median are exponential times 1/ln 2; in every recording, at one of the frequencies tried.
         p_value: (f64::from(TRIED) * (-std::f64::consts::LN_2 * stands_out * observed.len() as f64).exp()).min(1.0),
     };
     Ok(Some((fault, without)))
 }
 
-/// Power at one frequency in every recording, whatever the shaft's speed: that frequency, and how far it stands out.
+/// Frequency of a line in every recording, independent of the shaft's speed, and its least power over the neighbourhood.
 fn found(observed: &[Observed], residuals: &[Whitened]) -> Option<(f64, f64)> {
     let speeds: Vec<f64> = observed.iter().map(|o| o.condition.shaft_hz).collect();
     let (least, most) = speeds.iter().fold((f64::MAX, 0.0f64), |(l, m), s| (l.min(*s), m.max(*s)));
-    // At one speed the line cannot be told from a harmonic of the shaft that lies as near.
+    // At a single speed a line near a harmonic of the shaft is not distinguishable from it.
     let told = most - least > 0.5;
     let score = |hz: f64| -> f64 {
         let near_shaft = speeds.iter().any(|s| (hz / s - (hz / s).round()).abs() * s < 0.6);
@@ -77,7 +79,7 @@ fn found(observed: &[Observed], residuals: &[Whitened]) -> Option<(f64, f64)> {
     tried.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, score)| *score > STANDS_OUT)
 }
 
-/// Power of the residual at a frequency over the median of what is 3 to 12 bins to either side.
+/// Power of the residual at a frequency over the median of the bins 3 to 12 to either side.
 fn ratio(w: &Whitened, hz: f64) -> f64 {
     let n = w.signal.len() as f64;
     let step = w.sample_rate_hz / n;
@@ -102,12 +104,12 @@ fn turned(samples: &[f64], turns: f64) -> Complex<f64> {
     samples.chunks(BLOCK).enumerate().map(of_block).sum()
 }
 
-/// What the rig leaves of one channel: the machine's own lines next to the electrical one are gone from it.
+/// Residual of one channel, which lacks the machine's own lines near the mains line.
 struct Left {
     recording: usize,
     channel: usize,
     sample_rate_hz: f64,
-    /// Through a window, so that lines further away do not leak into the one that is sought; the window's sum is 2.
+    /// Residual times a Hann window whose sum is 2, against leakage from distant lines.
     windowed: Vec<f64>,
 }
 
@@ -131,7 +133,7 @@ impl Left {
         (0..2).filter_map(of).collect()
     }
 
-    /// Amplitude and phase of the line of a frequency.
+    /// Complex amplitude of the line at a frequency.
     fn line(&self, hz: f64) -> Complex<f64> {
         turned(&self.windowed, hz / self.sample_rate_hz)
     }
@@ -148,8 +150,7 @@ impl Left {
     }
 }
 
-/// The frequency at which the line is strongest: first of the line itself, then with ever more of its harmonics, which say
-/// it more exactly.
+/// Frequency of greatest power, first of the line itself, then with more and more of its harmonics, which determine it better.
 fn refined(left: &[Left], near_hz: f64) -> f64 {
     (1..=HARMONICS.len()).fold(near_hz, |hz, count| {
         let power = |hz: f64| -> f64 {
@@ -167,7 +168,7 @@ mod tests {
     use crate::rig::test_support::{condition, nominal};
     use crate::rig::{Start, simulate};
 
-    /// What is left where the line was is what was there before it.
+    /// Removal of a line restores the recording without it.
     #[test]
     fn invariant_a_line_between_bins_is_taken_out_to_its_last_part() {
         let rig = nominal();

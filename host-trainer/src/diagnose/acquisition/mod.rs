@@ -1,5 +1,5 @@
-//! Faults between the sensor and the file, which are seen in the samples themselves: a range that is too small, an offset,
-//! the electrical line. They are found before anything else is sought, and what can be taken out is taken out.
+//! Faults of the acquisition, found in the samples themselves: clipping, offset, mains interference. They are detected first
+//! and removed if possible.
 
 mod mains;
 
@@ -10,37 +10,36 @@ use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{EffectEntry, Rig};
 use crate::stats::significance::two_sided;
 
-/// Samples of a channel at its greatest value from which its range has been too small; of noise there is one, rounded to
-/// what files hold a few.
+/// Minimum count of samples at the maximum of a clipped channel; noise has one, or a few by rounding.
 const TIES: usize = 12;
-/// Standard deviations of its own scatter that a mean must be from 0.
+/// Standard errors from 0 of a mean that is an offset.
 const OFFSET: f64 = 6.0;
-/// Standard deviations that two channels' offsets may differ by and be the same.
+/// Standard errors by which two channels' offsets may differ and count as one.
 const ALIKE: f64 = 3.0;
-/// A fault and what shows it.
+/// Acquisition fault with its evidence.
 #[derive(Clone, Debug)]
 pub struct Fault {
-    /// The effect.
+    /// Effect with its parameters.
     pub effect: EffectEntry,
-    /// One sentence.
+    /// Evidence in a sentence.
     pub evidence: String,
-    /// Probability of it by chance.
+    /// p-value of the fault.
     pub p_value: f64,
 }
 
-/// Recordings with what was the matter between sensor and file.
+/// Recordings with their acquisition faults.
 #[derive(Clone, Debug)]
 pub struct Acquired {
-    /// The recordings without what could be taken out.
+    /// Recordings without the removed faults.
     pub recordings: Vec<Recording>,
-    /// What was taken out: offsets, the electrical line.
+    /// Removed faults: offsets, mains interference.
     pub taken_out: Vec<Fault>,
-    /// Ranges that were too small; what was cut off is lost.
+    /// Clipping, which cannot be removed.
     pub clipped: Vec<Fault>,
 }
 
 impl Acquired {
-    /// Recordings of a bearing rig.
+    /// Detects and removes the faults in recordings of a bearing rig.
     ///
     /// # Errors
     /// Recordings without acceleration, speed or load; a rig that cannot run.
@@ -56,13 +55,13 @@ impl Acquired {
         Ok(Self { recordings, taken_out, clipped })
     }
 
-    /// All faults.
+    /// All faults, the removed ones first.
     pub fn faults(&self) -> impl DoubleEndedIterator<Item = &Fault> {
         self.taken_out.iter().chain(&self.clipped)
     }
 }
 
-/// Channels whose range has been too small, in most of the recordings.
+/// Channels that are clipped in most of the recordings.
 fn clipped(recordings: &[Recording]) -> Vec<Fault> {
     let mut levels: [Vec<(f64, usize)>; 2] = [Vec::new(), Vec::new()];
     for recording in recordings {
@@ -85,19 +84,19 @@ fn clipped(recordings: &[Recording]) -> Vec<Fault> {
         let effect = EffectEntry::new(EffectKind::SensorClipping, &[(ParameterKey::Value, value)])
             .with_text(ParameterKey::Channel, CHANNELS[channel]);
         let evidence = format!(
-            "{ties} samples of {} stand at exactly ±{value:.4} m/s², its greatest value, in {} of {} recordings likewise at theirs.",
+            "{ties} samples of {} are at exactly ±{value:.4} m/s², its maximum; {} of {} recordings are clipped in this way.",
             CHANNELS[channel],
             found.len(),
             recordings.len()
         );
-        // Each would have had to fall on the very value, of at least two that it could fall on.
+        // By chance each sample has at least two values to take.
         let p_value = 0.5f64.powi(ties.min(200) as i32);
         out.push(Fault { effect, evidence, p_value });
     }
     out
 }
 
-/// Channels with an offset: the mean of an acceleration is 0, whatever the machine does, within the sensor's noise.
+/// Channels with an offset: the mean of an acceleration is 0 within the sensor's noise.
 fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
     let (mut out, mut levels) = (Vec::new(), Vec::new());
     for (channel, name) in CHANNELS.into_iter().enumerate() {
@@ -107,7 +106,7 @@ fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
             .map(|s| {
                 let n = s.len() as f64;
                 let mean = s.iter().sum::<f64>() / n;
-                // A motion that starts and ends somewhere has a mean, too: the change of its velocity over the time.
+                // The change of velocity over the recording gives a mean, too.
                 let largest = s.iter().fold(0.0f64, |l, v| l.max((v - mean).abs()));
                 (mean, noise_std / n.sqrt() + largest / n)
             })
@@ -121,14 +120,14 @@ fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
         let effect = EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, mean)])
             .with_text(ParameterKey::Channel, name);
         let evidence = format!(
-            "{} has a mean of {mean:.4} m/s² in every recording, {:.0} standard deviations of its noise from 0.",
+            "{} has a mean of {mean:.4} m/s² in every recording, {:.0} standard errors of its noise from 0.",
             name,
             mean.abs() * weight.sqrt()
         );
         out.push(Fault { effect, evidence, p_value: two_sided(mean.abs() * weight.sqrt()) });
         levels.push((mean, weight.recip()));
     }
-    // The same offset in all channels is one fault, of what they share.
+    // The same offset in all channels is one fault.
     if let ([first, second], [(a, va), (b, vb)]) = (out.as_slice(), levels.as_slice())
         && (a - b).abs() < ALIKE * (va + vb).sqrt()
     {

@@ -1,6 +1,6 @@
-//! Faults of sensor and acquisition that show in the samples themselves, before any equation.
+//! Acquisition faults of an sdof rig, found in the samples themselves: clipping, mains interference, lost samples.
 //!
-//! They compete with causes in the machine by being taken out first: a clipped sample says nothing of forces.
+//! They are removed or marked before the force balance, as a clipped sample holds no information on forces.
 
 use crate::rig::effect::{EffectKind, ParameterKey};
 use std::f64::consts::TAU;
@@ -12,17 +12,17 @@ use crate::identify::force_balance::{
 };
 use crate::rig::EffectEntry;
 
-/// Equal samples in a row that make a plateau.
+/// Minimum count of equal consecutive samples of a plateau.
 const PLATEAU: usize = 3;
-/// Plateaus at the range's end that make a clipped signal.
+/// Minimum count of plateaus at the maximum of a clipped signal.
 const PLATEAUS: usize = 2;
-/// Share of equal neighbours elsewhere above which equality says nothing (a coarse converter, a machine at rest).
+/// Share of equal neighbours elsewhere above which plateaus are no evidence (a coarse converter, a machine at rest).
 const EQUAL: f64 = 0.02;
-/// Power of a line over its surroundings, in their mean, that cannot be chance.
+/// Minimum power of a significant line over the mean of its neighbourhood.
 const LINE: f64 = 40.0;
 
-/// Finds faults in the first `count` recordings, and takes out or marks what they have touched. A recording that lost
-/// samples is cut in two, which then count.
+/// Finds faults in the first `count` recordings, and removes them or marks the affected samples. A recording with lost
+/// samples is cut in two, and `count` is raised.
 ///
 /// # Errors
 ///
@@ -66,13 +66,11 @@ fn clipping(tracks: &mut [Track]) -> Option<Fault> {
     let level = *levels.get(levels.len() / 2)?;
     Some(Fault {
         entry: EffectEntry::new(EffectKind::SensorClipping, &[(ParameterKey::Value, level)]),
-        evidence: format!(
-            "{clipped} samples in {plateaus} plateaus stand at exactly ±{level:.6e}, no sample lies beyond"
-        ),
+        evidence: format!("{clipped} samples in {plateaus} plateaus are at exactly ±{level:.6e}, no sample is beyond"),
     })
 }
 
-/// A line at 50 or 60 Hz in the sensor that is not in the input.
+/// Line near 50 or 60 Hz in the sensor's signal that is not in the input.
 fn mains(states: &mut States, count: usize) -> Option<Fault> {
     let rate = states.sample_rate_hz;
     let nominal = [50.0, 60.0].into_iter().filter(|hz| *hz < 0.45 * rate);
@@ -87,7 +85,7 @@ fn mains(states: &mut States, count: usize) -> Option<Fault> {
         }
     }
     let (hz, stands) = best.filter(|(_, stands)| *stands > LINE)?;
-    // What the input has there, or a harmonic of its strongest line, the machine may answer.
+    // The machine may respond to a line of the input there, or to a subharmonic.
     if prominence(&longest.input, hz, rate) > 0.2 * stands || answers(longest, hz, rate) {
         return None;
     }
@@ -111,7 +109,7 @@ fn mains(states: &mut States, count: usize) -> Option<Fault> {
             ],
         ),
         evidence: format!(
-            "a line at {hz:.2} Hz stands {stands:.0} times above its surroundings and is not in the input"
+            "a line at {hz:.2} Hz has {stands:.0} times the power of its neighbourhood and is not in the input"
         ),
     })
 }
@@ -130,7 +128,7 @@ fn line(signal: &[f64], hz: f64, rate: f64) -> (f64, f64) {
     (re.hypot(im), im.atan2(re))
 }
 
-/// Power of a line over the mean of its surroundings, 4 to 24 resolved frequencies away on either side.
+/// Power of a line over the mean of its neighbourhood, 4 to 24 bins away on either side.
 fn prominence(signal: &[f64], hz: f64, rate: f64) -> f64 {
     let resolution = rate / signal.len() as f64;
     let around: Vec<f64> = (2..=12)
@@ -149,10 +147,10 @@ fn answers(track: &Track, hz: f64, rate: f64) -> bool {
     })
 }
 
-/// Takes a tone out by least squares.
+/// Subtracts a tone, fitted by least squares.
 fn subtract(signal: &mut [f64], hz: f64, rate: f64) {
     let n = signal.len() as f64;
-    // The window lets a little of the rest through; what it mistakes is taken back in the next round.
+    // The window leaks a little; the next round corrects it.
     for _ in 0..3 {
         let (size, phase) = line(signal, hz, rate);
         let amplitude = 2.0 * size / n;

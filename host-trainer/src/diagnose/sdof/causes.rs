@@ -1,4 +1,4 @@
-//! From fitted coefficients to effects of the vocabulary.
+//! Effects of the vocabulary from fitted coefficients.
 
 use super::{
     table::{Table, TermModel},
@@ -13,18 +13,18 @@ const FRICTION: f64 = 5.0;
 /// Distance of the first samples from a bias, as a share of it, at which they are taken to begin there.
 const AT_REST: f64 = 0.5;
 
-/// An effect with the numbers of it that are fitted.
+/// Effect with its fitted parameters.
 #[derive(Clone, Debug)]
 pub struct Cause {
-    /// The effect.
+    /// Effect with its values.
     pub entry: EffectEntry,
-    /// The parameters that a fit moves.
+    /// Parameters that a fit changes.
     pub free: Vec<ParameterKey>,
-    /// The term that it is from.
+    /// Term of the library.
     pub term: usize,
 }
 
-/// The causes of a model for a machine whose own parameters are those of the model.
+/// Causes of a model, for a machine with the model's own parameters.
 pub fn causes(table: &Table, model: &TermModel, machine: &SdofRig, states: &States) -> Vec<Cause> {
     (0..model.parts.len()).map(|part| cause(table, model, part, machine, states)).collect()
 }

@@ -1,4 +1,4 @@
-//! Which causes the data ask for: none, one, two, seldom three.
+//! Selection of causes by cross-validation: none, one, two, seldom three.
 
 use crate::rig::effect::ParameterKey;
 use rayon::prelude::*;
@@ -23,38 +23,37 @@ const CHOICE: f64 = 0.005;
 /// Columns without a name that are tried on top of the named causes.
 const NAMELESS: usize = 5;
 
-/// A single cause on trial.
+/// Trial of a single cause.
 #[derive(Clone, Debug)]
 pub struct Trial {
-    /// Its term.
+    /// Term of the cause.
     pub term: usize,
-    /// Its best form; none where the data cannot tell it from the rig's own unknown parameters, or only the wrong sign
-    /// fits.
+    /// Best model; `None` if it is not distinguishable from the rig's unknown parameters, or only the wrong sign fits.
     pub model: Option<TermModel>,
-    /// By block permutation, against no cause.
+    /// p-value against no cause, by sign flips of blocks, theory (81).
     pub p_value: f64,
 }
 
-/// The outcome.
+/// Selected causes with their rivals and p-values.
 pub struct Decision {
-    /// The rig alone.
+    /// Model of the rig alone.
     pub nothing: TermModel,
-    /// Each cause alone.
+    /// Trials of each cause alone.
     pub singles: Vec<Trial>,
-    /// All models of as many causes as were chosen that were tried.
+    /// Tried models with as many causes as the chosen one.
     pub rivals: Vec<TermModel>,
-    /// The chosen one; no parts where nothing was found.
+    /// Chosen model; without parts if no cause was found.
     pub chosen: TermModel,
-    /// Of the chosen one against none.
+    /// p-value of the chosen model against the rig alone.
     pub p_value: f64,
-    /// With columns that have no name on top.
+    /// Chosen model with flexible columns in addition.
     pub rich: TermModel,
-    /// Of those against the chosen one.
+    /// p-value of the flexible columns against the chosen model.
     pub rich_p_value: f64,
 }
 
 impl Decision {
-    /// The form of each cause that a closer look should start from.
+    /// Best variant of each cause, for a finer grid around it.
     pub fn found(&self, table: &Table) -> Vec<EffectEntry> {
         let alone = self.singles.iter().filter_map(|t| t.model.as_ref()).flat_map(|m| &m.parts);
         let parts = self.chosen.parts.iter().chain(alone);
@@ -75,7 +74,7 @@ impl Decision {
         entries
     }
 
-    /// The same with nothing found: something else explains the recordings already.
+    /// Decision without causes, for recordings that are explained otherwise.
     pub fn acquitted(mut self) -> Self {
         self.chosen = self.nothing.clone();
         self.rich = self.nothing.clone();
@@ -83,12 +82,12 @@ impl Decision {
         self
     }
 
-    /// Share of the error left by the chosen model that columns without a name take away on held-out blocks.
+    /// Share of the chosen model's held-out error that flexible columns explain.
     pub fn left_to_explain(&self) -> f64 {
         (1.0 - self.rich.total() / self.chosen.total()).max(0.0)
     }
 
-    /// Share of everything that can be explained which the chosen causes explain.
+    /// Share of the explainable error that the chosen causes explain.
     pub fn explained(&self) -> f64 {
         let before = self.nothing.total();
         let least = self.rich.total().min(self.chosen.total());
@@ -108,7 +107,7 @@ fn least<'a>(table: &Table, models: &'a [TermModel]) -> Option<&'a TermModel> {
     models.iter().min_by(|a, b| weighed(a).total_cmp(&weighed(b)))
 }
 
-/// Lets the causes compete. `None` where the rig's own parameters cannot be fitted.
+/// Selects the causes; `None` if the rig's own parameters cannot be fitted.
 pub fn decide(table: &Table, seed: u64) -> Option<Decision> {
     let nothing = table.nothing()?;
     let count = table.library.terms.len();

@@ -1,4 +1,4 @@
-//! From recordings of a machine that is not as its rig says to what is the matter.
+//! Diagnosis of the rig of one degree of freedom by its force balance, theory (66) to (69).
 
 use super::{
     acquisition,
@@ -27,17 +27,16 @@ use crate::rig::effect::{EffectKind, Site};
 use crate::rig::{Rig, config::Machine};
 use crate::stats::significance::shares;
 
-/// What columns without a name may take away from what is left before it counts as unexplained: p-value and share of
-/// the error.
+/// Limits of a lack of fit that flexible columns without a name reveal: p-value, and share of the error that they explain.
 const LEFT: (f64, f64) = (0.005, 0.08);
-/// Share of what is explainable that causes must explain to stand.
+/// Share of the explainable error that causes must explain to be accepted.
 const EXPLAINS: f64 = 0.93;
 
-/// Times the sensor's noise that a simulation may leave and the rig still be acquitted.
+/// Ratio of the simulation's RMS residual to the sensor's noise below which the rig has no mismatch.
 const ACQUITS: f64 = 1.03;
 
-/// Names what is the matter with a rig of one degree of freedom, or says that nothing is, or that no cause of the
-/// vocabulary explains it.
+/// Diagnoses a rig of one degree of freedom: named causes, no mismatch, or a mismatch that no cause of the vocabulary
+/// explains.
 ///
 /// `baseline` are recordings of the healthy machine: unknown parameters are fitted to them and to the others alike,
 /// effects act on the others only. Without any, unknown parameters are fitted together with each hypothesis.
@@ -62,7 +61,7 @@ pub fn diagnose_sdof(
     let mut faults = acquisition::clean(&mut states, &mut count)?;
     states.learn_hold(rig)?;
     let healthy: Vec<bool> = (0..states.tracks.len()).map(|index| index >= count).collect();
-    // Damping of which the file has none is what viscous friction would add.
+    // Damping absent from the nominal rig is that of viscous friction.
     let none = |p: &Parameter| *p == Parameter::Damping && machine.damping_n_s_per_m == 0.0;
     let unknown: Vec<Parameter> = equation::unknown(rig).into_iter().filter(|p| !none(p)).collect();
     let unknown = separable(rig, &states, unknown)?;
@@ -76,7 +75,7 @@ pub fn diagnose_sdof(
     };
     let (mut table, mut decision) = judge(&states)?;
     if faults.iter().any(|f| f.entry.kind == EffectKind::SensorClipping) {
-        // Hardly a row is free of clipped samples; a simulation needs no rows.
+        // Nearly every row has clipped samples; a simulation needs no rows.
         if explained_by_clipping(rig, &states, &unknown, count) {
             decision = decision.acquitted();
         }
@@ -86,8 +85,8 @@ pub fn diagnose_sdof(
     }
     let keys: Vec<RigKey> = unknown.iter().map(|p| p.key().into()).collect();
     let under_test = States { tracks: states.tracks[..count].to_vec(), ..states.clone() };
-    // Where the balance is at its limits (an acceleration's integrals lack what lies below the band) the simulation is
-    // heard: a rig that leaves the sensor's noise and nothing else is acquitted.
+    // Where the balance is at its limits (integrals of an acceleration lack frequencies below the band) the simulation
+    // decides: a rig whose residual is the sensor's noise has no mismatch.
     let doubtful = under_test.sensed == Sensed::Acceleration || decision.chosen.parts.is_empty();
     if doubtful && verdict(&decision, &faults) != Verdict::NoMismatch && faults.is_empty() {
         let simulated = shooting::refine(rig, &keys, &under_test, None);
@@ -101,8 +100,8 @@ pub fn diagnose_sdof(
     Ok(case.finding(verdict, !baseline.is_empty(), seed))
 }
 
-/// Whether the rig as it is, or with its unknown parameters fitted, explains all samples that are not clipped, or too few
-/// rows are left to say more.
+/// Whether the rig, its unknown parameters fitted, explains all samples that are not clipped, or too few rows are left to
+/// decide.
 fn explained_by_clipping(rig: &Rig, states: &States, unknown: &[Parameter], count: usize) -> bool {
     let under_test = States { tracks: states.tracks[..count].to_vec(), ..states.clone() };
     let keys: Vec<RigKey> = unknown.iter().map(|p| p.key().into()).collect();
@@ -111,7 +110,7 @@ fn explained_by_clipping(rig: &Rig, states: &States, unknown: &[Parameter], coun
     simulated.is_some_and(|r| calibrate::consistent(&r, &under_test)) || 5 * valid < 2 * under_test.rows()
 }
 
-/// The unknown parameters that can be fitted together.
+/// Unknown parameters that the recordings determine jointly.
 fn separable(rig: &Rig, states: &States, unknown: Vec<Parameter>) -> Result<Vec<Parameter>, BalanceError> {
     let equation = equation::Equation::new(rig, states)?;
     Ok(calibrate::determined(&equation, &unknown).0)
@@ -129,7 +128,7 @@ fn verdict(decision: &Decision, faults: &[Fault]) -> Verdict {
     }
 }
 
-/// Everything that a finding is drawn up from.
+/// Inputs of a finding.
 struct Case<'a> {
     rig: &'a Rig,
     states: &'a States,
@@ -144,7 +143,7 @@ impl Case<'_> {
         let decision = self.decision;
         let named = if verdict == Verdict::Mismatch { &decision.chosen } else { &decision.nothing };
         let mut rig = self.rig.clone();
-        // The rig's own parameters as this model has them.
+        // The rig's own parameters take the values of this model.
         for ((parameter, _), value) in self.table.library.own.iter().zip(&named.values) {
             let value = if rig.domain(parameter.key().into()).is_some_and(|d| d.holds(*value)) { *value } else { 1e-9 };
             let _ = rig.set(parameter.key(), value);
@@ -171,7 +170,7 @@ impl Case<'_> {
         let rows = self.table.rows().max(1) as f64;
         let root = |sum: f64| (sum / rows).sqrt();
         let fit = HeldOutFit {
-            metric: "root mean square of the whitened force balance, cross-validated; 1 is the disturbance".into(),
+            metric: "RMS of the whitened force-balance residual, cross-validated; 1 is the disturbance".into(),
             held_out: text::held_out(self.states),
             before: root(decision.nothing.total()),
             after: root(named.total()),
@@ -181,7 +180,7 @@ impl Case<'_> {
             p_value: if named.parts.is_empty() { decision.rich_p_value } else { decision.p_value },
         };
         let traces = traces(&plain, &rig, self.rig.effects.len(), &causes, self.unknown, self.states);
-        // What the sensor or its cable does is in every recording; lost samples and shocks are in one.
+        // Clipping and mains interference are in every recording; lost samples and shocks in one.
         let lasting = |fault: &&Fault| sought_by(fault.entry.kind) == Some(SoughtBy::Acquisition);
         let rig = self.faults.iter().filter(lasting).fold(rig, |rig, fault| rig.with_effect(fault.entry.clone()));
         Finding {
@@ -203,14 +202,14 @@ impl Case<'_> {
         let won = shares(&models, seed);
         let with = self.decision.rivals.iter().zip(won).filter(|(m, _)| m.parts.iter().any(|(t, _)| *t == term));
         let share: f64 = with.map(|(_, share)| share).sum();
-        // A permutation cannot say more than one in its count.
+        // A permutation test resolves no p-value below one in its count.
         share.min(1.0 - self.decision.p_value).clamp(0.0, 1.0)
     }
 }
 
-/// Traces of the held-out recordings. `plain` is the rig with its unknown parameters fitted, `corrected` the same with
-/// the causes; from the effect of index `first` on they are fitted again to the recordings that are left. Each simulation
-/// starts where it leaves least.
+/// Traces of the held-out recordings. `plain` is the rig with its unknown parameters fitted, `corrected` that rig with the
+/// causes; from the effect of index `first` on these are refitted without the held-out recordings. Each simulation starts
+/// from the initial state of the smallest residual.
 pub fn traces(
     plain: &Rig,
     corrected: &Rig,
@@ -232,7 +231,7 @@ pub fn traces(
     traces::simulated(&before, &after, &test)
 }
 
-/// Fits causes and the rig's own unknown parameters together, and says how sure each number is.
+/// Joint fit of causes and the rig's unknown parameters: rig, unknown parameters and each cause's parameters with intervals.
 pub fn fitted(
     mut rig: Rig,
     causes: &[Cause],
@@ -247,7 +246,7 @@ pub fn fitted(
     }
     let mut fit: Option<Fit> = None;
     if !keys.is_empty() {
-        // What the sensor does is not among the forces.
+        // Effects of the sensor are no forces.
         let sensor = |c: &Cause| {
             c.entry.definition().site == Site::Acquisition || c.entry.kind == EffectKind::StructuralResonance
         };

@@ -1,25 +1,27 @@
-//! What happens once: samples that were lost, or a shock.
+//! Single events: lost samples, or a shock.
 //!
-//! Either leaves a burst in what every model leaves of the balance, and nothing elsewhere. Lost samples make the position
-//! itself jump, a shock only its speed.
+//! Either gives one burst in the residual of every model. Lost samples make the position itself jump, a shock only the
+//! velocity.
 
 use super::{decide::Decision, finding::Fault, table::Table};
 use crate::identify::force_balance::states::{Sensed, States};
 use crate::rig::EffectEntry;
 use crate::rig::effect::{EffectKind, ParameterKey};
 
-/// Robust deviations beyond which a row is part of a burst.
+/// Robust standard deviations beyond which a row belongs to a burst.
 const BURST: f64 = 8.0;
-/// Most bursts in a recording, and most of its rows in them.
+/// Maximum count of bursts in a recording.
 const BURSTS: usize = 2;
+/// Maximum share of rows in bursts.
 const ROWS: f64 = 0.03;
-/// Share of the sum of squares that the bursts must hold.
+/// Minimum share of the sum of squares in bursts.
 const HOLD: f64 = 0.4;
-/// Times the usual that a jump of lost samples is at least, and times the next largest.
+/// Minimum ratio of a jump of lost samples to the typical one.
 const JUMP: f64 = 8.0;
+/// Minimum ratio of a jump of lost samples to the next largest.
 const ALONE: f64 = 2.5;
 
-/// Finds lost samples in the positions of the recordings in question, and cuts the recordings there.
+/// Finds lost samples in the positions of the first `count` recordings, and cuts the recordings there.
 pub fn lost_samples(states: &mut States, count: &mut usize) -> Option<Fault> {
     if states.sensed != Sensed::Position {
         return None;
@@ -43,8 +45,8 @@ pub fn lost_samples(states: &mut States, count: &mut usize) -> Option<Fault> {
             fault.get_or_insert(Fault {
                 entry: EffectEntry::new(EffectKind::DroppedSamples, &[(ParameterKey::TimeS, time_s), (ParameterKey::Count, samples)]),
                 evidence: format!(
-                    "{name} jumps by {jump:.3e} from one sample to the next at {time_s:.4} s, {times:.0} times the usual \
-                     and {:.0} times the next largest",
+                    "{name} jumps by {jump:.3e} from one sample to the next at {time_s:.4} s, {times:.0} times the typical \
+                     and {:.0} times the next largest jump",
                     jump.abs() / next
                 ),
             });
@@ -54,9 +56,9 @@ pub fn lost_samples(states: &mut States, count: &mut usize) -> Option<Fault> {
     fault
 }
 
-/// Finds a shock in the first `count` recordings and marks what it touches.
+/// Finds a shock in the first `count` recordings and marks the affected samples.
 pub fn shock(states: &mut States, table: &Table, decision: &Decision, count: usize) -> Option<Fault> {
-    // A step between two times of the grid leaves a burst too.
+    // A load step between two times of the grid leaves a burst too.
     if decision.chosen.parts.iter().any(|(term, _)| table.library.terms[*term].kind == EffectKind::LoadStep) {
         return None;
     }
@@ -103,16 +105,13 @@ pub fn shock(states: &mut States, table: &Table, decision: &Decision, count: usi
     let (time_s, name) = (at as f64 * states.step_s(), states.tracks[track].name.clone());
     Some(Fault {
         entry: EffectEntry::new(EffectKind::Shock, &[(ParameterKey::TimeS, time_s)]),
-        evidence: format!(
-            "a burst of force at {time_s:.4} s of {name}, without a jump of the position, and nothing like it elsewhere"
-        ),
+        evidence: format!("a single burst of force at {time_s:.4} s of {name}, without a jump of the position"),
     })
 }
 
-/// Index after the largest jump beyond the signal's own course, the jump, the usual size of such, and the largest one
-/// elsewhere.
+/// Largest jump against the signal's local slope: index after it, its size, the typical size, and the largest one elsewhere.
 fn largest_jump(signal: &[f64]) -> (usize, f64, f64, f64) {
-    // The first difference against the mean of its neighbours two away, which a jump leaves alone.
+    // The first difference minus the mean of those two samples away, which a jump does not affect.
     let course = |k: usize| 0.5 * ((signal[k - 2] - signal[k - 3]) + (signal[k + 2] - signal[k + 1]));
     let jumps: Vec<(usize, f64)> =
         (3..signal.len().saturating_sub(2)).map(|k| (k, signal[k] - signal[k - 1] - course(k))).collect();
@@ -124,7 +123,7 @@ fn largest_jump(signal: &[f64]) -> (usize, f64, f64, f64) {
     (largest.0, largest.1, usual.max(f64::MIN_POSITIVE), elsewhere.max(f64::MIN_POSITIVE))
 }
 
-/// How many samples a jump stands for: by straight lines over a tenth of the fastest period before and after.
+/// Count of samples lost at a jump, by the slopes over a tenth of the fastest period before and after.
 fn lost(signal: &[f64], at: usize, band: f64) -> f64 {
     let width = ((0.1 / band.max(1e-9)) as usize).clamp(3, 40);
     let (before, after) = (at.saturating_sub(width), (at + width).min(signal.len() - 1));

@@ -1,4 +1,4 @@
-//! What a diagnosis of a rig of one degree of freedom says.
+//! Result of a diagnosis of a rig of one degree of freedom.
 
 use serde::Serialize;
 
@@ -7,124 +7,124 @@ use crate::identify::force_balance::HeldOutTrace;
 use crate::rig::config::RigKind;
 use crate::rig::{EffectEntry, Rig};
 
-/// A number of a cause.
+/// Parameter of a cause.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CauseParameter {
-    /// Its name in the vocabulary.
+    /// Name in the vocabulary.
     pub name: String,
-    /// Its value, SI.
+    /// Value, SI units.
     pub value: f64,
-    /// 95 % interval, where it was fitted.
+    /// 95 % interval, if fitted.
     pub interval95: Option<[f64; 2]>,
 }
 
-/// A cause that stands.
+/// Accepted cause.
 #[derive(Clone, Debug, Serialize)]
 pub struct FoundCause {
-    /// Its name in the vocabulary.
+    /// Name in the vocabulary.
     pub name: String,
-    /// Share of redrawn sets of held-out blocks in which a model with it leaves least.
+    /// Bootstrap probability that a model with the cause is best, theory (84).
     pub probability: f64,
-    /// Numbers of the vocabulary.
+    /// Parameters of the vocabulary.
     pub parameters: Vec<CauseParameter>,
-    /// One sentence that a person can check.
+    /// Evidence in one checkable sentence.
     pub evidence: String,
-    /// The term it adds.
+    /// Equation of the effect.
     pub equation: String,
-    /// For the corrected rig.
+    /// Effect for the corrected rig.
     #[serde(skip)]
     pub entry: EffectEntry,
 }
 
-/// A cause that was considered and does not stand.
+/// Rejected cause.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Rejected {
-    /// Its name in the vocabulary.
+    /// Name in the vocabulary.
     pub name: String,
-    /// Why.
+    /// Reason of the rejection.
     pub why: String,
 }
 
-/// Where the mismatch sits.
+/// Location of the mismatch.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Where {
-    /// Recording and from when to when it leaves most, s.
+    /// Recordings and stretches of the largest residual, s.
     pub time_s: Vec<(String, [f64; 2])>,
-    /// The band that holds most of what the rig leaves, Hz.
+    /// Band with most of the residual, Hz.
     pub frequency_hz: [f64; 2],
-    /// In which positions and speeds, in words.
+    /// Positions and velocities of the largest residual, in words.
     pub state: String,
 }
 
-/// How well it fits, root mean square over rows that took no part in each fit, in units of the disturbance.
+/// Cross-validated RMS of the residual, in units of the disturbance.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct HeldOutFit {
-    /// What is measured.
+    /// Measure of the error.
     pub metric: String,
-    /// Which recordings or parts were held out in turn.
+    /// Recordings or parts held out in turn.
     pub held_out: String,
-    /// The rig, its unknown parameters fitted.
+    /// Error of the rig, its unknown parameters fitted.
     pub before: f64,
-    /// With the causes.
+    /// Error with the causes.
     pub after: f64,
-    /// By the sensor's noise alone.
+    /// Error by the sensor's noise alone.
     pub noise_floor: f64,
-    /// With columns that have no name on top: the least that is known to be possible.
+    /// Error with flexible columns in addition: the attainable minimum.
     pub explainable: f64,
-    /// Share of what is explainable which the causes explain.
+    /// Share of the explainable error that the causes explain.
     pub explained_share: f64,
-    /// Of causes against none, by permutation of blocks.
+    /// p-value of the causes against none, by sign flips of blocks, theory (81).
     pub p_value: f64,
 }
 
-/// A test of what the rig without causes leaves of the balance.
+/// Test of the residual of the rig without causes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ResidualTest {
-    /// What is looked for in it.
+    /// Tested force.
     pub what: String,
-    /// What it takes away on held-out blocks, in standard deviations of the same with each block's sign by chance.
+    /// Reduction of the held-out error, in standard deviations of its sign-flip distribution.
     pub z: f64,
-    /// Probability of as much by chance.
+    /// p-value of the reduction.
     pub p_value: f64,
 }
 
-/// The result of a diagnosis.
+/// Result of a diagnosis of the rig of one degree of freedom.
 #[derive(Clone, Debug, Serialize)]
 pub struct Finding {
-    /// The verdict.
+    /// Verdict of the diagnosis.
     pub verdict: Verdict,
     /// Causes by probability; none unless the verdict is a mismatch.
     pub causes: Vec<FoundCause>,
-    /// The others.
+    /// Rejected causes.
     pub rejected: Vec<Rejected>,
-    /// Where it sits.
+    /// Location of the mismatch.
     pub location: Where,
-    /// How well it fits.
+    /// Cross-validated fit.
     pub fit: HeldOutFit,
-    /// The unknown parameters, fitted together with the causes: key, value, 95 % interval.
+    /// Unknown parameters, fitted jointly with the causes: key, value, 95 % interval.
     pub own: Vec<CauseParameter>,
-    /// Noise of the sensor, standard deviation in its unit.
+    /// Standard deviation of the sensor's noise, in its unit.
     pub sensor_noise_std: f64,
-    /// What was looked for in the residual of the rig without causes, the most telling first.
+    /// Tests of the residual of the rig without causes, the most significant first.
     pub tests: Vec<ResidualTest>,
-    /// Recordings that took no part.
+    /// Held-out recordings.
     pub traces: Vec<HeldOutTrace>,
-    /// The rig with fitted parameters and causes.
+    /// Rig with fitted parameters and causes.
     #[serde(skip)]
     pub rig: Rig,
 }
 
-/// A fault.
+/// Acquisition fault or single event.
 #[derive(Clone, Debug)]
 pub struct Fault {
-    /// Its effect.
+    /// Effect of the fault.
     pub entry: EffectEntry,
-    /// The sentence.
+    /// Evidence in a sentence.
     pub evidence: String,
 }
 
 impl Fault {
-    /// As a cause that stands.
+    /// Accepted cause for the fault.
     pub fn cause(&self) -> FoundCause {
         let stated = self.entry.definition().parameters.iter().filter(|p| p.in_vocabulary());
         let parameters = stated.filter_map(|parameter| {

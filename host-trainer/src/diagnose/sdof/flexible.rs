@@ -1,4 +1,4 @@
-//! Columns without a name. What they explain beyond the best named cause says that something is left to explain.
+//! Flexible columns without a name: if they explain more than the best named causes, there is a lack of fit.
 //!
 //! Powers and products of position and speed, memory (play operators of M. A. Krasnosel'skii and A. V. Pokrovskii,
 //! "Systems with Hysteresis", 1989; leaky integrals of the speed, as in viscoelastic supports), and parameters that
@@ -16,7 +16,7 @@ const MEMORIES: [f64; 3] = [1.0, 4.0, 16.0];
 /// Half periods of the swings with time.
 const SWINGS: usize = 8;
 
-/// Adds the columns to a library.
+/// Adds the flexible columns to a library.
 pub fn add(states: &States, healthy: &[bool], library: &mut Library) {
     let (largest_q, largest_v) = states.amplitudes();
     let (per_q, per_v) = (1.0 / largest_q.max(f64::MIN_POSITIVE), 1.0 / largest_v.max(f64::MIN_POSITIVE));

@@ -1,4 +1,4 @@
-//! Where in time, frequency and state the rig leaves most.
+//! Location of the largest residual in time, frequency and state.
 
 use super::{
     finding::Where,
@@ -6,12 +6,12 @@ use super::{
 };
 use crate::identify::force_balance::states::States;
 
-/// Stretches of each recording that are compared.
+/// Count of stretches of each recording.
 const STRETCHES: usize = 20;
-/// Times the mean from which a stretch is named.
+/// Ratio to the mean above which a stretch is named.
 const LOUD: f64 = 2.0;
 
-/// Of what a model leaves of the recordings in question.
+/// Location of a model's residual in the recordings under test.
 pub fn locate(table: &Table, model: &TermModel, states: &States) -> Where {
     let left = table.residual(model);
     let rows: Vec<(f64, usize, usize)> = left
@@ -38,7 +38,7 @@ pub fn locate(table: &Table, model: &TermModel, states: &States) -> Where {
     Where { time_s, frequency_hz: band(table, &left, states), state: state(&rows, mean, states) }
 }
 
-/// The half of the states, by |q|, |q̇| or the sign of q, in which most is left.
+/// Region of the states, by |q|, |q̇| or the sign of q, with the largest residual.
 fn state(rows: &[(f64, usize, usize)], mean: f64, states: &States) -> String {
     let (largest_q, largest_v) = states.amplitudes();
     type Region = (&'static str, fn(f64, f64) -> bool);
@@ -60,12 +60,12 @@ fn state(rows: &[(f64, usize, usize)], mean: f64, states: &States) -> String {
     };
     let best = regions.iter().map(|r| (ratio(r), r.0)).max_by(|a, b| a.0.total_cmp(&b.0));
     match best {
-        Some((ratio, name)) if ratio > 1.2 => format!("{name}: {ratio:.1} times the mean square of what is left"),
-        _ => "evenly over positions and speeds".into(),
+        Some((ratio, name)) if ratio > 1.2 => format!("{name}: {ratio:.1} times the mean square residual"),
+        _ => "uniform over positions and velocities".into(),
     }
 }
 
-/// The band that holds the middle 80 % of the power that is left.
+/// Band with the middle 80 % of the residual power, Hz.
 fn band(table: &Table, left: &[f64], states: &States) -> [f64; 2] {
     let rate = states.sample_rate_hz / states.stride as f64;
     let segments: Vec<&[f64]> = {

@@ -1,5 +1,5 @@
-//! Diagnosis of the rig of one degree of freedom: what [`force_balance`](crate::identify::force_balance) finds, in the words that
-//! both kinds of rig share.
+//! Diagnosis of the rig of one degree of freedom by its force balance ([`identify::force_balance`](crate::identify::force_balance)),
+//! in the form that both kinds of rig share.
 
 mod acquisition;
 mod causes;
@@ -28,16 +28,16 @@ use engine::diagnose_sdof;
 use finding::{CauseParameter, Finding, FoundCause, ResidualTest, Where};
 use terms::{SoughtBy, sought_by};
 
-/// Share of what can be explained below which the rest is worth a caveat.
+/// Explained share of the explainable error below which a caveat is given.
 const MOST: f64 = 0.97;
 
-/// Names what is the matter with a rig of one degree of freedom, from at least one recording.
+/// Diagnoses a rig of one degree of freedom from at least one recording.
 ///
 /// # Errors
 /// As [`diagnose_sdof`].
 pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult, DiagnoseError> {
     let Task { rig, baseline, recordings, seed } = *task;
-    progress("letting the causes compete for the force balance");
+    progress("selecting causes by the force balance");
     let finding = diagnose_sdof(rig, baseline, recordings, seed)?;
     Ok(outcome(baseline.is_some(), recordings, finding, seed))
 }
@@ -49,7 +49,7 @@ fn outcome(told: bool, recordings: &[Recording], finding: Finding, seed: u64) ->
     let lasting: Vec<&EffectEntry> = entries.filter(|entry| faults::lasts(entry)).collect();
     faults::put_back(&mut held_out, channel, recordings, &lasting);
     let fit = &finding.fit;
-    // A fault alone does nothing to the balance, from which it was taken out.
+    // An acquisition fault alone does not affect the balance, from which it was removed.
     let shown = (lasting.len() == finding.causes.len() && !lasting.is_empty())
         .then(|| faults::fit(&held_out, finding.sensor_noise_std, seed))
         .flatten();
@@ -59,9 +59,9 @@ fn outcome(told: bool, recordings: &[Recording], finding: Finding, seed: u64) ->
         causes: finding.causes.iter().map(cause).collect(),
         rejected: finding.rejected.iter().map(|r| Rejected { name: r.name.clone(), why: r.why.clone() }).collect(),
         location: match finding.verdict {
-            // What is left is noise, and so is where there is most of it.
+            // The residual is noise, and so is the location of its maximum.
             Verdict::NoMismatch => Location { channel: channel.into(), ..Location::default() },
-            // Nor is it in what is left of the forces.
+            // An acquisition fault is not in the force residual.
             _ if shown.is_some() => faults::location(channel, &lasting),
             _ => location(&finding.location, recordings.len(), channel),
         },
@@ -110,13 +110,13 @@ fn cause(found: &FoundCause) -> Cause {
         parameters,
         interval95: found.parameters.iter().filter_map(|p| Some((p.name.clone(), p.interval95?))).collect(),
         evidence: found.evidence.clone(),
-        // There is one coordinate only, which need not be said.
+        // With one coordinate only, "q = q" is left out.
         equation: found.equation.trim_end_matches(", q = q").to_owned(),
     }
 }
 
 fn location(found: &Where, recordings: usize, channel: &str) -> Location {
-    // Stretches that follow one another are one.
+    // Adjoining stretches are one.
     let mut spans: Vec<(&str, [f64; 2])> = Vec::new();
     for (name, [from, to]) in &found.time_s {
         match spans.last_mut() {
@@ -126,11 +126,11 @@ fn location(found: &Where, recordings: usize, channel: &str) -> Location {
     }
     let mut state = found.state.clone();
     if recordings > 1 {
-        // A time says nothing without its recording.
+        // A time needs its recording.
         let places: Vec<String> =
             spans.iter().map(|(name, [from, to])| format!("{name} from {from:.2} to {to:.2} s")).collect();
         if !places.is_empty() {
-            state = format!("{state}; most in {}", places.join(", "));
+            state = format!("{state}; largest in {}", places.join(", "));
         }
     }
     Location {
@@ -145,7 +145,7 @@ fn location(found: &Where, recordings: usize, channel: &str) -> Location {
 fn held_out_of(trace: &HeldOutTrace, recordings: &[Recording]) -> HeldOut {
     HeldOut {
         name: trace.recording.clone(),
-        // All have the same, or there would be no balance.
+        // All have the same rate, or there would be no balance.
         sample_rate_hz: recordings[0].sample_rate_hz,
         measured: trace.measured.clone(),
         before: trace.before.clone(),
@@ -155,40 +155,40 @@ fn held_out_of(trace: &HeldOutTrace, recordings: &[Recording]) -> HeldOut {
 
 fn caveats(told: bool, finding: &Finding) -> Vec<String> {
     let mut out = Vec::new();
-    // Of faults in the samples the balance knows nothing.
+    // Acquisition faults do not affect the balance.
     let forces = finding.fit.after < finding.fit.before;
     if finding.verdict == Verdict::Mismatch && forces && finding.fit.explained_share < MOST {
         out.push(format!(
-            "The causes explain {:.0} % of what columns without a name show to be explainable; the rest has no name here.",
+            "The causes explain {:.0} % of the residual that a flexible model explains; the rest is outside the vocabulary.",
             100.0 * finding.fit.explained_share
         ));
     }
     let unknown: Vec<&str> = finding.own.iter().map(|p| p.name.as_str()).collect();
     if !unknown.is_empty() && !told {
         out.push(format!(
-            "Only guessed, and so fitted to these same recordings: {}. That it has changed would show only beside recordings \
-             of the healthy machine (--baseline).",
+            "Unknown, and so fitted to these recordings: {}. A change of these parameters would show only in comparison with \
+             recordings of the healthy machine (--baseline).",
             unknown.join(", ")
         ));
     }
     for cause in finding.causes.iter().filter(|c| c.parameters.iter().all(|p| p.interval95.is_none())) {
-        out.push(format!("{} was read off the samples, not fitted: its numbers have no intervals.", cause.name));
+        out.push(format!("{} was read from the samples, not fitted: its parameters have no intervals.", cause.name));
     }
     for cause in finding.causes.iter().filter(|c| sought_by(c.entry.kind) == Some(SoughtBy::Events)) {
         out.push(format!(
-            "{} happened once: it is not in the corrected rig, and the held-out figures are those of the rest.",
+            "{} is a single event: it is not in the corrected rig, and the held-out errors exclude it.",
             cause.entry.kind
         ));
     }
     if finding.causes.iter().any(|c| c.name == "mains-interference") {
-        out.push("When the line of the mains crosses zero was taken from each held-out recording itself.".into());
+        out.push("The phase of the mains interference was fitted to each held-out recording itself.".into());
     }
     if finding.traces.is_empty() {
-        out.push("The recordings are too short to spare a part that takes no part in the fit as a whole.".into());
+        out.push("The recordings are too short for a held-out part; the errors are cross-validated only.".into());
     } else {
         out.push(
-            "Held-out curves are free simulations over the whole stretch from the start that leaves least, driven by the \
-             recorded input alone: small errors of force add up in them."
+            "Held-out curves are free simulations of the whole stretch, driven by the recorded input alone from the initial \
+             state of the smallest residual: small errors of force add up in them."
                 .into(),
         );
     }

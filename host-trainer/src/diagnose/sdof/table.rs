@@ -1,4 +1,4 @@
-//! All hypotheses' columns, whitened, in blocks: what each hypothesis leaves of rows that it was not fitted to.
+//! Whitened columns of all hypotheses in blocks, and cross-validated residuals of models of them.
 
 use super::flexible;
 use super::terms::{Library, Meaning, Sign};
@@ -21,11 +21,11 @@ const BRINGS: f64 = 0.005;
 /// By how much a play's spring may differ from the rig's.
 const SPRING: (f64, f64) = (0.6, 1.6);
 
-/// The columns of all hypotheses.
+/// Columns of all hypotheses with their cross-validation.
 pub struct Table {
-    /// Library, filtered and not whitened.
+    /// Candidate library, filtered and not whitened.
     pub library: Library,
-    /// Inner products.
+    /// Gram matrix of the whitened columns by block.
     pub gram: Gram,
     /// Recording and row of each whitened row.
     pub places: Vec<(usize, usize)>,
@@ -33,35 +33,35 @@ pub struct Table {
     pub white: Vec<Vec<f64>>,
     /// Fold of each block; blocks of healthy recordings have the last number, which is never left out.
     pub fold: Vec<usize>,
-    /// Blocks of the recordings in question.
+    /// Blocks of the recordings under test.
     pub under_test: Vec<usize>,
     /// Variance of a whitened row by the sensor's noise alone.
     pub floor: f64,
 }
 
-/// One or more terms at once, with the best parameters inside them.
+/// Model of one or more terms with their best nonlinear parameters.
 #[derive(Clone, Debug)]
 pub struct TermModel {
-    /// Term and variant.
+    /// Term and variant of each part.
     pub parts: Vec<(usize, usize)>,
     /// Columns, the rig's own first.
     pub columns: Vec<usize>,
-    /// Their coefficients from all rows.
+    /// Coefficients of the columns, from all rows.
     pub values: Vec<f64>,
-    /// Sum of squares left in each block in question by coefficients from the other folds.
+    /// Squared residual of each block under test, with coefficients from the other folds.
     pub left: Vec<f64>,
 }
 
 impl TermModel {
-    /// Sum over the blocks.
+    /// Sum of the squared residuals over the blocks.
     pub fn total(&self) -> f64 {
         self.left.iter().sum()
     }
 }
 
 impl Table {
-    /// For recordings of which some are healthy; `unknown` is fitted with every hypothesis, `focus` is
-    /// looked around more closely.
+    /// Table of a rig and recordings, some of them healthy; `unknown` is fitted with every hypothesis, the
+    /// grid is finer around `focus`.
     ///
     /// # Errors
     ///
@@ -124,18 +124,18 @@ impl Table {
         Self { library, gram, places, white, fold, under_test, floor: whitening.sensor_variance }
     }
 
-    /// Rows in question.
+    /// Count of rows under test.
     pub fn rows(&self) -> usize {
         self.under_test.iter().map(|b| self.gram.counts[*b]).sum()
     }
 
-    /// What each block in question keeps when predicted from the other folds.
+    /// Squared residual of each block under test, predicted from the other folds.
     pub fn held_out(&self, columns: &[usize]) -> Option<Vec<f64>> {
         let left = self.gram.held_out(columns, &self.fold, FOLDS)?;
         Some(self.under_test.iter().map(|b| left[*b]).collect())
     }
 
-    /// The rig alone, its unknown parameters fitted.
+    /// Model of the rig alone, its unknown parameters fitted.
     pub fn nothing(&self) -> Option<TermModel> {
         let columns = self.library.own_columns();
         let values = self.gram.solve(&columns, &[])?;
@@ -143,8 +143,8 @@ impl Table {
         Some(TermModel { parts: Vec::new(), columns, values, left })
     }
 
-    /// The best variants of some terms at once, one of them possibly given; `None` where no variant's signs fit or the
-    /// columns depend on each other.
+    /// Model of the best variants of some terms, some possibly given; `None` if no variant has the right signs or the columns
+    /// are linearly dependent.
     pub fn best(&self, terms: &[usize], given: &[(usize, usize)]) -> Option<TermModel> {
         let own = self.library.own_columns();
         let mut best: Option<(f64, TermModel)> = None;
@@ -173,7 +173,7 @@ impl Table {
         Some(TermModel { left, ..model })
     }
 
-    /// The coefficients of a part of a model.
+    /// Coefficients of a part of a model.
     pub fn coefficients<'a>(&self, model: &'a TermModel, part: usize) -> &'a [f64] {
         let (term, variant) = model.parts[part];
         let columns = &self.library.terms[term].variants[variant].columns;
@@ -206,13 +206,13 @@ impl Table {
         fitted.unwrap_or(self.library.stiffness)
     }
 
-    /// Columns of the richest model that starts with some: greedily, each the one that leaves least.
+    /// Columns of the richest model that starts with some, added greedily by the smallest residual.
     pub fn richest(&self, start: &[usize], most: usize) -> Vec<usize> {
         let all: Vec<usize> = (1..self.white.len()).collect();
         self.greedy(start, &all, most)
     }
 
-    /// Adds up to `most` of the candidates, each the one that leaves least of all rows, while it brings something.
+    /// Columns with up to `most` candidates added greedily by the smallest residual, while they improve it.
     pub fn greedy(&self, start: &[usize], candidates: &[usize], most: usize) -> Vec<usize> {
         let mut columns = start.to_vec();
         let Some(mut left) = self.gram.solve(&columns, &[]).map(|v| self.gram.left_total(&columns, &v)) else {
@@ -240,7 +240,7 @@ impl Table {
         columns
     }
 
-    /// What a model leaves of each whitened row.
+    /// Residual of each whitened row.
     pub fn residual(&self, model: &TermModel) -> Vec<f64> {
         let mut left = self.white[0].clone();
         for (column, value) in model.columns.iter().zip(&model.values) {

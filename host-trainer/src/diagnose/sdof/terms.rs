@@ -1,9 +1,9 @@
-//! The library: what each effect of the vocabulary would add to the balance, column by column.
+//! Candidate library of the force balance: columns of each effect of the vocabulary.
 //!
-//! A force of the vocabulary is taken from the effect's own definition at unit strength, so that the term that is fitted
-//! and the term that is simulated are one. Strengths are linear and fitted; what is inside a term (the gap of a stop,
-//! the width of a play, the speed at which friction turns over, a mode's frequency) is searched over a grid that the
-//! data's own range gives, each value a [`Variant`].
+//! A force is that of the effect's own definition at unit strength, so that fit and simulation use the same term. Strengths
+//! are linear and fitted; nonlinear parameters of a term (the gap of a stop, the width of a play, the velocity at which
+//! friction turns over, a mode's frequency) are searched over a grid within the range of the data, each value a
+//! [`Variant`].
 
 use crate::rig::effect::{EffectKind, ParameterKey};
 use std::f64::consts::TAU;
@@ -14,20 +14,20 @@ use crate::identify::force_balance::{
 };
 use crate::rig::{EffectEntry, Rig, config::Restoring, simulate::assemble};
 
-/// What a fitted coefficient means.
+/// Meaning of a fitted coefficient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Meaning {
-    /// It is the effect's strength: this parameter.
+    /// Strength of the effect: this parameter.
     Strength(ParameterKey),
-    /// It is the spring's stiffness, which the rig knows already.
+    /// Stiffness of the spring, which the rig has already.
     Spring,
-    /// It is added to a parameter of the rig.
+    /// Change of a parameter of the rig.
     Change(Parameter),
-    /// The sensor's gain is 1/(1 + coefficient).
+    /// Sensor gain, 1/(1 + coefficient).
     Gain,
-    /// The sensor's bias is minus the coefficient.
+    /// Sensor bias, minus the coefficient.
     Bias,
-    /// Two coefficients of a mode.
+    /// Mode, with two coefficients.
     Mode,
 }
 
@@ -89,40 +89,40 @@ pub fn sought_by(kind: EffectKind) -> Option<SoughtBy> {
     })
 }
 
-/// A candidate cause.
+/// Candidate cause.
 #[derive(Clone, Debug)]
 pub struct Term {
     /// Effect.
     pub kind: EffectKind,
-    /// What the coefficient means.
+    /// Meaning of the coefficient.
     pub meaning: Meaning,
-    /// The sign it must have.
+    /// Sign that the coefficient must have.
     pub sign: Sign,
-    /// The grid.
+    /// Grid of nonlinear parameters.
     pub variants: Vec<Variant>,
 }
 
-/// A term with the parameters inside it set.
+/// Term with its nonlinear parameters fixed.
 #[derive(Clone, Debug)]
 pub struct Variant {
-    /// The effect at unit strength.
+    /// Effect at unit strength.
     pub entry: EffectEntry,
-    /// Its columns.
+    /// Columns of the term.
     pub columns: Vec<usize>,
 }
 
-/// All columns, and what they stand for. Column 0 is the target.
+/// Columns of the force balance with their meaning. Column 0 is the target.
 #[derive(Default)]
 pub struct Library {
-    /// Filtered, of [`States::rows`] rows each.
+    /// Filtered columns of [`States::rows`] rows each.
     pub columns: Vec<Vec<f64>>,
-    /// Columns of the rig's unknown parameters, with those.
+    /// Unknown parameters of the rig with their columns.
     pub own: Vec<(Parameter, usize)>,
     /// Candidate causes.
     pub terms: Vec<Term>,
-    /// Columns of no name, which only say how much could be explained.
+    /// Flexible columns without a name, which show how much is explainable.
     pub flexible: Vec<usize>,
-    /// The rig's k, N/m.
+    /// Stiffness k of the rig, N/m.
     pub stiffness: f64,
 }
 
@@ -135,8 +135,8 @@ struct Builder<'a> {
 }
 
 impl Library {
-    /// For a rig and recordings, of which some are known to be healthy: there no effect acts. `unknown` are the
-    /// parameters that every hypothesis fits anew. Around the effects of `focus` the grid is finer.
+    /// Library of a rig and recordings. No effect acts in `healthy` recordings; every hypothesis fits the `unknown`
+    /// parameters anew; around the effects of `focus` the grid is finer.
     pub fn new(
         rig: &Rig,
         equation: &Equation,
@@ -167,7 +167,7 @@ impl Library {
     }
 }
 
-/// Zero on the healthy recordings.
+/// Column with zeros on the healthy recordings.
 pub fn where_under_test(states: &States, healthy: &[bool], mut column: Vec<f64>) -> Vec<f64> {
     let mut start = 0;
     for (track, healthy) in states.tracks.iter().zip(healthy) {
@@ -191,7 +191,7 @@ impl Builder<'_> {
         self.library.terms.push(Term { kind, meaning, sign, variants });
     }
 
-    /// Parameters that differ from nominal. Where they are unknown anyway only healthy recordings can tell.
+    /// Terms of parameters that differ from nominal; unknown ones need healthy recordings.
     fn changes(&mut self, equation: &Equation, unknown: &[Parameter]) {
         let told = self.healthy.contains(&true);
         for (kind, parameter) in [
@@ -203,7 +203,7 @@ impl Builder<'_> {
                 continue;
             }
             let value = parameter.value_in(&equation.rig);
-            // Damping that the nominal model has none of is friction.
+            // Damping absent from the nominal model is friction.
             let (kind, meaning, sign) = if parameter == Parameter::Damping && value == 0.0 {
                 (EffectKind::ViscousFriction, Meaning::Strength(ParameterKey::DampingNSPerM), Sign::Positive)
             } else {
@@ -214,19 +214,19 @@ impl Builder<'_> {
         }
     }
 
-    /// Minus the force of an effect of the vocabulary.
+    /// Column of minus the force of an effect.
     fn force(&self, entry: &EffectEntry) -> Vec<f64> {
         let alone = Rig::new(self.rig.model.clone()).with_effect(entry.clone());
         let plan = assemble(&alone);
         self.states.column(|track| forces(&plan, track, self.states.step_s()).iter().map(|f| -f).collect())
     }
 
-    /// A parameter of an effect that the search is to look around.
+    /// Value of an effect's parameter around which the grid is refined.
     fn focus(&self, kind: EffectKind, key: ParameterKey) -> Option<f64> {
         self.focus.iter().find(|e| e.kind == kind)?.number(key)
     }
 
-    /// The grid, or where there is something to look around, between its neighbours.
+    /// Grid of a parameter; around a value in focus, a finer one between its neighbours.
     fn grid(&self, kind: EffectKind, key: ParameterKey, grid: Vec<f64>) -> Vec<f64> {
         let Some(middle) = self.focus(kind, key) else { return grid };
         let below = grid.iter().copied().filter(|x| *x < middle).fold(f64::NEG_INFINITY, f64::max);
@@ -291,7 +291,7 @@ impl Builder<'_> {
         self.strength(EffectKind::QuadraticDrag, ParameterKey::DragNS2PerM2, Positive, 1.0, &[]);
         self.strength(EffectKind::HardeningStiffness, ParameterKey::CubicNPerM3, Any, 1.0, &[]);
         self.strength(EffectKind::AsymmetricStiffness, ParameterKey::QuadraticNPerM2, Any, 1.0, &[]);
-        // The higher the nearer: a stop is touched in a small part of the time.
+        // Denser towards the extreme: a stop is touched in a small part of the time.
         let gaps = (0..28).map(|k| part(&positions, 1.0 - 0.5 * 0.82f64.powi(k))).collect();
         self.strength(
             EffectKind::EndStopContact,
@@ -320,8 +320,8 @@ impl Builder<'_> {
         }
     }
 
-    /// What a wrong gain or bias of the sensor makes of the balance. Where the spring is not linear the column depends on
-    /// the value, which the first search gives the second.
+    /// Terms of a wrong gain or bias of the sensor. With a nonlinear spring the column depends on the value, which the
+    /// first search passes to the second.
     fn sensor(&mut self, equation: &Equation) {
         let rig = &equation.rig;
         let pendulum = rig.restoring == Restoring::Pendulum;
@@ -364,7 +364,8 @@ impl Builder<'_> {
         self.focus.iter().filter(|e| e.kind == kind).find_map(|e| e.number(ParameterKey::Value))
     }
 
-    /// A mode that the mass drives as its base: η̈ + 2ζω η̇ + ω² η = q̈, of which ω² η and η̇ act back.
+    /// Terms of a mode driven by the base motion q, which does not act back: η̈ + 2ζω η̇ + ω² η = −q̈, with columns ω² η
+    /// and ω η̇.
     fn modes(&mut self) {
         let low = (2.0 * self.states.band.low_hz).max(0.5 * self.states.cutoff_hz() / 20.0);
         let high = (1.3 * self.states.cutoff_hz()).min(0.4 * self.states.sample_rate_hz);
@@ -394,12 +395,11 @@ impl Builder<'_> {
     }
 }
 
-/// ω² η or ω η̇ of a mode on the mass, at each sample. The low-pass that q passes to the mode's mass is exact for a motion
-/// that goes in a straight line from sample to sample.
+/// Column ω² η (`which` 0) or ω η̇ of a mode with base motion q; exact for q linear between samples.
 pub fn mode(states: &States, track: &Track, hz: f64, ratio: f64, which: usize) -> Vec<f64> {
     let omega = TAU * hz;
     let h = states.step_s();
-    // Of a measured acceleration the mode is driven by the integral's second difference, which is itself.
+    // With a measured acceleration, q is its second integral, whose second difference is the acceleration.
     let drive = &track.position;
     let damped = omega * (1.0 - ratio * ratio).sqrt();
     let decay = (-ratio * omega * h).exp();
@@ -407,8 +407,7 @@ pub fn mode(states: &States, track: &Track, hz: f64, ratio: f64, which: usize) -
     let along = ratio * omega / damped;
     let transition =
         [[decay * (c + along * s), decay * s / damped], [-decay * omega * omega * s / damped, decay * (c - along * s)]];
-    // y = position of the mode's mass relative to the base, z = its speed: z' = −q̈ − 2ζω z − ω² y. With q piecewise
-    // linear its acceleration is a train of impulses at the samples.
+    // y = η, z = η̇: z' = −q̈ − 2ζω z − ω² y. With q piecewise linear q̈ is a train of impulses at the samples.
     let (mut y, mut z) = (0.0, 0.0);
     let mut out = Vec::with_capacity(drive.len());
     for k in 0..drive.len() {

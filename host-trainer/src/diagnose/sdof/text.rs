@@ -1,4 +1,4 @@
-//! Sentences of a diagnosis.
+//! Sentences of a diagnosis of the rig of one degree of freedom.
 
 use super::{
     causes::Cause,
@@ -12,12 +12,12 @@ use crate::rig::config::RigKind;
 use crate::rig::effect::EffectKind;
 use crate::stats::significance::{paired_z, sign_flip};
 
-/// The term that an effect of a rig adds.
+/// Equation of an effect of a rig.
 pub fn equation(rig: &Rig, index: usize) -> String {
     rig.effects.get(index).map_or_else(String::new, |effect| effect.equation(RigKind::Sdof))
 }
 
-/// What a person can check about the cause of this index in the chosen model.
+/// Evidence for the cause of this index in the selected model, as checkable numbers.
 pub fn evidence(table: &Table, decision: &Decision, index: usize, name: EffectKind, states: &States) -> String {
     let (chosen, nothing) = (&decision.chosen, &decision.nothing);
     let (term, _) = chosen.parts[index];
@@ -29,37 +29,40 @@ pub fn evidence(table: &Table, decision: &Decision, index: usize, name: EffectKi
     let together = share(chosen.total(), nothing.total());
     let alone = match alone {
         Some((alone, p)) if alone > 0.0 => {
-            format!("alone it explains {alone:.1} % of the held-out force balance below {cutoff:.0} Hz (p = {p:.4})")
+            format!(
+                "alone it explains {alone:.1} % of the held-out force-balance residual below {cutoff:.0} Hz (p = {p:.4})"
+            )
         }
-        _ => format!("alone it explains nothing of the held-out force balance below {cutoff:.0} Hz"),
+        _ => format!("alone it explains nothing of the held-out force-balance residual below {cutoff:.0} Hz"),
     };
     if others.is_empty() {
         return format!("{name}: {alone}, more than any other single cause");
     }
     let names: Vec<&str> = others.iter().map(|t| table.library.terms[*t].kind.name()).collect();
-    format!("{name}: {alone}, with {} {together:.1} %", names.join(" and "))
+    format!("{name}: {alone}, together with {} {together:.1} %", names.join(" and "))
 }
 
-/// Every other cause, and why it does not stand.
+/// Rejected causes with reasons.
 pub fn rejected(table: &Table, decision: &Decision, causes: &[Cause]) -> Vec<Rejected> {
     let (nothing, chosen) = (decision.nothing.total(), &decision.chosen);
     let stands = |term: usize| causes.iter().any(|c| c.term == term);
     let why = |trial: &super::decide::Trial| {
         let Some(model) = &trial.model else {
-            return "only with the wrong sign, or not to be told from the rig's own unknown parameters".to_owned();
+            return "fits only with the wrong sign, or is not distinguishable from the rig's unknown parameters"
+                .to_owned();
         };
         let alone = 100.0 * (1.0 - model.total() / nothing);
         if alone <= 0.0 || trial.p_value > 0.02 {
-            return format!("no gain on held-out rows beyond chance (p = {:.3})", trial.p_value);
+            return format!("no significant gain on held-out rows (p = {:.3})", trial.p_value);
         }
         let together = 100.0 * (1.0 - chosen.total() / nothing);
-        format!("alone it explains {alone:.1} % of the held-out balance where what was found explains {together:.1} %")
+        format!("alone it explains {alone:.1} % of the held-out residual, the selected causes {together:.1} %")
     };
     let singles = decision.singles.iter().filter(|t| !stands(t.term));
     singles.map(|t| Rejected { name: table.library.terms[t.term].kind.to_string(), why: why(t) }).collect()
 }
 
-/// What was looked for in the residual of the rig without causes, the most telling first.
+/// Tests of the residual of the rig without causes, the most significant first.
 pub fn tests(table: &Table, decision: &Decision, seed: u64) -> Vec<ResidualTest> {
     let nothing = &decision.nothing.left;
     let test = |what: String, model: &TermModel| {
@@ -68,20 +71,20 @@ pub fn tests(table: &Table, decision: &Decision, seed: u64) -> Vec<ResidualTest>
     };
     let singles = decision.singles.iter().filter_map(|trial| {
         let name = table.library.terms[trial.term].kind;
-        Some(test(format!("a force as of {name}"), trial.model.as_ref()?))
+        Some(test(format!("force of {name}"), trial.model.as_ref()?))
     });
-    let any = test("any force of position, speed and time, named or not".into(), &decision.rich);
+    let any = test("any force of position, speed and time".into(), &decision.rich);
     let mut tests: Vec<ResidualTest> = std::iter::once(any).chain(singles).collect();
     tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.z.total_cmp(&a.z)));
     tests
 }
 
-/// What was held out in turn.
+/// Scheme of cross-validation in words.
 pub fn held_out(states: &States) -> String {
     let names: Vec<&str> = states.tracks.iter().map(|t| t.name.as_str()).collect();
     if names.len() >= 4 {
-        format!("whole recordings in four turns: {}", names.join(", "))
+        format!("recordings in turn, four folds: {}", names.join(", "))
     } else {
-        format!("every fourth block in four turns: {}", names.join(", "))
+        format!("blocks in turn, four folds: {}", names.join(", "))
     }
 }

@@ -1,4 +1,4 @@
-//! Curves over one axis, to be compared, with places on the axis marked.
+//! Comparison of curves over one axis, with marks on the axis.
 
 use std::ops::Range;
 
@@ -12,27 +12,27 @@ use super::style::{self, ALARM, Axes, Entry, HEIGHT};
 /// A named curve.
 #[derive(Clone, Debug)]
 pub struct Curve<'t> {
-    /// What it is.
+    /// Name in the legend.
     pub name: &'t str,
-    /// Its points, in order.
+    /// Points in order of x.
     pub points: Vec<(f64, f64)>,
-    /// Its colour.
+    /// Colour.
     pub color: RGBColor,
 }
 
-/// What the axes are called.
+/// Names of the axes, with units.
 #[derive(Clone, Copy, Debug)]
 pub struct Names<'t> {
-    /// Below.
+    /// Name of the horizontal axis.
     pub x: &'t str,
-    /// To the left.
+    /// Name of the vertical axis.
     pub y: &'t str,
 }
 
-/// All curves within `x`, later ones above earlier ones.
+/// Picture of all curves within `x`, later ones drawn above earlier ones.
 ///
 /// # Errors
-/// What the drawing library says; no points at all.
+/// Errors of the drawing library; no points at all.
 pub fn svg(curves: &[Curve<'_>], x: Range<f64>, names: Names<'_>, marks: &[Mark]) -> Result<String, DrawError> {
     let inside = |curve: &Curve<'_>| -> Vec<(f64, f64)> {
         curve.points.iter().copied().filter(|(at, _)| x.contains(at)).collect()

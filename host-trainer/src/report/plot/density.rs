@@ -1,4 +1,4 @@
-//! Power spectral densities of two times of a machine's life.
+//! Power spectral densities, early and late.
 
 use std::ops::Range;
 
@@ -6,16 +6,16 @@ use super::DrawError;
 use super::style::{self, Axes, EARLY, Entry, HEIGHT, INK, LATE};
 use crate::signal::spectrum::Spectrum;
 
-/// A density and what to call it.
+/// Density with its name.
 pub type Named<'s> = (&'s str, &'s Spectrum);
 
-/// Early and, where there is one, late, in dB over 1 (m/s²)²/Hz; a band that the envelope is taken
-/// from is shaded.
+/// Picture of the early and, if there is one, the late density, dB re 1 (m/s²)²/Hz; the band of the
+/// envelope is shaded.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn svg(early: Named<'_>, late: Option<Named<'_>>, band_hz: Option<&Range<f64>>) -> Result<String, DrawError> {
-    // The mean is taken out before: its bin is not of the machine.
+    // The mean was subtracted: its bin holds nothing of the machine.
     let decibels = |s: &Spectrum| s.points().skip(1).map(|(f, v)| (f, 10.0 * v.log10())).collect::<Vec<_>>();
     let early_points = decibels(early.1);
     let late_points = late.map(|(name, spectrum)| (name, decibels(spectrum)));

@@ -1,20 +1,20 @@
-//! A derivative as measured and as the model has it, over a short time.
+//! Measured and predicted derivatives over a short time.
 
 use super::DrawError;
+use super::settings::PlotSettings;
 use super::style::{self, Axes, MEASURED, PREDICTED};
 use crate::model::trace::Trace;
 
-/// Height of a panel.
-const PANEL: u32 = 230;
+const SETTINGS: PlotSettings = PlotSettings::DEFAULT;
 
-/// One panel for each derivative that is asked for: measured and predicted, in healthy standard
+/// Picture with a panel for each chosen derivative: measured and predicted, in healthy standard
 /// deviations of that derivative.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn svg(window: &Trace, derivatives: &[usize]) -> Result<String, DrawError> {
     let panels = u32::try_from(derivatives.len().max(1)).map_err(DrawError::new)?;
-    style::picture(PANEL * panels, |area| {
+    style::picture(SETTINGS.derivative_panel_height * panels, |area| {
         for (area, d) in area.split_evenly((panels as usize, 1)).iter().zip(derivatives) {
             let (Some(measured), Some(predicted)) = (window.measured.get(*d), window.predicted.get(*d)) else {
                 return Err(DrawError::empty());

@@ -1,4 +1,4 @@
-//! Envelope spectra of two times of a machine's life.
+//! Envelope spectra, early and late.
 
 use plotters::style::text_anchor::HPos;
 
@@ -6,10 +6,10 @@ use super::DrawError;
 use super::density::Named;
 use super::style::{self, ALARM, Axes, EARLY, HEIGHT, LATE};
 
-/// Early and late up to a frequency; harmonics of a rate are marked where one is known.
+/// Picture of both envelope spectra up to a frequency; harmonics of `mark` are marked.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn svg(early: Named<'_>, late: Named<'_>, up_to_hz: f64, mark: Option<(&str, f64)>) -> Result<String, DrawError> {
     let points = |named: Named<'_>| named.1.points().skip(1).take_while(|(f, _)| *f <= up_to_hz).collect::<Vec<_>>();
     let (early_points, late_points) = (points(early), points(late));

@@ -1,26 +1,26 @@
-//! The kurtogram as a picture: levels downwards, frequency to the right, kurtosis as colour.
+//! Picture of a kurtogram: levels downwards, frequency to the right, kurtosis as colour.
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
 use super::DrawError;
+use super::settings::PlotSettings;
 use super::style::{self, ALARM, Axes, HEIGHT, INK};
 use crate::signal::kurtogram::{Cell, Kurtogram};
 
-/// Steps of the colour scale beside the plot's top.
-const SCALE_STEPS: usize = 40;
+const SETTINGS: PlotSettings = PlotSettings::DEFAULT;
 
-/// The tree of bands; the chosen one is framed.
+/// Picture of the bands of a kurtogram; the chosen one is framed.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn svg(kurtogram: &Kurtogram, chosen: Option<&std::ops::Range<f64>>) -> Result<String, DrawError> {
     let mut levels: Vec<f64> = kurtogram.cells.iter().map(|c| c.level).collect();
     levels.dedup();
     let rows = levels.len() as f64;
     let khz = 1e-3;
     let end = khz * kurtogram.nyquist_hz;
-    // A negative kurtosis is a tone's, and as little of an impact as none.
+    // A negative kurtosis is that of a tone, no impact.
     let most = kurtogram.cells.iter().map(|c| c.kurtosis).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
     let row = |cell: &Cell| levels.iter().position(|l| *l == cell.level).unwrap_or(0) as f64;
     style::picture(HEIGHT, |area| {
@@ -33,7 +33,7 @@ pub fn svg(kurtogram: &Kurtogram, chosen: Option<&std::ops::Range<f64>>) -> Resu
             let corners = [(khz * band.start, top), (khz * band.end, top + 1.0)];
             let share = (cell.kurtosis / most).clamp(0.0, 1.0);
             // In steps, so that the file stays small and neighbours of one colour look like one.
-            let share = (share * SCALE_STEPS as f64).round() / SCALE_STEPS as f64;
+            let share = (share * SETTINGS.colour_steps as f64).round() / SETTINGS.colour_steps as f64;
             Rectangle::new(corners, shade(share).filled())
         });
         chart.draw_series(boxes).map_err(DrawError::new)?;
@@ -65,7 +65,7 @@ pub fn svg(kurtogram: &Kurtogram, chosen: Option<&std::ops::Range<f64>>) -> Resu
     })
 }
 
-/// From nearly white over blue to nearly black: told apart without colour as well.
+/// Colour of a share: from nearly white over blue to nearly black, distinct in grey as well.
 fn shade(share: f64) -> RGBColor {
     let anchors = [(246.0, 248.0, 250.0), (120.0, 176.0, 216.0), (31.0, 92.0, 150.0), (10.0, 24.0, 56.0)];
     let place = share * (anchors.len() - 1) as f64;

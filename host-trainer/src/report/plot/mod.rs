@@ -1,4 +1,4 @@
-//! Pictures, as SVG: a file a figure, [`style`] for what they share.
+//! Pictures as SVG, one module each; [`style`] has what they share, [`settings`] their layout.
 
 pub mod comparison;
 pub mod cycle;
@@ -8,10 +8,11 @@ pub mod envelope;
 pub mod kurtogram;
 pub mod lines;
 pub mod residual;
+pub mod settings;
 pub mod style;
 pub mod trend;
 
-/// A picture could not be drawn.
+/// Error of the drawing library, or nothing to draw.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot draw: {0}")]
 pub struct DrawError(String);

@@ -1,24 +1,22 @@
-//! The residual of two times of a machine's life, one above the other on one scale.
+//! Residuals, early above late on one scale.
 
 use super::DrawError;
+use super::settings::PlotSettings;
 use super::style::{self, Axes, EARLY, INK, LATE};
 use crate::model::trace::Trace;
 
-/// Height of a panel.
-const PANEL: u32 = 210;
-/// What is less than this is drawn here.
-const LOWEST_DB: f64 = -20.0;
+const SETTINGS: PlotSettings = PlotSettings::DEFAULT;
 
-/// Root mean square over the derivatives of the residual, early above late; the dashed line is the
-/// healthy level. In dB: a fault's residual is a hundred times a healthy one's, and both should be seen.
+/// Picture of the residual's RMS over the derivatives, early above late; the dashed line is the healthy
+/// level. In dB: a fault's residual may be a hundred times a healthy one's.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn svg(early: (&str, &Trace), late: (&str, &Trace)) -> Result<String, DrawError> {
-    let decibels = |v: &f32| (20.0 * f64::from(*v).log10()).max(LOWEST_DB);
+    let decibels = |v: &f32| (20.0 * f64::from(*v).log10()).max(SETTINGS.lowest_db);
     let all = early.1.residual.iter().chain(&late.1.residual).map(decibels);
     let y = style::range(all, 0.05).ok_or_else(DrawError::empty)?;
-    style::picture(2 * PANEL, |area| {
+    style::picture(2 * SETTINGS.residual_panel_height, |area| {
         for (area, ((name, window), color)) in area.split_evenly((2, 1)).iter().zip([(early, EARLY), (late, LATE)]) {
             let axes = Axes {
                 x: window.times_ms(),

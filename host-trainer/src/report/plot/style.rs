@@ -1,4 +1,4 @@
-//! What all pictures share: size, fonts, colours, axes, and a legend above the plot, where it hides nothing.
+//! Common style of all pictures: size, fonts, colours, axes, and a legend above the plot.
 
 use std::ops::Range;
 
@@ -11,34 +11,34 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::DrawError;
 
-/// Width of every picture.
+/// Width of every picture, pixels.
 pub const WIDTH: u32 = 1000;
-/// Height of a picture of one panel.
+/// Height of a picture of one panel, pixels.
 pub const HEIGHT: u32 = 380;
 
-/// Blue and orange are told apart by all eyes, and in print by their lightness.
+/// Blue of early curves: distinct from [`LATE`] for colour-blind eyes and, by lightness, in print.
 pub const EARLY: RGBColor = RGBColor(31, 111, 180);
-/// See [`EARLY`].
+/// Orange of late curves.
 pub const LATE: RGBColor = RGBColor(214, 106, 16);
-/// What was measured, beside what was predicted.
+/// Grey of measured curves.
 pub const MEASURED: RGBColor = RGBColor(120, 130, 145);
-/// What a model predicted.
+/// Purple of predicted curves.
 pub const PREDICTED: RGBColor = RGBColor(150, 40, 120);
-/// Alarms and marks.
+/// Red of alarms and marks.
 pub const ALARM: RGBColor = RGBColor(200, 30, 45);
-/// Text and axes.
+/// Dark grey of text and axes.
 pub const INK: RGBColor = RGBColor(45, 52, 64);
 const GRID: RGBColor = RGBColor(222, 226, 232);
 
 const LABEL: u32 = 14;
 const LEGEND_HEIGHT: u32 = 26;
-/// Left of the plot: labels and the axis' name, whose letters would reach over the picture's edge.
+/// Width of labels and axis name at the left of the plot, pixels.
 const LEFT: u32 = 66;
 const EDGE: u32 = 10;
 
-/// Somewhere to draw.
+/// Drawing area of an SVG picture.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-/// A plot with its axes.
+/// Plot with Cartesian axes.
 pub type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// Ranges and names of a plot's axes.
@@ -48,16 +48,16 @@ pub struct Axes<'t> {
     pub x: Range<f64>,
     /// Vertical range.
     pub y: Range<f64>,
-    /// What goes to the right, with its unit.
+    /// Name of the horizontal axis, with its unit.
     pub x_name: &'t str,
-    /// What goes up, with its unit.
+    /// Name of the vertical axis, with its unit.
     pub y_name: &'t str,
 }
 
-/// A picture of a height: white, then whatever `draw` draws.
+/// SVG of a picture `height` pixels high: white, then what `draw` draws.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn picture(height: u32, draw: impl FnOnce(&Area<'_>) -> Result<(), DrawError>) -> Result<String, DrawError> {
     let mut text = String::new();
     {
@@ -69,21 +69,21 @@ pub fn picture(height: u32, draw: impl FnOnce(&Area<'_>) -> Result<(), DrawError
     Ok(text)
 }
 
-/// An entry of the legend.
+/// Entry of the legend: name and colour.
 pub type Entry<'t> = (&'t str, RGBColor);
 
-/// The legend, and below it a plot with axes and grid.
+/// Plot with axes and grid, below its legend.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn chart<'a>(area: &Area<'a>, axes: &Axes<'_>, legend: &[Entry<'_>]) -> Result<Chart<'a>, DrawError> {
     chart_of(area, axes, legend, None)
 }
 
-/// The same with a name in the middle of each row of height 1 instead of numbers, and no grid.
+/// Plot without grid whose rows of height 1 have names instead of numbers.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn chart_with_rows<'a>(
     area: &Area<'a>,
     axes: &Axes<'_>,
@@ -140,17 +140,17 @@ fn chart_of<'a>(
     for (row, name) in rows.unwrap_or(&[]).iter().enumerate() {
         let (x, y) = chart.backend_coord(&(axes.x.start, row as f64 + 0.5));
         let font = ("sans-serif", LABEL).into_font().color(&INK).pos(Pos::new(HPos::Right, VPos::Center));
-        // Places of the whole picture, as the backend counts them.
+        // The backend counts from the corner of the whole picture.
         let (left, above) = area.get_base_pixel();
         area.draw(&Text::new(name.clone(), (x - 8 - left, y - above), font)).map_err(DrawError::new)?;
     }
     Ok(chart)
 }
 
-/// A line through points; those that are not finite leave it out.
+/// Line through points; points that are not finite are left out.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn line(
     chart: &mut Chart<'_>,
     points: impl IntoIterator<Item = (f64, f64)>,
@@ -160,42 +160,42 @@ pub fn line(
     chart.draw_series(LineSeries::new(points, style)).map(|_| ()).map_err(DrawError::new)
 }
 
-/// A dashed line across.
+/// Dashed line between two points.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn dashed(chart: &mut Chart<'_>, from: (f64, f64), to: (f64, f64), color: RGBColor) -> Result<(), DrawError> {
     let series = DashedLineSeries::new([from, to], 6, 5, color.mix(0.75).stroke_width(1));
     chart.draw_series(series).map(|_| ()).map_err(DrawError::new)
 }
 
-/// A line's colour and width in pixels.
+/// Line style of a colour and a width in pixels.
 pub fn stroke(color: RGBColor, width: u32) -> ShapeStyle {
     color.stroke_width(width)
 }
 
-/// A light area.
+/// Light rectangle over two ranges.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn shade(chart: &mut Chart<'_>, x: Range<f64>, y: Range<f64>, color: RGBColor) -> Result<(), DrawError> {
     let area = Rectangle::new([(x.start, y.start), (x.end, y.end)], color.mix(0.1).filled());
     chart.draw_series([area]).map(|_| ()).map_err(DrawError::new)
 }
 
-/// A word at a place in the plot.
+/// Text at a place in the plot.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn word(chart: &mut Chart<'_>, text: &str, at: (f64, f64), side: HPos, color: RGBColor) -> Result<(), DrawError> {
     let font = ("sans-serif", LABEL - 1).into_font().color(&color).pos(Pos::new(side, VPos::Top));
     chart.draw_series([Text::new(text.to_owned(), at, font)]).map(|_| ()).map_err(DrawError::new)
 }
 
-/// A number of an axis: as many digits as it needs, and a minus that is as wide as a digit.
+/// Number of an axis: as few digits as possible, with a typographic minus.
 pub fn tick(value: f64) -> String {
     let text = match value.abs() {
-        // What is left of a sum that should be 0.
+        // Rounding error of a sum that should be 0.
         a if a < 1e-9 => "0".to_owned(),
         a if !(1e-3..1e6).contains(&a) => format!("{value:.1e}"),
         _ => {
@@ -206,7 +206,7 @@ pub fn tick(value: f64) -> String {
     text.replace('-', "−")
 }
 
-/// Least and greatest of finite values, with a share of room beyond; `None` where there are none.
+/// Range of the finite values, widened by a share of its width; `None` if there are none.
 pub fn range(values: impl IntoIterator<Item = f64>, room: f64) -> Option<Range<f64>> {
     let finite = values.into_iter().filter(|v| v.is_finite());
     let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));

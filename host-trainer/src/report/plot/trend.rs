@@ -1,27 +1,28 @@
-//! The monitor's statistics over recordings.
+//! Statistics of the monitor over recordings.
 
 use ballrace_core::monitor::{MonitorConfig, Status};
 use ballrace_firmware_sim::event::Statistics;
 use plotters::style::text_anchor::HPos;
 
 use super::DrawError;
+use super::settings::PlotSettings;
 use super::style::{self, ALARM, Axes, EARLY, INK, LATE, MEASURED};
 use crate::model::replay::Block;
 
-const HEIGHT: u32 = 440;
+const SETTINGS: PlotSettings = PlotSettings::DEFAULT;
 
-/// Deviation, EWMA and CUSUM over the recordings, their limits, and where the status is anomalous.
+/// Picture of deviation, EWMA and CUSUM with their limits; anomalous stretches are shaded.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn svg(blocks: &[Block], limits: &MonitorConfig) -> Result<String, DrawError> {
     svg_with_mark(blocks, limits, None)
 }
 
-/// The same with a mark at the start of a recording, in words.
+/// Picture as [`svg`], with a labelled mark at the start of a recording.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn svg_with_mark(
     blocks: &[Block],
     limits: &MonitorConfig,
@@ -32,8 +33,8 @@ pub fn svg_with_mark(
     let lows = blocks.iter().flat_map(|b| [b.statistics.deviation, b.statistics.ewma]);
     let low = f64::from(lows.fold(-4.0f32, f32::min) - 0.5);
     let high = f64::from(2.0 * limits.cusum_limit + 2.0);
-    style::picture(HEIGHT, |area| {
-        let axes = Axes { x: 0.5..end, y: low..high, x_name: "recording", y_name: "healthy spreads" };
+    style::picture(SETTINGS.trend_height, |area| {
+        let axes = Axes { x: 0.5..end, y: low..high, x_name: "recording", y_name: "healthy standard deviations" };
         let legend = [
             ("deviation of a block", MEASURED),
             ("EWMA, slow", EARLY),
@@ -43,7 +44,7 @@ pub fn svg_with_mark(
         let mut chart = style::chart(area, &axes, &legend)?;
         for (first, last) in anomalous_runs(blocks) {
             let at = |n: usize| places.get(n).copied().unwrap_or(end);
-            // From the block that raised it to the one that cleared it.
+            // From the block that raised the alarm to the one that cleared it.
             style::shade(&mut chart, at(first)..places.get(last + 1).copied().unwrap_or(end), low..high, ALARM)?;
         }
         for (limit, color) in [(limits.ewma_limit, EARLY), (-limits.ewma_limit, EARLY), (limits.cusum_limit, LATE)] {
@@ -59,13 +60,13 @@ pub fn svg_with_mark(
         let Some((recording, words)) = mark else { return Ok(()) };
         let x = recording as f64 + 0.5;
         style::dashed(&mut chart, (x, low), (x, high), INK)?;
-        // On the side where there is room.
+        // On the side with room for it.
         let (side, gap) = if x > 0.5 * end { (HPos::Right, -0.006) } else { (HPos::Left, 0.006) };
         style::word(&mut chart, words, (x + gap * end, high - 0.03 * (high - low)), side, INK)
     })
 }
 
-/// Where each block ends: blocks of recording n share the unit of the axis around n + 1.
+/// End of each block on the axis: blocks of recording n share the unit interval around n + 1.
 fn places(blocks: &[Block]) -> Vec<f64> {
     blocks
         .chunk_by(|a, b| a.recording == b.recording)

@@ -1,0 +1,25 @@
+//! Settings of the commands.
+
+/// Limits and defaults of the commands that are no options.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CliSettings {
+    /// Recordings on one page of `spectra`. Not tuned: chosen by hand.
+    pub recordings_per_page: usize,
+    /// Divisor of the count of recordings of a run to failure that gives its healthy ones. Not tuned: chosen by hand.
+    pub healthy_divisor: usize,
+    /// Maximum of the healthy recordings of a run to failure by default. Not tuned: chosen by hand.
+    pub healthy_maximum: usize,
+    /// Terms of each equation that `fit` prints without --all-terms. Not tuned: chosen by hand.
+    pub terms: usize,
+}
+
+impl CliSettings {
+    /// Settings of all commands.
+    pub const DEFAULT: Self = Self { recordings_per_page: 16, healthy_divisor: 4, healthy_maximum: 100, terms: 6 };
+}
+
+impl Default for CliSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}

@@ -1,0 +1,45 @@
+//! Settings of the pictures.
+
+/// Layout of the pictures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlotSettings {
+    /// Height of the synchronous average, pixels. Not tuned: chosen by hand.
+    pub cycle_height: u32,
+    /// Height of the monitor's trend, pixels. Not tuned: chosen by hand.
+    pub trend_height: u32,
+    /// Height of a panel of derivatives, pixels. Not tuned: chosen by hand.
+    pub derivative_panel_height: u32,
+    /// Height of a panel of residuals, pixels. Not tuned: chosen by hand.
+    pub residual_panel_height: u32,
+    /// Level at which residuals are clamped from below, dB re healthy. Not tuned: chosen by hand.
+    pub lowest_db: f64,
+    /// Steps of the kurtogram's colour scale, few so that the file stays small. Not tuned: chosen by hand.
+    pub colour_steps: usize,
+    /// Rows for the names of marks; names beyond them are left out. Not tuned: chosen by hand.
+    pub name_rows: usize,
+    /// Share of the plot's height that such a row takes. Not tuned: chosen by hand.
+    pub name_row: f64,
+    /// Share of the plot's width that a letter takes. Not tuned: chosen by hand.
+    pub letter: f64,
+}
+
+impl PlotSettings {
+    /// Settings of all pictures.
+    pub const DEFAULT: Self = Self {
+        cycle_height: 300,
+        trend_height: 440,
+        derivative_panel_height: 230,
+        residual_panel_height: 210,
+        lowest_db: -20.0,
+        colour_steps: 40,
+        name_rows: 4,
+        name_row: 0.055,
+        letter: 0.0086,
+    };
+}
+
+impl Default for PlotSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
