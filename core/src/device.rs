@@ -10,6 +10,27 @@ use crate::model::Model;
 use crate::monitor::{BlockReport, Monitor, Status};
 
 /// Screen, evaluator and monitor of one channel.
+///
+/// # Examples
+///
+/// A model of one virtual state whose library is 1 and z:
+///
+/// ```
+/// use ballrace_core::device::Device;
+/// use ballrace_core::model::Model;
+///
+/// let text = include_str!("../examples/least.json");
+/// let mut storage = [[0; 4]; 64];
+/// let model = Model::from_json(text, &mut storage).unwrap();
+/// let mut scratch = [0.0; 64];
+/// let mut device = Device::new(&model, &mut scratch[..Device::scratch_len(&model)]).unwrap();
+/// let broken = device.push(f32::NAN);
+/// assert!(broken.step.is_none());
+/// for k in 0..10 {
+///     device.push((0.3 * k as f32) % 1.0);
+/// }
+/// assert!(device.push(0.1).step.is_some());
+/// ```
 #[derive(Debug)]
 pub struct Device<'a, 's> {
     screen: Screen,

@@ -7,8 +7,8 @@ use realfft::num_complex::Complex;
 
 use super::hypothesis::{Gap, InitialGuesses};
 use super::residual::{Whitened, whitened};
-use crate::identify::likelihood::likelihood::{Prediction, judged_bins};
 use crate::identify::likelihood::observed::Observed;
+use crate::identify::likelihood::whittle::{Prediction, judged_bins};
 use crate::rig::{OperatingCondition, Rig};
 use crate::signal::transform::inverse_plan;
 

@@ -4,52 +4,52 @@
 //! |---|---|
 //! | [`result`] | result of a diagnosis |
 //! | [`mod@write`] | a diagnosis as a folder |
-//! | [`sdof`] | the rig of one degree of freedom |
-//! | [`faults`] | acquisition faults in held-out recordings of an sdof rig |
-//! | [`bearing`] | the 5-DoF rig |
-//! | [`data_split`] | fitted, held-out and screening recordings |
-//! | [`envelope`] | real recordings, where the structure is unknown |
-//! | [`acquisition`] | faults between sensor and file |
-//! | [`residual`] | whitened residual and its lack of fit |
-//! | [`initial_guesses`] | where a search in time or frequency starts |
-//! | [`hypothesis`] | candidate effects with starts of their search |
-//! | [`start_score`] | expected gain of a start |
-//! | [`screening`] | screening of all candidates |
-//! | [`refine_starts`] | refinement of the screened starts |
-//! | [`model_selection`] | fits of the best candidates and their gains |
-//! | [`explain`] | null model, and the one or two causes that explain its residual |
+//! | `sdof` | the rig of one degree of freedom |
+//! | `faults` | acquisition faults in held-out recordings of an sdof rig |
+//! | `bearing` | the 5-DoF rig |
+//! | `data_split` | fitted, held-out and screening recordings |
+//! | `envelope` | real recordings, where the structure is unknown |
+//! | `acquisition` | faults between sensor and file |
+//! | `residual` | whitened residual and its lack of fit |
+//! | `initial_guesses` | where a search in time or frequency starts |
+//! | `hypothesis` | candidate effects with starts of their search |
+//! | `start_score` | expected gain of a start |
+//! | `screening` | screening of all candidates |
+//! | `refine_starts` | refinement of the screened starts |
+//! | `model_selection` | fits of the best candidates and their gains |
+//! | `explain` | null model, and the one or two causes that explain its residual |
 //! | `findings` | causes, rejected candidates and fit of a diagnosis |
-//! | [`validation`] | fit of a correction to held-out recordings |
-//! | [`statistics`] | statistics of a residual |
-//! | [`evidence`] | significance tests of those statistics |
-//! | [`baseline_test`] | tests of real recordings against the healthy machine's |
-//! | [`locate`] | where the mismatch is |
+//! | `validation` | fit of a correction to held-out recordings |
+//! | `statistics` | statistics of a residual |
+//! | `evidence` | significance tests of those statistics |
+//! | `baseline_test` | tests of real recordings against the healthy machine's |
+//! | `locate` | where the mismatch is |
 
-pub mod acquisition;
-pub mod baseline_test;
-pub mod bearing;
-pub mod causes;
-pub mod data_split;
-pub mod envelope;
+pub(crate) mod acquisition;
+pub(crate) mod baseline_test;
+pub(crate) mod bearing;
+pub(crate) mod causes;
+pub(crate) mod data_split;
+pub(crate) mod envelope;
 mod error;
-pub mod evidence;
-pub mod explain;
-pub mod faults;
+pub(crate) mod evidence;
+pub(crate) mod explain;
+pub(crate) mod faults;
 mod findings;
-pub mod hypothesis;
-pub mod initial_guesses;
-pub mod locate;
-pub mod model_selection;
-pub mod refine_starts;
-pub mod residual;
+pub(crate) mod hypothesis;
+pub(crate) mod initial_guesses;
+pub(crate) mod locate;
+pub(crate) mod model_selection;
+pub(crate) mod refine_starts;
+pub(crate) mod residual;
 pub mod result;
-pub mod screening;
-pub mod sdof;
-pub mod start_score;
-pub mod statistics;
+pub(crate) mod screening;
+pub(crate) mod sdof;
+pub(crate) mod start_score;
+pub(crate) mod statistics;
 #[cfg(test)]
 mod tests;
-pub mod validation;
+pub(crate) mod validation;
 pub mod write;
 
 pub use error::DiagnoseError;
@@ -74,6 +74,25 @@ pub struct Task<'a> {
 ///
 /// # Errors
 /// Recordings or a rig that lack something required.
+///
+/// # Examples
+///
+/// ```
+/// use ballrace::diagnose::result::Verdict;
+/// use ballrace::rig::{Rig, sdof};
+/// use ballrace::{Task, diagnose};
+///
+/// let rig = "kind = \"sdof\"\nmass_kg = 2.0\ndamping_n_s_per_m = 4.0\nstiffness_n_per_m = 800.0\n\
+///            input_gain_n_per_unit = 3.0\nrestoring = \"linear\"\ngravity_n = 0.0";
+/// let rig = Rig::parse(rig, "rig.toml".as_ref())?;
+/// let input: Vec<f64> = (0..2000).map(|k| (0.02 * k as f64).sin() + (0.071 * k as f64).sin()).collect();
+/// let drive = sdof::Drive { input: &input, sample_rate_hz: 500.0, ..Default::default() };
+/// let mut recording = sdof::simulate(&rig, &drive)?;
+/// recording.channels.retain(|channel| ["u", "q"].contains(&channel.name.as_str()));
+/// let task = Task { rig: &rig, baseline: None, recordings: &[recording], seed: 1 };
+/// assert_eq!(diagnose(&task, &|_| ())?.diagnosis.verdict, Verdict::NoMismatch);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<result::DiagnosisResult, DiagnoseError> {
     if task.recordings.is_empty() {
         return Err(DiagnoseError::Empty);

@@ -9,8 +9,8 @@ use super::hypothesis::Start;
 use super::residual::EDGE;
 use super::start_score::{Angles, NullPrediction, StartScore, Strength, Trial, evaluate};
 use crate::identify::likelihood::align;
-use crate::identify::likelihood::likelihood::means;
 use crate::identify::likelihood::tachometer::Reading;
+use crate::identify::likelihood::whittle::means;
 use crate::rig::{Rig, RigError};
 
 /// Start with width, angle and depth of a defect scanned finely. A ball takes a few periods of the fastest mode to cross it, so

@@ -2,8 +2,8 @@
 
 use realfft::num_complex::Complex;
 
-use crate::identify::likelihood::likelihood::{Prediction, judged_bins};
 use crate::identify::likelihood::observed::Observed;
+use crate::identify::likelihood::whittle::{Prediction, judged_bins};
 use crate::signal::transform::inverse_plan;
 
 /// Bins of a band of the excess, and what n (m − 1 − ln m) is on average for the mean m of n of them, and its variance:

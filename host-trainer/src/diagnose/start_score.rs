@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use super::hypothesis::Start;
 use crate::identify::likelihood::align;
-use crate::identify::likelihood::likelihood::{Noise, NoiseFreeRun, Prediction, judged_bins, means, noises};
 use crate::identify::likelihood::observed::{Coefficients, Observed};
+use crate::identify::likelihood::whittle::{Noise, NoiseFreeRun, Prediction, judged_bins, means, noises};
 use crate::rig::random_part::{Asked, depends_on_velocity_noise};
 use crate::rig::{Rig, RigError};
 

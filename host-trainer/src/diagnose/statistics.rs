@@ -9,8 +9,8 @@ use realfft::num_complex::Complex;
 
 use super::residual::{EDGE, Whitened, inner};
 use super::result::Aspect;
-use crate::identify::likelihood::likelihood::judged_bins;
 use crate::identify::likelihood::observed::{CHANNELS, coefficients};
+use crate::identify::likelihood::whittle::judged_bins;
 use crate::rig::OperatingCondition;
 use crate::signal::characteristic::{Characteristic, Speeds, list};
 use crate::signal::kinematics::Geometry;

@@ -3,10 +3,10 @@
 use super::DiagnoseError;
 use super::result::{Fit, HeldOut};
 use crate::identify::calibrate::distance::log_spectral;
-use crate::identify::likelihood::likelihood::{Prediction, judged_bins};
 use crate::identify::likelihood::observed::{CHANNELS, Observed, accelerations};
 use crate::identify::likelihood::problem::Problem;
 use crate::identify::likelihood::search::{Limits, search, search_from_rig};
+use crate::identify::likelihood::whittle::{Prediction, judged_bins};
 use crate::rig::{Rig, RigError, Run, Start, simulate_many};
 use crate::stats::significance::sign_flip_of;
 

@@ -6,13 +6,13 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`cases`] | rigs, recordings and hidden causes |
+//! | `cases` | rigs, recordings and hidden causes |
 //! | [`score`] | one case: diagnosis against truth |
-//! | [`table`] | all cases: confusion matrix, severities, intervals, times |
+//! | `table` | all cases: confusion matrix, severities, intervals, times |
 
-pub mod cases;
+pub(crate) mod cases;
 pub mod score;
-pub mod table;
+pub(crate) mod table;
 #[cfg(test)]
 mod tests;
 

@@ -1,5 +1,5 @@
 //! Parameters of a rig from recordings, theory (54) to (69).
 
 pub mod calibrate;
-pub mod force_balance;
-pub mod likelihood;
+pub(crate) mod force_balance;
+pub(crate) mod likelihood;

@@ -9,6 +9,6 @@ pub mod samples;
 pub mod sindy_nn;
 pub mod states;
 pub mod stlsq;
-pub mod trace;
+pub(crate) mod trace;
 
 pub use owned::{OwnedModel, Parts};

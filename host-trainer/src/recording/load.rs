@@ -44,6 +44,20 @@ pub fn load_all(path: &Path) -> Result<Vec<Recording>, ReadError> {
 ///
 /// The first error in the order of the recordings. With [`LoadOptions::skip_bad`] bad contents are counted instead,
 /// unless no recording is readable.
+///
+/// # Examples
+///
+/// ```
+/// use ballrace::recording::{LoadOptions, Unit, load};
+///
+/// let folder = tempfile::tempdir()?;
+/// let file = folder.path().join("r01.csv");
+/// std::fs::write(&file, "ay\n0.1\n-0.2\n0.3\n")?;
+/// let options = LoadOptions { sample_rate_hz: Some(25_600.0), unit: Unit::parse("g"), ..LoadOptions::default() };
+/// let loaded = load(&[file], &options)?;
+/// assert_eq!(loaded.recordings[0].channels[0].samples[0], 0.1 * 9.806_65);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn load(paths: &[PathBuf], options: &LoadOptions) -> Result<Loaded, ReadError> {
     options.check()?;
     let mut jobs = find::jobs(paths, options)?;

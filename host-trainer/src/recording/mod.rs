@@ -17,7 +17,7 @@
 use std::{fmt, path::PathBuf};
 
 mod assemble;
-pub mod atomic_write;
+pub(crate) mod atomic_write;
 mod error;
 mod find;
 mod formats;
@@ -29,7 +29,7 @@ mod options;
 mod parse_number;
 pub mod reference_data;
 pub mod resample;
-pub mod settings;
+pub(crate) mod settings;
 mod table;
 mod time_axis;
 mod unit;

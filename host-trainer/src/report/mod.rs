@@ -2,28 +2,28 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`html`] | escaping, and a document as text |
-//! | [`model`] | sections on a fit: scores, equations, sizes |
-//! | [`signal`] | sections on recordings: spectra, prediction and residual |
-//! | [`held_out`] | pictures of a recording before and after |
-//! | [`plot`] | pictures as SVG |
-//! | [`settings`] | segment lengths, limits of lists, layout |
-//! | [`fit`], [`monitor`], [`calibrate`], [`calibrate_sdof`], [`diagnosis`], [`spectra`] | documents of these commands |
+//! | `html` | escaping, and a document as text |
+//! | `model` | sections on a fit: scores, equations, sizes |
+//! | `signal` | sections on recordings: spectra, prediction and residual |
+//! | `held_out` | pictures of a recording before and after |
+//! | `plot` | pictures as SVG |
+//! | `settings` | segment lengths, limits of lists, layout |
+//! | `fit`, `monitor`, `calibrate`, `calibrate_sdof`, [`diagnosis`], `spectra` | documents of these commands |
 //!
 //! All text is escaped. A report states no time of day and no duration, so that the same input gives the same bytes.
 
-pub mod calibrate;
-pub mod calibrate_sdof;
+pub(crate) mod calibrate;
+pub(crate) mod calibrate_sdof;
 pub mod diagnosis;
-pub mod fit;
-pub mod held_out;
-pub mod html;
-pub mod model;
-pub mod monitor;
-pub mod plot;
-pub mod settings;
-pub mod signal;
-pub mod spectra;
+pub(crate) mod fit;
+pub(crate) mod held_out;
+pub(crate) mod html;
+pub(crate) mod model;
+pub(crate) mod monitor;
+pub(crate) mod plot;
+pub(crate) mod settings;
+pub(crate) mod signal;
+pub(crate) mod spectra;
 
 /// Tone of a verdict: the colour of its box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +73,7 @@ pub enum Part {
     },
     /// A picture.
     Figure {
-        /// SVG, not escaped: it comes from [`plot`].
+        /// SVG, not escaped: it comes from `plot`.
         svg: String,
         /// Caption.
         caption: String,

@@ -43,16 +43,16 @@
 //! speed, one run to about half.
 
 pub mod assembly;
-pub mod batch;
+pub(crate) mod batch;
 pub mod bearing;
 pub mod condition;
 pub mod config;
 pub mod effect;
 mod error;
 pub(crate) mod noise;
-pub mod random_part;
+pub(crate) mod random_part;
 pub mod sdof;
-pub mod settings;
+pub(crate) mod settings;
 pub mod simulate;
 #[cfg(test)]
 mod simulate_tests;

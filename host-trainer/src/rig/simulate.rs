@@ -36,6 +36,18 @@ pub struct Run<'a> {
 /// # Errors
 ///
 /// A rig that [`Rig::check`] refuses or that is not a bearing's, an impossible condition, a run that diverges.
+///
+/// # Examples
+///
+/// ```
+/// use ballrace::rig::{OperatingCondition, Rig, Start, simulate};
+///
+/// let rig = Rig::parse(include_str!("../../benches/rig.toml"), "rig.toml".as_ref())?;
+/// let condition = OperatingCondition { shaft_hz: 30.0, load_n: 500.0, sample_rate_hz: 25_600.0, samples: 1000 };
+/// let recording = simulate(&rig, &condition, &Start::seeded(1))?;
+/// assert_eq!(recording.channel("ay").unwrap().samples.len(), 1000);
+/// # Ok::<(), ballrace::rig::RigError>(())
+/// ```
 pub fn simulate(rig: &Rig, condition: &OperatingCondition, start: &Start) -> Result<Recording, RigError> {
     simulate_altered(rig, condition, start, &|_| ())
 }

@@ -55,7 +55,7 @@ pub struct Kurtogram {
     pub nyquist_hz: f64,
 }
 
-/// Significance above which a band is not noise: [`KurtogramSettings::significance_bound`].
+/// Significance above which a band is not noise: `KurtogramSettings::significance_bound`.
 pub const NOISE_BOUND: f64 = SETTINGS.significance_bound;
 
 impl Kurtogram {

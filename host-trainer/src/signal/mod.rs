@@ -14,7 +14,7 @@
 //! | [`speed`] | the shaft's speed without a tachometer |
 //! | [`spectra`] | all of these for one recording |
 //! | [`surrogate`] | phase-randomised surrogates |
-//! | [`settings`] | settings of each stage |
+//! | `settings` | settings of each stage |
 //!
 //! Samples are `f32` or `f64`, results `f64`; frequencies are in Hz, times in s, angles in turns.
 
@@ -27,7 +27,7 @@ pub mod kinematics;
 pub mod kurtogram;
 pub mod lines;
 pub mod order;
-pub mod settings;
+pub(crate) mod settings;
 pub mod spectra;
 pub mod spectrum;
 pub mod speed;

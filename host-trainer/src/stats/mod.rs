@@ -1,6 +1,6 @@
 //! Statistics, optimisation and numbers as text, open to every other layer.
 
 pub mod format;
-pub mod optimise;
-pub mod settings;
-pub mod significance;
+pub(crate) mod optimise;
+pub(crate) mod settings;
+pub(crate) mod significance;

@@ -12,11 +12,11 @@
 //! ([`generator::Truth`]) is compared with the result only in the [`DemoResult`].
 
 pub(super) mod command;
-pub mod generator;
-pub mod job;
+pub(crate) mod generator;
+pub(crate) mod job;
 pub mod outcome;
 mod page;
-pub mod settings;
+pub(crate) mod settings;
 
 use std::path::{Path, PathBuf};
 

@@ -1,22 +1,22 @@
 //! Uncertain parameters of a rig from recordings of the healthy machine, theory (59) to (61).
 //!
-//! [`bearing`] maximises the likelihood of the recordings ([`likelihood`](crate::identify::likelihood)) over the parameters
+//! [`bearing`] maximises the likelihood of the recordings (`likelihood`) over the parameters
 //! that the rig's file calls `unknown`, the noise levels, and the angles at each recording's start. Intervals come from the
 //! expected information, with the angles free, and from the scatter of the scores over bands ([`estimate::covariance`]);
 //! undetermined combinations are reported ([`estimate::Undetermined`]).
 //!
 //! A real machine has a structure between bearing and sensor that no rig of five degrees of freedom has. If the calibrated
-//! rig does not fit the recordings' spectra, that path is identified as an all-pole filter ([`transfer_path`]); amplitudes
+//! rig does not fit the recordings' spectra, that path is identified as an all-pole filter (`transfer_path`); amplitudes
 //! then carry no information on the rig's parameters, which stay as they were.
 
 pub mod bearing;
-pub mod distance;
+pub(crate) mod distance;
 pub mod estimate;
-pub mod settings;
-pub mod split;
+pub(crate) mod settings;
+pub(crate) mod split;
 #[cfg(test)]
 mod tests;
-pub mod transfer_path;
+pub(crate) mod transfer_path;
 
 pub use bearing::{Calibration, calibrate};
 

@@ -36,5 +36,5 @@ pub(crate) mod traces;
 
 pub use calibrate::{Estimate, HeldOutError, Method, SdofCalibration, calibrate_sdof};
 pub use error::BalanceError;
-pub use states::{Sensed, States};
+
 pub use traces::HeldOutTrace;

@@ -83,11 +83,6 @@ impl Track {
             valid: Vec::new(),
         }
     }
-
-    /// Whether there are no samples, which [`States::new`] refuses.
-    pub fn is_empty(&self) -> bool {
-        self.sensed.is_empty()
-    }
 }
 
 /// Signals of all recordings and the filter that they pass.

@@ -72,7 +72,7 @@ impl Coordinate {
     }
 
     /// Coordinate of a value.
-    pub fn from_value(&self, value: f64) -> f64 {
+    pub fn to_coordinate(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Log { sign } => (value * sign).max(f64::MIN_POSITIVE).ln(),
             Scale::Linear { unit } => value / unit,

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`observed`] | a recording in the frequency domain, theory (1) |
 //! | [`tachometer`] | the tachometer's reading of the shaft's angle |
-//! | [`likelihood`] | a rig's prediction: D, fixed by the angles at the start, and S, the variance of the random part |
+//! | [`whittle`] | a rig's prediction: D, fixed by the angles at the start, and S, the variance of the random part |
 //! | [`align`] | those angles, theory (58) |
 //! | [`coordinate`] | the sought numbers on the scale of a search |
 //! | [`problem`] | likelihood, gradient and information at a point, theory (54) to (56) |
@@ -13,7 +13,6 @@
 
 pub mod align;
 pub mod coordinate;
-pub mod likelihood;
 pub mod observed;
 pub mod problem;
 pub mod search;
@@ -21,3 +20,4 @@ pub mod settings;
 pub mod tachometer;
 #[cfg(test)]
 mod tests;
+pub mod whittle;

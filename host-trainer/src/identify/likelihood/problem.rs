@@ -10,10 +10,10 @@ use realfft::num_complex::Complex;
 
 use super::align;
 use super::coordinate::{ANGLE_STEP, Coordinate};
-use super::likelihood::{Noise, NoiseFreeRun, Prediction, judged_bins, means, neg_log_likelihood, noises_in};
 use super::observed::{Coefficients, Observed};
 use super::settings::SearchSettings;
 use super::tachometer::Reading;
+use super::whittle::{Noise, NoiseFreeRun, Prediction, judged_bins, means, neg_log_likelihood, noises_in};
 use crate::rig::{Rig, RigError};
 
 const SETTINGS: SearchSettings = SearchSettings::DEFAULT;
@@ -84,7 +84,7 @@ impl<'o> Problem<'o> {
 
     /// Point of the rig's own values, with given angles.
     pub fn start_at(&self, angles: Vec<[f64; 2]>) -> Point {
-        let value = |c: &Coordinate| c.from_value(self.rig.get(c.key).unwrap_or_default());
+        let value = |c: &Coordinate| c.to_coordinate(self.rig.get(c.key).unwrap_or_default());
         Point { coordinates: self.coordinates.iter().map(value).collect(), angles }
     }
 
@@ -192,7 +192,7 @@ impl<'o> Problem<'o> {
     pub fn expand_with(&self, more: &[Coordinate], point: &Point) -> Result<Expansion, RigError> {
         let rig = self.rig_at(&point.coordinates)?;
         let with = Self { coordinates: [&self.coordinates, more].concat(), ..self.clone() };
-        let values = more.iter().map(|c| c.from_value(rig.get(c.key).unwrap_or_default()));
+        let values = more.iter().map(|c| c.to_coordinate(rig.get(c.key).unwrap_or_default()));
         let coordinates = point.coordinates.iter().copied().chain(values).collect();
         with.expand(&Point { coordinates, angles: point.angles.clone() })
     }

@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 use realfft::num_complex::Complex;
 
 use super::coordinate::Coordinate;
-use super::likelihood::{Noise, NoiseFreeRun, judged_bins, mean_power, means, noises};
 use super::observed::Observed;
 use super::problem::{Point, Problem};
 use super::search::search_from_rig;
+use super::whittle::{Noise, NoiseFreeRun, judged_bins, mean_power, means, noises};
 use crate::rig::random_part::Asked;
 use crate::rig::test_support::{condition, nominal};
 use crate::rig::{EffectEntry, Rig, Run, Start, simulate_many};

@@ -1,5 +1,5 @@
 //! Terms of diagnosed causes in the library of a fit: of each cause those that its definition states
-//! ([`LibraryTerms`](crate::rig::effect::LibraryTerms)). A library only grows by them.
+//! ([`LibraryTerms`]). A library only grows by them.
 
 use ballrace_core::states::{MAX_DIMENSION, Orders};
 use serde::{Deserialize, Serialize};

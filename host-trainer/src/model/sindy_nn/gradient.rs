@@ -1,6 +1,6 @@
 //! Losses of SINDy-NN, theory (10), (11), (13) and (14), and their gradient, by hand.
 //!
-//! Encoder and decoder carry values and tangents together ([`super::passes`]): φ maps (x, ẋ) to
+//! Encoder and decoder carry values and tangents together (`super::passes`): φ maps (x, ẋ) to
 //! (z, ∇φ ẋ), ψ maps (z, Θ(z) Ξ) to (x̂, ∇ψ Θ(z) Ξ), and each data loss is a difference of two of these.
 
 use pulp::{Simd, WithSimd};

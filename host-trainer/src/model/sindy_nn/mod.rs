@@ -1,18 +1,18 @@
 //! SINDy-NN, theory (9) to (16): an autoencoder whose latent variables obey sparse dynamics (the paper; Champion et
 //! al. 2019, its reference 30).
 //!
-//! [`gradient`] holds the losses, [`train`] the training, [`panel`] the kernels, [`real`] their vectors.
+//! [`gradient`] holds the losses, [`train`] the training, `panel` the kernels, [`real`] their vectors.
 
 mod adam;
 pub mod engine;
-pub mod export;
+pub(crate) mod export;
 pub mod gradient;
 pub mod layout;
-pub mod panel;
+pub(crate) mod panel;
 mod passes;
 pub mod real;
-pub mod settings;
-pub mod terms;
+pub(crate) mod settings;
+pub(crate) mod terms;
 pub mod train;
 
 #[cfg(test)]

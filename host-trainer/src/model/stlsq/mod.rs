@@ -7,7 +7,7 @@
 
 mod diagnose;
 mod r_factor;
-pub mod settings;
+pub(crate) mod settings;
 
 pub use diagnose::{Diagnosis, diagnose, noise_terms};
 pub use r_factor::RFactor;

@@ -62,11 +62,11 @@ fn all_for(rig: RigKind) -> impl Iterator<Item = EffectKind> {
 fn invariant_plausible_effects_run_and_state_their_term() {
     for kind in all_for(RigKind::Bearing5Dof) {
         let entry = middle(kind, RigKind::Bearing5Dof);
-        let text = (kind.definition().equation)(&Values::new(&entry, RigKind::Bearing5Dof).expect(kind.name()));
+        let text = (kind.definition().equation)(&Values::new(&entry, RigKind::Bearing5Dof).unwrap());
         assert!(text.contains(|c: char| c.is_ascii_digit()) && !text.contains("NaN"), "{text}");
         let rig = nominal().with_effect(entry);
         let start = Start { settle_s: 0.01, ..Start::seeded(1) };
-        let recording = simulate(&rig, &condition(30.0, 500.0, 200), &start).expect(kind.name());
+        let recording = simulate(&rig, &condition(30.0, 500.0, 200), &start).unwrap();
         assert!(recording.channels.iter().all(|c| c.samples.len() == 200), "{kind}");
     }
 }
@@ -75,11 +75,11 @@ fn invariant_plausible_effects_run_and_state_their_term() {
 fn invariant_sdof_effects_run_and_state_their_term() {
     for kind in all_for(RigKind::Sdof) {
         let entry = middle(kind, RigKind::Sdof);
-        let text = (kind.definition().equation)(&Values::new(&entry, RigKind::Sdof).expect(kind.name()));
+        let text = (kind.definition().equation)(&Values::new(&entry, RigKind::Sdof).unwrap());
         assert!(text.contains(|c: char| c.is_ascii_digit()) && !text.contains("NaN"), "{text}");
         let input: Vec<f64> = (0..400).map(|k| (k as f64 * 0.05).sin()).collect();
         let drive = crate::rig::sdof::Drive { input: &input, sample_rate_hz: 1000.0, ..Default::default() };
-        crate::rig::sdof::simulate(&parse(SDOF).with_effect(entry), &drive).expect(kind.name());
+        crate::rig::sdof::simulate(&parse(SDOF).with_effect(entry), &drive).unwrap();
     }
 }
 

@@ -25,7 +25,7 @@
 mod evidence;
 mod refine;
 mod search;
-pub mod settings;
+pub(crate) mod settings;
 #[cfg(test)]
 mod tests;
 

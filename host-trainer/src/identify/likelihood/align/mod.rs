@@ -13,10 +13,10 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 use realfft::num_complex::Complex;
 
-use crate::identify::likelihood::likelihood::{Noise, NoiseFreeRun, Prediction, means, neg_log_likelihood, noises_in};
 use crate::identify::likelihood::observed::{CHANNELS, Coefficients, Observed};
 use crate::identify::likelihood::settings::AlignmentSettings;
 use crate::identify::likelihood::tachometer::Reading;
+use crate::identify::likelihood::whittle::{Noise, NoiseFreeRun, Prediction, means, neg_log_likelihood, noises_in};
 use crate::recording::Recording;
 use crate::rig::simulate::{assemble, fewest_substeps, shortest_settling_s, simulate_all};
 use crate::rig::{EffectEntry, OperatingCondition, Rig, RigError, Run, Start, simulate_many};

@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use realfft::num_complex::Complex;
 
 use super::{SETTINGS, cage_per_shaft, reading};
-use crate::identify::likelihood::likelihood::judged_bins;
 use crate::identify::likelihood::observed::{Coefficients, Observed};
+use crate::identify::likelihood::whittle::judged_bins;
 use crate::rig::Rig;
 use crate::signal::transform::inverse_plan;
 

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use super::SETTINGS;
 use super::shift::correlation;
-use crate::identify::likelihood::likelihood::{Noise, NoiseFreeRun, judged_bins, means};
 use crate::identify::likelihood::observed::{Coefficients, Observed};
+use crate::identify::likelihood::whittle::{Noise, NoiseFreeRun, judged_bins, means};
 use crate::rig::{EffectEntry, Rig, RigError};
 
 /// Whether an effect depends on the balls' spin.
