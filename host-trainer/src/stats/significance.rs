@@ -7,6 +7,9 @@ use statrs::function::erf::erfc;
 
 use super::settings::SignificanceSettings;
 
+/// 97.5 % quantile of the normal distribution.
+pub const Z975: f64 = 1.959_963_985;
+
 const SETTINGS: SignificanceSettings = SignificanceSettings::DEFAULT;
 
 /// p-value of the total gain over blocks, theory (81), by flipping the sign of each block's gain: under the null

@@ -1,6 +1,7 @@
 //! Estimates with intervals from a search, and undetermined combinations: theory (59) and (60).
 
 use crate::rig::config::RigKey;
+use crate::stats::significance::Z975;
 use faer::Mat;
 use faer::Side;
 use faer::linalg::solvers::DenseSolveCore;
@@ -10,8 +11,6 @@ use super::settings::CalibrationSettings;
 use crate::identify::likelihood::coordinate::{Coordinate, Scale};
 use crate::identify::likelihood::problem::Expansion;
 
-/// Quantile of the normal distribution at 97.5 %.
-const Z975: f64 = 1.959_963_985;
 const SETTINGS: CalibrationSettings = CalibrationSettings::DEFAULT;
 
 /// Estimate of a parameter.

@@ -1,14 +1,12 @@
 //! Least squares on filtered, correlated rows, theory (66): estimates, intervals that allow for the correlation, and
 //! undetermined combinations.
 
+use crate::stats::significance::Z975;
 use faer::{Mat, Side};
 
 use super::settings::BalanceSettings;
 
 const SETTINGS: BalanceSettings = BalanceSettings::DEFAULT;
-/// Quantile of the normal distribution at 97.5 %.
-pub const Z95: f64 = 1.959_963_985;
-
 /// A fitted linear model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
@@ -23,7 +21,7 @@ pub struct Fit {
 impl Fit {
     /// Half the width of each 95 % interval.
     pub fn half_widths(&self) -> Vec<f64> {
-        (0..self.values.len()).map(|i| Z95 * self.covariance[i][i].max(0.0).sqrt()).collect()
+        (0..self.values.len()).map(|i| Z975 * self.covariance[i][i].max(0.0).sqrt()).collect()
     }
 }
 
@@ -176,7 +174,7 @@ mod tests {
         let ones = vec![vec![1.0; 20_000]];
         let lags = correlation_length(&target, &[20_000]);
         let width = least_squares(&ones, &target, &[20_000], lags).unwrap().half_widths()[0];
-        let expected = Z95 * 10.0 / 20_000f64.sqrt();
+        let expected = Z975 * 10.0 / 20_000f64.sqrt();
         assert!((width / expected - 1.0).abs() < 0.25, "{width} {expected} {lags}");
     }
 

@@ -7,6 +7,7 @@
 
 use crate::rig::config::RigKey;
 use crate::rig::effect::{EffectKind, ParameterKey};
+use crate::stats::optimise::{Damped, Decrease, GeometricDamping, damped_search};
 use rayon::prelude::*;
 
 use super::{
@@ -46,49 +47,70 @@ struct ShootingWindow<'a> {
 /// `window` is in samples; `None` takes recordings whole. Returns `None` if the simulation diverges or the keys are not
 /// determined.
 pub fn refine(rig: &Rig, keys: &[RigKey], states: &States, window: Option<usize>) -> Option<Refined> {
-    let mut windows = cut(states, window);
+    let windows = cut(states, window);
     let run = Run { states, keys };
-    let mut rig = rig.clone();
-    let mut values: Vec<f64> = keys.iter().map(|key| rig.get(*key)).collect::<Option<_>>()?;
-    let mut damping = SETTINGS.shooting_initial_damping;
-    let mut pieces = run.linearise(&rig, &values, &windows)?;
-    let mut cost = cost_of(&pieces);
-    for _ in 0..SETTINGS.shooting_steps {
-        let mut improved = None;
-        while damping < SETTINGS.shooting_max_damping {
-            let Some((step, starts)) = solve(&pieces, keys.len(), damping) else {
-                damping = f64::max(damping, 1e-9) * 10.0;
-                continue;
-            };
-            let trial: Vec<f64> = values.iter().zip(&step).map(|(v, s)| v + s).collect();
-            let moved: Vec<[f64; 2]> =
-                windows.iter().zip(&starts).map(|(w, s)| [w.start[0] + s[0], w.start[1] + s[1]]).collect();
-            let inside = keys.iter().zip(&trial).all(|(k, v)| rig.domain(*k).is_none_or(|d| d.holds(*v)));
-            let found = inside.then(|| run.sum_of_squares(&rig, &trial, &windows, &moved)).flatten();
-            if let Some(better) = found.filter(|c| *c < cost) {
-                improved = Some((trial, moved, better));
-                break;
-            }
-            damping = f64::max(damping, SETTINGS.damping_floor) * SETTINGS.shooting_damping_growth;
-        }
-        let Some((trial, moved, better)) = improved else { break };
-        let fall = 1.0 - better / cost;
-        values = trial;
-        windows.iter_mut().zip(moved).for_each(|(w, s)| w.start = s);
-        for (key, value) in keys.iter().zip(&values) {
-            rig.set(*key, *value).ok()?;
-        }
-        pieces = run.linearise(&rig, &values, &windows)?;
-        cost = cost_of(&pieces);
-        damping *= SETTINGS.damping_fall;
-        if fall < SETTINGS.shooting_min_fall {
-            break;
-        }
-    }
+    let values: Vec<f64> = keys.iter().map(|key| rig.get(*key)).collect::<Option<_>>()?;
+    let pieces = run.linearise(rig, &values, &windows)?;
+    let mut shooting = Shooting { run, rig: rig.clone(), values, windows, cost: cost_of(&pieces), pieces };
+    let mut damping = GeometricDamping {
+        value: SETTINGS.shooting_initial_damping,
+        fall: SETTINGS.damping_fall,
+        growth: SETTINGS.shooting_damping_growth,
+        floor: SETTINGS.damping_floor,
+        singular_growth: 10.0,
+        singular_floor: 1e-9,
+    };
+    damped_search(&mut shooting, &mut damping, SETTINGS.shooting_steps, SETTINGS.shooting_max_damping).ok()?;
+    let Shooting { rig, values, windows, pieces, .. } = shooting;
     let fit = covariance(&pieces, &values)?;
     let count = fit.residual.len().max(1) as f64;
     let rms = (fit.residual.iter().map(|e| e * e).sum::<f64>() / count).sqrt();
     Some(Refined { rig, fit, rms, starts: windows.iter().map(|w| w.start).collect() })
+}
+
+/// State of a search over parameters and the start of each window.
+struct Shooting<'a> {
+    run: Run<'a>,
+    rig: Rig,
+    values: Vec<f64>,
+    windows: Vec<ShootingWindow<'a>>,
+    pieces: Vec<Piece>,
+    cost: f64,
+}
+
+/// A simulation that diverges.
+struct Diverged;
+
+impl Damped for Shooting<'_> {
+    /// Values of the keys, and starts of the windows.
+    type Trial = (Vec<f64>, Vec<[f64; 2]>);
+    type Error = Diverged;
+
+    fn trial(&self, damping: f64) -> Result<Option<Self::Trial>, Diverged> {
+        let Some((step, starts)) = solve(&self.pieces, self.run.keys.len(), damping) else { return Ok(None) };
+        let values = self.values.iter().zip(&step).map(|(v, s)| v + s).collect();
+        let starts = self.windows.iter().zip(&starts).map(|(w, s)| [w.start[0] + s[0], w.start[1] + s[1]]).collect();
+        Ok(Some((values, starts)))
+    }
+
+    fn decrease(&self, (values, starts): &Self::Trial) -> Option<Decrease> {
+        let keys = self.run.keys.iter().zip(values);
+        let inside = keys.map(|(k, v)| self.rig.domain(*k).is_none_or(|d| d.holds(*v))).all(|inside| inside);
+        let found = inside.then(|| self.run.sum_of_squares(&self.rig, values, &self.windows, starts)).flatten();
+        let better = found.filter(|c| *c < self.cost)?;
+        Some(Decrease { actual: 1.0 - better / self.cost, expected: f64::NAN })
+    }
+
+    fn accept(&mut self, (values, starts): Self::Trial, decrease: Decrease) -> Result<bool, Diverged> {
+        self.values = values;
+        self.windows.iter_mut().zip(starts).for_each(|(w, s)| w.start = s);
+        for (key, value) in self.run.keys.iter().zip(&self.values) {
+            self.rig.set(*key, *value).map_err(|_| Diverged)?;
+        }
+        self.pieces = self.run.linearise(&self.rig, &self.values, &self.windows).ok_or(Diverged)?;
+        self.cost = cost_of(&self.pieces);
+        Ok(decrease.actual < SETTINGS.shooting_min_fall)
+    }
 }
 
 /// Root mean square residual of a rig's simulation, over windows whose starts are fitted, in the sensor's unit. `None` if

@@ -6,6 +6,7 @@ use faer::linalg::solvers::Solve;
 use super::problem::{Expansion, Point, Problem};
 use super::settings::SearchSettings;
 use crate::rig::RigError;
+use crate::stats::optimise::{Damped, Damping, Decrease, damped_search};
 
 const SETTINGS: SearchSettings = SearchSettings::DEFAULT;
 
@@ -50,64 +51,78 @@ pub fn search_from_rig(problem: &Problem) -> Result<Optimum, RigError> {
 /// # Errors
 /// What the simulation refuses at the start.
 pub fn search(problem: &Problem, from: Point, limits: &Limits) -> Result<Optimum, RigError> {
-    let anchor = from.coordinates.clone();
-    let pull = |point: &Point| -> f64 {
-        let away = point.coordinates.iter().zip(&anchor).map(|(u, a)| ((u - a) / SETTINGS.prior_std).powi(2));
+    let expansion = problem.expand(&from)?;
+    let mut search = Search { problem, limits, anchor: from.coordinates.clone(), point: from, expansion };
+    let converged = damped_search(&mut search, &mut NielsenDamping::new(), limits.steps, SETTINGS.max_damping)?;
+    Ok(Optimum { point: search.point, expansion: search.expansion, converged })
+}
+
+/// State of a search: Fisher scoring on the likelihood and a weak prior around the start.
+struct Search<'s, 'o> {
+    problem: &'s Problem<'o>,
+    limits: &'s Limits,
+    /// Coordinates at the start.
+    anchor: Vec<f64>,
+    point: Point,
+    expansion: Expansion,
+}
+
+impl Search<'_, '_> {
+    /// −ln of the prior.
+    fn pull(&self, point: &Point) -> f64 {
+        let away = point.coordinates.iter().zip(&self.anchor).map(|(u, a)| ((u - a) / SETTINGS.prior_std).powi(2));
         0.5 * away.sum::<f64>()
-    };
-    let mut point = from;
-    let mut expansion = problem.expand(&point)?;
-    let mut damping = Damping::new();
-    for _ in 0..limits.steps {
-        let mut gained = None;
-        while damping.value < SETTINGS.max_damping {
-            let Some((next, expected)) = stepped(&point, &anchor, &expansion, damping.value, limits.change) else {
-                damping.raise();
-                continue;
-            };
-            // An impossible rig has no likelihood.
-            let neg_log_likelihood: f64 = problem.neg_log_likelihoods(&next).map_or(f64::INFINITY, |m| m.iter().sum());
-            let gain = expansion.neg_log_likelihood() + pull(&point) - neg_log_likelihood - pull(&next);
-            if gain > 0.0 {
-                gained = Some((next, gain));
-                damping.follow(gain / expected);
-                break;
-            }
-            damping.raise();
-        }
-        let Some((next, gain)) = gained else {
-            return Ok(Optimum { point, expansion, converged: true });
-        };
-        point = next;
-        expansion = problem.expand(&point)?;
-        if gain < limits.least_increment.max(SETTINGS.min_share_of_excess * expansion.excess) {
-            return Ok(Optimum { point, expansion, converged: true });
-        }
     }
-    Ok(Optimum { point, expansion, converged: false })
+}
+
+impl Damped for Search<'_, '_> {
+    type Trial = (Point, f64);
+    type Error = RigError;
+
+    fn trial(&self, damping: f64) -> Result<Option<(Point, f64)>, RigError> {
+        Ok(stepped(&self.point, &self.anchor, &self.expansion, damping, self.limits.change))
+    }
+
+    fn decrease(&self, (next, expected): &(Point, f64)) -> Option<Decrease> {
+        // An impossible rig has no likelihood.
+        let next_value: f64 = self.problem.neg_log_likelihoods(next).map_or(f64::INFINITY, |m| m.iter().sum());
+        let actual = self.expansion.neg_log_likelihood() + self.pull(&self.point) - next_value - self.pull(next);
+        (actual > 0.0).then_some(Decrease { actual, expected: *expected })
+    }
+
+    fn accept(&mut self, (next, _): (Point, f64), decrease: Decrease) -> Result<bool, RigError> {
+        self.point = next;
+        self.expansion = self.problem.expand(&self.point)?;
+        let least = self.limits.least_increment.max(SETTINGS.min_share_of_excess * self.expansion.excess);
+        Ok(decrease.actual < least)
+    }
 }
 
 /// Damping by the ratio of actual to expected gain: H. B. Nielsen, "Damping parameter in Marquardt's method", IMM-REP-1999-05
 /// (Technical University of Denmark). Where the curvature is not as expected, the damping stays where steps gain, instead of
 /// falling after every step.
-struct Damping {
+struct NielsenDamping {
     value: f64,
     growth: f64,
 }
 
-impl Damping {
+impl NielsenDamping {
     fn new() -> Self {
         Self { value: SETTINGS.initial_damping, growth: SETTINGS.damping_growth }
     }
+}
 
-    /// Adapts the damping after a step that gained the share `kept` of its expected gain.
-    fn follow(&mut self, kept: f64) {
-        let factor = (1.0 - (2.0 * kept - 1.0).powi(3)).max(SETTINGS.min_damping_fall);
+impl Damping for NielsenDamping {
+    fn value(&self) -> f64 {
+        self.value
+    }
+
+    fn follow(&mut self, Decrease { actual, expected }: Decrease) {
+        let factor = (1.0 - (2.0 * (actual / expected) - 1.0).powi(3)).max(SETTINGS.min_damping_fall);
         self.value = (self.value * factor).max(SETTINGS.min_damping);
         self.growth = SETTINGS.damping_growth;
     }
 
-    /// Raises the damping after a step without gain.
     fn raise(&mut self) {
         self.value *= self.growth;
         self.growth *= 2.0;
@@ -156,10 +171,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn damping_falls_where_steps_keep_their_promise_and_stays_where_they_keep_half() {
+    fn damping_falls_where_steps_gain_as_expected_and_stays_where_they_gain_half() {
         let after = |kept: f64| {
-            let mut damping = Damping::new();
-            damping.follow(kept);
+            let mut damping = NielsenDamping::new();
+            damping.follow(Decrease { actual: kept, expected: 1.0 });
             damping.value / SETTINGS.initial_damping
         };
         assert!(after(1.0) < 0.25, "{}", after(1.0));
@@ -169,7 +184,7 @@ mod tests {
 
     #[test]
     fn damping_rises_ever_faster_until_a_step_gains() {
-        let mut damping = Damping::new();
+        let mut damping = NielsenDamping::new();
         let mut values = vec![damping.value];
         for _ in 0..3 {
             damping.raise();
@@ -177,7 +192,7 @@ mod tests {
         }
         let growths: Vec<f64> = values.windows(2).map(|pair| pair[1] / pair[0]).collect();
         assert!(growths.windows(2).all(|pair| (pair[1] / pair[0] - 2.0).abs() < 1e-9), "{growths:?}");
-        damping.follow(0.5);
+        damping.follow(Decrease { actual: 0.5, expected: 1.0 });
         let before = damping.value;
         damping.raise();
         assert!((damping.value / before - growths[0]).abs() < 1e-9);

@@ -6,7 +6,7 @@ use super::effects::UNKNOWN_KEY;
 use super::{BearingRig, Domain, EffectEntry, Machine, ModelKey, Rig, RigKey, Value};
 use crate::rig::error::RigError;
 
-/// What an error names where there is no file.
+/// Name of the rig in errors without a file.
 const NO_FILE: &str = "rig";
 
 impl Rig {
@@ -21,7 +21,7 @@ impl Rig {
         }
     }
 
-    /// The same rig with one more effect.
+    /// The rig with one more effect.
     pub fn with_effect(mut self, effect: EffectEntry) -> Self {
         self.effects.push(effect);
         self
@@ -90,7 +90,7 @@ impl Rig {
         Ok(())
     }
 
-    /// What the number of this name may be; effects' parameters also where they are left at their default.
+    /// Domain of the number of this name; of effects' parameters also of those left at their default.
     pub fn domain(&self, key: RigKey) -> Option<Domain> {
         match key {
             RigKey::Model(key) => self.model.keys().contains(&key).then(|| key.domain()),

@@ -35,14 +35,14 @@ impl EffectEntry {
         self.parameters.insert(key, Value::Number(value));
     }
 
-    /// The same with another number.
+    /// The entry with another number.
     #[must_use]
     pub fn with_number(mut self, key: ParameterKey, value: f64) -> Self {
         self.set_number(key, value);
         self
     }
 
-    /// The same with another text.
+    /// The entry with another text.
     #[must_use]
     pub fn with_text(mut self, key: ParameterKey, value: &str) -> Self {
         self.parameters.insert(key, Value::Text(value.into()));
@@ -65,18 +65,18 @@ impl EffectEntry {
         }
     }
 
-    /// Whether all its numbers are plausible, as [`Parameter::is_plausible`](crate::rig::effect::Parameter::is_plausible) has it.
+    /// Whether all numbers are [plausible](crate::rig::effect::Parameter::is_plausible).
     pub fn is_plausible(&self) -> bool {
         let parameters = self.definition().parameters;
         parameters.iter().all(|p| self.number(p.key).is_none_or(|value| p.is_plausible(value)))
     }
 
-    /// Whether it is fixed to the shaft at an angle of its own.
+    /// Whether the effect is fixed to the shaft at an angle of its own.
     pub fn is_on_shaft(&self) -> bool {
         self.turned_on_shaft(0.0).is_some()
     }
 
-    /// The same further round on the shaft; nothing of what is not fixed to it.
+    /// The effect turned on the shaft; `None` if it is not fixed to the shaft.
     pub fn turned_on_shaft(&self, by_rad: f64) -> Option<Self> {
         let number = |key: ParameterKey| self.number(key).unwrap_or_default();
         let (key, value) = match self.kind {

@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::{BearingRig, Location, Machine, Restoring, RigKind, SdofRig};
 
-/// What a number may be.
+/// Domain of a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Domain {
     /// Any number.
@@ -22,7 +22,7 @@ pub enum Domain {
 }
 
 impl Domain {
-    /// Whether a finite number is in it.
+    /// Whether a number is finite and in the domain.
     pub fn holds(self, value: f64) -> bool {
         value.is_finite()
             && match self {
@@ -57,7 +57,7 @@ macro_rules! model_keys {
         }
 
         impl ModelKey {
-            /// All of them, of both kinds of rig, in the order in which they are written.
+            /// All keys of both kinds of rig, in the order in which they are written.
             pub const ALL: &[Self] = &[$(Self::$kind),*];
 
             /// The name in files: `section.key`, or `key` where a rig has no sections.
@@ -67,7 +67,7 @@ macro_rules! model_keys {
                 }
             }
 
-            /// What the number may be.
+            /// Domain of the number.
             pub const fn domain(self) -> Domain {
                 match self {
                     $(Self::$kind => $domain,)*

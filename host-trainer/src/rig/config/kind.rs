@@ -12,7 +12,7 @@ pub enum RigKind {
 }
 
 impl RigKind {
-    /// All of them, the default first.
+    /// All kinds, the default first.
     pub const ALL: [Self; 2] = [Self::Bearing5Dof, Self::Sdof];
 
     /// The name in files.

@@ -70,9 +70,9 @@ pub struct BearingRig {
     pub outer: Support,
     /// Resonator y_b on the housing; its spring and damper sit between the two.
     pub resonator: Support,
-    /// What drives the rig.
+    /// Excitation.
     pub excitation: Excitation,
-    /// What measures it.
+    /// Sensor.
     pub sensor: Sensor,
 }
 
@@ -96,7 +96,7 @@ pub struct Bearing {
 }
 
 impl Bearing {
-    /// What the characteristic frequencies depend on.
+    /// Geometry that the characteristic frequencies depend on.
     pub fn geometry(&self) -> Geometry {
         Geometry {
             balls: self.balls,
@@ -118,7 +118,7 @@ pub struct Support {
     pub damping_n_s_per_m: f64,
 }
 
-/// What drives the rig.
+/// Excitation of the rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Excitation {
     /// m e, kg m.
@@ -127,14 +127,14 @@ pub struct Excitation {
     pub process_force_psd_n2_per_hz: f64,
 }
 
-/// What measures the rig.
+/// Sensor of the rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensor {
     /// Standard deviation of the white noise in each sample, m/s².
     pub noise_std_m_per_s2: f64,
-    /// Where channel `ay` is taken.
+    /// Location of channel `ay`.
     pub vertical: Location,
-    /// Where channel `ax` is taken.
+    /// Location of channel `ax`.
     pub horizontal: Location,
 }
 
@@ -154,7 +154,7 @@ pub enum Location {
 }
 
 impl Location {
-    /// All of them.
+    /// All locations.
     pub const ALL: [Self; 5] = [Self::InnerX, Self::InnerY, Self::OuterX, Self::OuterY, Self::ResonatorY];
 
     /// The name in files.

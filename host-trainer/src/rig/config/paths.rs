@@ -7,7 +7,7 @@ use crate::rig::transfer_path::TransmissionPath;
 /// The keys of a table.
 pub(super) const KEYS: [&str; 4] = ["channel", "sample_rate_hz", "gain", "reflection"];
 
-/// One table; the error is the key at fault and what is expected there.
+/// Reads a table; the error is the key at fault and the expected value.
 pub(super) fn read(table: &Table) -> Result<TransmissionPath, (String, String)> {
     let fault = |key: &str, expected: &str| (key.to_owned(), expected.to_owned());
     if let Some((key, _)) = table.iter().find(|(key, _)| !KEYS.contains(key)) {
@@ -30,7 +30,7 @@ pub(super) fn read(table: &Table) -> Result<TransmissionPath, (String, String)> 
     })
 }
 
-/// All tables.
+/// Tables of the paths.
 pub(super) fn write(paths: &[TransmissionPath]) -> ArrayOfTables {
     let mut tables = ArrayOfTables::new();
     for path in paths {

@@ -26,7 +26,7 @@ impl Rig {
     ///
     /// # Errors
     ///
-    /// As [`Rig::read`].
+    /// Errors of [`Rig::read`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, RigError> {
         let document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| {
             let start = error.span().map_or(0, |span| span.start.min(text.len()));

@@ -46,7 +46,7 @@ impl Rig {
     ///
     /// # Errors
     ///
-    /// What the operating system refuses.
+    /// Errors of the operating system.
     pub fn write(&self, path: &Path) -> Result<(), RigError> {
         let error = |source| RigError::Io { path: path.into(), source };
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -56,7 +56,7 @@ impl Rig {
         Ok(())
     }
 
-    /// What the file said before anything was changed.
+    /// Rig as it was read.
     fn as_read(&self) -> Option<Self> {
         Self::parse(&self.document.to_string(), Path::new("")).ok()
     }

@@ -1,4 +1,4 @@
-//! A pit in ball 0, which spins at BSF and turns with the cage: it meets the outer and, half a turn later, the inner
+//! A defect in ball 0, which spins at BSF and turns with the cage: it meets the outer and, half a turn later, the inner
 //! race, so it strikes at 2 × BSF, as hard as the load where the ball then is: sidebands at the cage's speed
 //! (Randall and Antoni, MSSP 25 (2011) 485–520, section 2).
 
@@ -17,7 +17,7 @@ pub(super) const EFFECT: Definition = Definition {
     parameters: &[
         DEPTH,
         WIDTH,
-        // Angle of the pit from the outer race at shaft angle 0.
+        // Angle of the defect from the outer race at shaft angle 0.
         Parameter::number(ParameterKey::SpinRad, "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(ParameterDefault::Number(0.0)),
     ],
     library: LibraryTerms::ANGLE,

@@ -14,15 +14,15 @@ pub enum Component {
     Bearing,
     /// Inner race and shaft.
     Inner,
-    /// Its horizontal motion.
+    /// Horizontal motion of the inner race.
     InnerX,
-    /// Its vertical motion.
+    /// Vertical motion of the inner race.
     InnerY,
     /// Outer race and housing.
     Outer,
-    /// Its horizontal motion.
+    /// Horizontal motion of the outer race.
     OuterX,
-    /// Its vertical motion.
+    /// Vertical motion of the outer race.
     OuterY,
     /// The resonator.
     Resonator,
@@ -33,11 +33,11 @@ pub enum Component {
 /// The components that an effect can name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Choices {
-    /// Those on a support, or one direction of them.
+    /// Components on a support, or one direction of them.
     Supported,
     /// Sections with a mass, a stiffness and a damping.
     Sections,
-    /// Those, and the contact.
+    /// Sections with a mass, a stiffness and a damping, and the contact.
     SectionsAndContact,
     /// Channels of the recording.
     Channels,
@@ -57,7 +57,7 @@ impl Choices {
     }
 }
 
-/// A motion, relative to what its spring stands on.
+/// Motion of a component, relative to the base of its spring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Motion {
     /// The degree of freedom.
@@ -94,7 +94,7 @@ impl Motion {
 /// A component of a certain machine.
 #[derive(Clone, Debug)]
 pub struct Part {
-    /// How it moves.
+    /// Motions of the component.
     pub motions: Vec<Motion>,
     /// m, kg.
     pub mass: f64,

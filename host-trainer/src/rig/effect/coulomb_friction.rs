@@ -54,7 +54,7 @@ pub(super) const EFFECT: Definition = Definition {
     },
 };
 
-/// tanh x to 1e-16 of 1; to 1e-16 of itself, which the force near standstill does not need, takes longer.
+/// tanh x with an absolute error of 1e-16; a relative one takes longer, and the force near standstill does not need it.
 fn tanh(x: f64) -> f64 {
     let size = 1.0 - 2.0 / ((2.0 * x.abs()).exp() + 1.0);
     size.copysign(x)

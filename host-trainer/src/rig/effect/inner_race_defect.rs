@@ -1,4 +1,4 @@
-//! A pit in the inner race, turning with the shaft. Balls cross it at BPFI, as hard as the load where it then stands:
+//! A defect in the inner race, turning with the shaft. Balls cross it at BPFI, as hard as the load where it then stands:
 //! sidebands at the shaft speed (McFadden and Smith, J. Sound Vib. 96 (1984) 69–82).
 
 use std::f64::consts::PI;

@@ -11,7 +11,7 @@ macro_rules! keys {
         }
 
         impl ParameterKey {
-            /// All of them.
+            /// All keys.
             pub const ALL: &[Self] = &[$(Self::$kind),*];
 
             /// The name in files.

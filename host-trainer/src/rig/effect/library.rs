@@ -31,27 +31,27 @@ const fn terms(adds: Adds, why: &'static str) -> LibraryTerms {
 }
 
 impl LibraryTerms {
-    /// Of a force that depends on an angle.
+    /// Terms of a force that depends on an angle.
     pub const ANGLE: Self = terms(Nothing, "its force goes by an angle, which is no function of the states");
-    /// Of a force from outside.
+    /// Terms of a force from outside.
     pub const OUTSIDE: Self = terms(Nothing, "it pushes from outside, which is no function of the states");
-    /// Of a change of speed.
+    /// Terms of a change of speed.
     pub const PACE: Self = terms(Nothing, "it changes how fast angles pass, which is no function of the states");
-    /// Of a fault of the acquisition.
+    /// Terms of a fault of the acquisition.
     pub const SENSOR: Self = terms(Nothing, "it is not the machine's, and a model of the machine must not learn it");
-    /// Of a change of a linear parameter.
+    /// Terms of a change of a linear parameter.
     pub const LINEAR: Self = terms(Degree(1), "it is linear in the states");
-    /// Of a constant force.
+    /// Terms of a constant force.
     pub const CONSTANT: Self = terms(Degree(1), "it is a constant, which comes with the polynomial part");
-    /// Of a quadratic spring.
+    /// Terms of a quadratic spring.
     pub const QUADRATIC: Self = terms(Degree(2), "its force is quadratic");
-    /// Of a force that acts on one side.
+    /// Terms of a force that acts on one side.
     pub const EVEN: Self =
         terms(Degree(2), "it acts on one side only, and squares are the lowest powers that tell the sides apart");
-    /// Of a cubic spring.
+    /// Terms of a cubic spring.
     pub const CUBIC: Self = terms(Degree(3), "its force is cubic");
-    /// Of an odd law.
+    /// Terms of an odd law.
     pub const ODD: Self = terms(Degree(3), "it is odd, and cubes are the lowest odd powers that bend");
-    /// Of an additional mode.
+    /// Terms of an additional mode.
     pub const MODE: Self = terms(Mode, "a mode takes two orders of difference more");
 }

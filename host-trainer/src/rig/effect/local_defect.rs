@@ -1,9 +1,9 @@
-//! What a ball loses of its deflection over a local pit.
+//! Loss of a ball's deflection over a local defect, theory (44) and (45).
 //!
-//! A half sine over the pit's width, d(θ) = depth · cos(πθ/width) for |θ| < width/2: J. Liu, Y. Shao, T. C. Lim,
+//! A half sine over the defect's width, d(θ) = depth · cos(πθ/width) for |θ| < width/2: J. Liu, Y. Shao, T. C. Lim,
 //! "Vibration analysis of ball bearings with a localized defect applying piecewise response function", Mechanism and
-//! Machine Theory 56 (2012) 156–169, for pits no longer than the ball sinks into. The patch of contact, some 0.1 mm
-//! long, rounds the edges of so shallow a pit: the rectangle of N. Sawalhi, R. B. Randall ("Simulating gear and bearing
+//! Machine Theory 56 (2012) 156–169, for defects no longer than the ball sinks into. The patch of contact, some 0.1 mm
+//! long, rounds the edges of so shallow a defect: the rectangle of N. Sawalhi, R. B. Randall ("Simulating gear and bearing
 //! interactions in the presence of faults, Part I", MSSP 22 (2008) 1924–1951) and the arcs of a ball that rolls over
 //! sharp edges (the same, MSSP 25 (2011) 846–870) give several times the acceleration at high frequency.
 
@@ -11,20 +11,20 @@ use std::f64::consts::{PI, TAU};
 
 use crate::rig::state::Instant;
 
-/// A pit, by its depth in m and half its width in rad.
+/// A local defect: depth in m and half the width in rad.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LocalDefect {
     depth: f64,
     half_width: f64,
 }
 
-/// A ball that is over a pit in some part of a step.
+/// A ball that is over a defect in some part of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct Passage {
     /// The ball.
     pub ball: usize,
-    pit: LocalDefect,
-    /// Its angle from the middle of the pit where the step begins and where it ends, rad.
+    defect: LocalDefect,
+    /// Angles of the ball from the middle of the defect at the start and the end of the step, rad.
     angles: [f64; 2],
 }
 
@@ -47,11 +47,11 @@ impl LocalDefect {
     /// Adds the passage of a ball from one angle to another.
     pub(super) fn pass(&self, ball: usize, angles: [f64; 2], passages: &mut Vec<Passage>) {
         if angles[0].min(angles[1]) < self.half_width && angles[0].max(angles[1]) > -self.half_width {
-            passages.push(Passage { ball, pit: *self, angles });
+            passages.push(Passage { ball, defect: *self, angles });
         }
     }
 
-    /// Adds the passages of `balls` on a race whose pit is at an angle that depends on the moment.
+    /// Adds the passages of `balls` on a race whose defect is at an angle that depends on the moment.
     pub(super) fn pass_all(
         &self,
         at: impl Fn(&Instant) -> f64,
@@ -75,23 +75,23 @@ impl LocalDefect {
 impl Passage {
     /// Loss of deflection where the step begins, m.
     pub fn at_start(&self) -> f64 {
-        self.pit.loss(self.angles[0])
+        self.defect.loss(self.angles[0])
     }
 
     /// Loss of deflection at the beginning, the middle and the end of the step, m, of the parabola that has its integral
-    /// and its first and second moment over the step: what moves slowly is moved as by the pit itself, however short the
+    /// and its first and second moment over the step: what moves slowly is moved as by the defect itself, however short the
     /// time is in which it is passed.
     pub fn over_step(&self) -> [f64; 3] {
-        let ([from, to], reach) = (self.angles, self.pit.half_width);
+        let ([from, to], reach) = (self.angles, self.defect.half_width);
         let turn = to - from;
-        // Shares of the step at which the pit begins and ends.
+        // Shares of the step at which the defect begins and ends.
         let [one, other] = [-reach, reach].map(|edge| if turn == 0.0 { 0.0 } else { (edge - from) / turn });
         let (first, last) = if turn == 0.0 { (0.0, 1.0) } else { (one.min(other).max(0.0), one.max(other).min(1.0)) };
         let half = 0.5 * (last - first).max(0.0);
         let mut of_legendre = [0.0; 3];
         for (node, weight) in GAUSS {
             let share = first + half * (1.0 + node);
-            let loss = half * weight * self.pit.loss(from + share * turn);
+            let loss = half * weight * self.defect.loss(from + share * turn);
             let p1 = 2.0 * share - 1.0;
             let p = [1.0, p1, 1.5 * p1 * p1 - 0.5];
             (0..3).for_each(|k| of_legendre[k] += (2 * k + 1) as f64 * loss * p[k]);

@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 use super::{Definition, Parameter, Scale, ParameterDefault, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
 use crate::rig::{config::Domain, assembly::Stage};
 
-/// Harmonics beside the fundamental.
+/// Harmonics in addition to the fundamental.
 const HARMONICS: [f64; 3] = [1.0, 3.0, 5.0];
 
 pub(super) const EFFECT: Definition = Definition {

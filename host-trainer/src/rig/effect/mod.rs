@@ -41,11 +41,11 @@ pub struct Definition {
     pub rigs: Rigs,
     /// Part of the model that the effect changes.
     pub site: Site,
-    /// Whether the effect lasts or happens once.
+    /// Persistence of the effect.
     pub timing: Timing,
     /// Rotation that the effect's phase is locked to.
     pub phase: Phase,
-    /// Whether the effect leaves the rig's linearisation as it is, so that noise passes through the rig unchanged.
+    /// True if the effect leaves the rig's linearisation as it is, so that noise passes through the rig unchanged.
     pub is_deterministic: bool,
     /// Parameters.
     pub parameters: &'static [Parameter],
@@ -98,7 +98,7 @@ pub enum Site {
     Acquisition,
 }
 
-/// Whether an effect lasts.
+/// Persistence of an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Timing {
     /// Throughout every recording.
@@ -130,17 +130,17 @@ pub struct Parameter {
     pub key: ParameterKey,
     /// Unit; empty where it has none.
     pub unit: &'static str,
-    /// What it can be.
+    /// Possible values.
     pub value_kind: ValueKind,
-    /// Where a search looks, from and to. Zero strength is outside where the scale is logarithmic.
+    /// Range of a search. Zero strength is outside if the scale is logarithmic.
     pub search_range: (f64, f64),
-    /// How a search divides that.
+    /// Division of the range by a search.
     pub scale: Scale,
     /// Value where none is given; none for parameters of the vocabulary.
     pub default: ParameterDefault,
 }
 
-/// What a parameter can be.
+/// Possible values of a parameter.
 #[derive(Clone, Copy, Debug)]
 pub enum ValueKind {
     /// A number.
@@ -167,27 +167,27 @@ impl ValueKind {
     }
 }
 
-/// How a search divides a range.
+/// Division of a range by a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Evenly.
     Linear,
     /// Evenly in the logarithm of the magnitude.
     Log,
-    /// One whole number, or one name, after the other.
+    /// Every whole number, or every name.
     Each,
 }
 
-/// What a parameter is where it is not given.
+/// Default of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ParameterDefault {
     /// No default: the parameter must be given.
     None,
-    /// This number.
+    /// A number.
     Number(f64),
-    /// This number for a bearing rig, and this for an sdof rig.
+    /// A number for a bearing rig and a number for an sdof rig.
     ByKind(f64, f64),
-    /// This name for a bearing rig; an sdof rig has its first.
+    /// A name for a bearing rig; an sdof rig takes its first.
     Name(&'static str),
 }
 
@@ -231,14 +231,14 @@ impl Parameter {
         Self { key: ParameterKey::Channel, ..parameter }
     }
 
-    /// The same with a value for when it is not given.
+    /// The parameter with a default.
     pub const fn usually(mut self, usual: ParameterDefault) -> Self {
         self.default = usual;
         self
     }
 
-    /// Whether a value is not far outside of where a search looks. What has a dimension grows with the machine; what has none,
-    /// such as a ratio or the share of a turn that a pit takes, does not.
+    /// Whether a value is within twice the search range. A quantity with a dimension grows with the machine and is always
+    /// plausible; a ratio or the share of a turn that a defect takes does not.
     pub fn is_plausible(&self, value: f64) -> bool {
         let (low, high) = self.search_range;
         let of_any_machine = self.unit.is_empty() || matches!(self.value_kind, ValueKind::Number(Domain::Between(..)));
@@ -253,12 +253,12 @@ impl Parameter {
         near || !of_any_machine
     }
 
-    /// Whether a diagnosis states it.
+    /// Whether a diagnosis states the parameter.
     pub fn in_vocabulary(&self) -> bool {
         self.default == ParameterDefault::None
     }
 
-    /// What it is for a rig of this kind where it is not given.
+    /// Default for a rig of this kind.
     pub fn default_for(&self, kind: RigKind) -> Option<DefaultValue> {
         match (self.default, self.value_kind) {
             (_, ValueKind::Name(choices)) if kind == RigKind::Sdof => {
@@ -285,7 +285,7 @@ macro_rules! registry {
         }
 
         impl EffectKind {
-            /// All of them.
+            /// All effects.
             pub const ALL: &[Self] = &[$(Self::$kind),*];
 
             /// The definition.

@@ -1,4 +1,4 @@
-//! A pit in the outer race, fixed in space. Balls cross it at BPFO; no modulation, as load and path are constant
+//! A defect in the outer race, fixed in space. Balls cross it at BPFO; no modulation, as load and path are constant
 //! (McFadden and Smith, J. Sound Vib. 96 (1984) 69–82).
 
 use std::f64::consts::PI;
@@ -7,8 +7,8 @@ use super::{Definition, Parameter, Scale, local_defect::LocalDefect, LibraryTerm
 use crate::rig::config::Domain;
 
 pub(super) const DEPTH: Parameter = Parameter::number(ParameterKey::DepthM, "m", Domain::NotNegative, (1e-7, 1e-4), Scale::Log);
-/// A search looks up to the widest pits that Case Western Reserve University has made on a ball, 0.028 in or 0.18 rad. What is far
-/// wider is no pit but a wave.
+/// Width: searched up to the widest defects that Case Western Reserve University seeded on a ball, 0.028 in or 0.18 rad. A far
+/// wider one is a wave, not a defect.
 pub(super) const WIDTH: Parameter =
     Parameter::number(ParameterKey::WidthRad, "rad", Domain::Between(0.0, 6.3), (5e-3, 0.2), Scale::Log);
 

@@ -1,6 +1,6 @@
-//! A mode of the structure that the rig has not, of the housing or a bracket on it.
+//! A mode of the structure that the rig has not, of the housing or a bracket on it, theory (48).
 //!
-//! The bearing's force excites it beside the modes that the rig has, and what the sensor sees of it adds to them:
+//! The bearing's force excites it in addition to the rig's modes, and its acceleration at the sensor adds to theirs:
 //! modal superposition (D. J. Ewins, "Modal Testing: Theory, Practice and Application", 2000, section 2.4). With f the
 //! force that the bearing passes to the housing in the sensor's direction and m_p the housing's mass,
 //! η̈ + 2ζω₀ η̇ + ω₀² η = f/m_p, and the sensor gives a + g η̈. g, the modal constant as a multiple of 1/m_p, has either

@@ -12,7 +12,7 @@ pub struct Values<'a> {
 }
 
 impl<'a> Values<'a> {
-    /// Those of an entry, for a rig of this kind; `None` where the entry does not fit
+    /// Parameters of an entry, for a rig of this kind; `None` if the entry is at fault
     /// (which [`Rig::check`](crate::rig::Rig::check) explains).
     pub fn new(entry: &'a EffectEntry, kind: RigKind) -> Option<Self> {
         entry.fault(kind).is_none().then(|| Self { entry, definition: entry.definition(), kind })
@@ -42,7 +42,7 @@ impl<'a> Values<'a> {
         self.name(ParameterKey::Component).and_then(Component::parse).unwrap_or(Component::Mass)
     }
 
-    /// Which channels an effect of the sensor is in.
+    /// Test whether an effect of the acquisition is in a channel.
     pub fn channels(&self) -> impl Fn(&str) -> bool + Send + Sync + 'static {
         let name = self.name(ParameterKey::Channel).unwrap_or("all").to_owned();
         move |channel| name == "all" || name == channel

@@ -1,11 +1,11 @@
-//! What balls gain of their deflection over the lobes of a race.
+//! Gain of the balls' deflection over the lobes of a race.
 
 use std::f64::consts::{PI, TAU};
 
 use super::{Parameter, ParameterDefault, ParameterKey, Scale, Values};
 use crate::rig::{assembly::Assembly, config::Domain, state::Instant};
 
-/// Of the lobes on either race.
+/// Parameters of the lobes on either race.
 pub(super) const PARAMETERS: &[Parameter] = &[
     Parameter::number(ParameterKey::AmplitudeM, "m", Domain::NotNegative, (1e-9, 1e-5), Scale::Log),
     Parameter::number(ParameterKey::Lobes, "", Domain::Whole(1, 1000), (2.0, 60.0), Scale::Each),
