@@ -95,8 +95,8 @@ impl Damped for Balance<'_> {
         let right: Vec<f64> = self.slopes.iter().map(|s| dot(s, &self.left)).collect();
         let step = cholesky_solve(&mut normal, &right, damping).ok_or(Undetermined)?;
         let mut trial = self.rig.clone();
-        let keys = self.keys.iter().zip(&step);
-        let set = keys.map(|(k, s)| trial.get(*k).is_some_and(|v| trial.set(*k, v + s).is_ok())).all(|set| set);
+        let mut keys = self.keys.iter().zip(&step);
+        let set = keys.all(|(k, s)| trial.get(*k).is_some_and(|v| trial.set(*k, v + s).is_ok()));
         let left = if set { self.residual(&trial) } else { None };
         Ok(Some((trial, left)))
     }

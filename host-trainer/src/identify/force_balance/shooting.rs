@@ -94,8 +94,8 @@ impl Damped for Shooting<'_> {
     }
 
     fn decrease(&self, (values, starts): &Self::Trial) -> Option<Decrease> {
-        let keys = self.run.keys.iter().zip(values);
-        let inside = keys.map(|(k, v)| self.rig.domain(*k).is_none_or(|d| d.holds(*v))).all(|inside| inside);
+        let mut keys = self.run.keys.iter().zip(values);
+        let inside = keys.all(|(k, v)| self.rig.domain(*k).is_none_or(|d| d.holds(*v)));
         let found = inside.then(|| self.run.sum_of_squares(&self.rig, values, &self.windows, starts)).flatten();
         let better = found.filter(|c| *c < self.cost)?;
         Some(Decrease { actual: 1.0 - better / self.cost, expected: f64::NAN })
