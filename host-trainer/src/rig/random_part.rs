@@ -59,16 +59,16 @@ pub fn random_parts(asked: &[Asked]) -> Vec<Result<RandomPart, RigError>> {
 
 impl Asked<'_> {
     /// Known velocity covariance; `None` if no force law depends on it.
-    fn heeded(&self, plan: &Assembly) -> Option<VelocityCovariance> {
-        self.known.filter(|_| plan.depends_on_velocity_noise)
+    fn heeded(&self, assembly: &Assembly) -> Option<VelocityCovariance> {
+        self.known.filter(|_| assembly.depends_on_velocity_noise)
     }
 
     /// Run along which the rig is linearised once; `None` for a rig that is linearised otherwise, or refused.
     fn along(&self) -> Option<Along> {
         self.rig.check().ok()?;
-        let plan = assemble(self.rig);
-        let is_needed = !plan.forces.is_empty() && (self.known.is_some() || !plan.depends_on_velocity_noise);
-        is_needed.then(|| Along::new(self.rig, &self.condition, self.heeded(&plan), SETTINGS.states).ok())?
+        let assembly = assemble(self.rig);
+        let is_needed = !assembly.forces.is_empty() && (self.known.is_some() || !assembly.depends_on_velocity_noise);
+        is_needed.then(|| Along::new(self.rig, &self.condition, self.heeded(&assembly), SETTINGS.states).ok())?
     }
 }
 
@@ -84,21 +84,21 @@ fn states(asked: &[Asked]) -> Vec<Option<Result<Vec<Visited>, RigError>>> {
 fn random_part(of: &Asked, states: Option<Result<Vec<Visited>, RigError>>) -> Result<RandomPart, RigError> {
     let Asked { rig, condition, .. } = of;
     rig.check()?;
-    let plan = assemble(rig);
-    let machine = &bearing_of(&plan.machine)?;
+    let assembly = assemble(rig);
+    let machine = &bearing_of(&assembly.machine)?;
     let impulse = |tangent: &Tangent| {
         Linear::new(machine, tangent, condition.sample_rate_hz, 1).impulse(condition.samples, SETTINGS.decay, &[])
     };
     let mut impulses = match states {
         Some(states) => {
-            let forces = assemble_in_noise(rig, of.heeded(&plan)).forces;
+            let forces = assemble_in_noise(rig, of.heeded(&assembly)).forces;
             vec![impulse(&bearing::along(machine, &forces, &states?))]
         }
-        None if plan.depends_on_velocity_noise => in_scatter(rig, machine, condition, impulse)?,
+        None if assembly.depends_on_velocity_noise => in_scatter(rig, machine, condition, impulse)?,
         None => vec![impulse(&bearing::at_rest(machine, condition.load_n))],
     };
     let scatter = scatter(machine, condition, &impulses);
-    let chain: Vec<_> = output_chain(plan).into_iter().filter(|(stage, _)| *stage <= Stage::Transducer).collect();
+    let chain: Vec<_> = output_chain(assembly).into_iter().filter(|(stage, _)| *stage <= Stage::Transducer).collect();
     let sensed = |(channel, mut signal, path_force): (&str, Vec<f64>, Vec<f64>)| {
         let at = Acquisition { channel, sample_rate_hz: condition.sample_rate_hz, preroll: 0, path_force: &path_force };
         // The chain's output at rest is no response.
@@ -134,8 +134,8 @@ fn in_scatter(
         let visited = visited(vec![Along::new(rig, condition, now, condition.samples)?]).swap_remove(0)?;
         let few = subset(&visited);
         let tangent_in = |scatter: VelocityCovariance| {
-            let plan = assemble_in_noise(rig, Some(scatter));
-            (bearing::along(machine, &plan.forces, &few), plan.forces)
+            let assembly = assemble_in_noise(rig, Some(scatter));
+            (bearing::along(machine, &assembly.forces, &few), assembly.forces)
         };
         if round == 0 {
             for _ in 0..SETTINGS.mean_rounds {
@@ -194,13 +194,13 @@ impl Along {
         let seeded = Start::seeded(SETTINGS.seed);
         let settle_s = SETTINGS.settle_s.min(shortest_settling_s(rig));
         let start = Start { substeps, velocity_covariance: scatter, noise: scatter.is_none(), settle_s, ..seeded };
-        let mut plan = assemble_in_noise(rig, scatter);
+        let mut assembly = assemble_in_noise(rig, scatter);
         let kept: Arc<Mutex<Vec<Visited>>> = Arc::default();
         let keep = Arc::clone(&kept);
         let interval_s = samples as f64 / condition.sample_rate_hz / states.min(samples) as f64;
         // Read four times a step: too often for a lock.
         let next = AtomicU64::new(0.0f64.to_bits());
-        plan.force(move |at, q, v, _| {
+        assembly.force(move |at, q, v, _| {
             let due_s = f64::from_bits(next.load(Ordering::Relaxed));
             if at.time_s >= due_s
                 && let Ok(mut keep) = keep.lock()
@@ -209,9 +209,9 @@ impl Along {
                 keep.push((*at, *q, *v));
             }
         });
-        let machine = bearing_of(&plan.machine)?;
+        let machine = bearing_of(&assembly.machine)?;
         let condition = OperatingCondition { samples, ..*condition };
-        Ok(Self { prepared: Prepared::new(&machine, &mut plan, &condition, &start), kept })
+        Ok(Self { prepared: Prepared::new(&machine, &mut assembly, &condition, &start), kept })
     }
 }
 

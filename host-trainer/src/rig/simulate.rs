@@ -122,13 +122,13 @@ pub(super) fn side_by_side<T: Send>(
 /// Steps a sample for errors up to 1e-5 m/s², far below real noise (after theory (41)): linear modes are exact at any
 /// step, the contact follows at one step a sample, only an effect can be too fast for that.
 pub fn fewest_substeps(rig: &Rig, scatter: Option<VelocityCovariance>, condition: &OperatingCondition) -> usize {
-    let plan = assemble_in_noise(rig, scatter);
+    let assembly = assemble_in_noise(rig, scatter);
     let steps = |rate: f64, most: f64| {
         (rate / (condition.sample_rate_hz * SETTINGS.coarse_effect_rate_per_step)).ceil().clamp(1.0, most)
     };
-    let turning = plan.turning_rad_per_s(condition.shaft_hz);
+    let turning = assembly.turning_rad_per_s(condition.shaft_hz);
     let (most, most_turning) = (SETTINGS.coarse_max_steps, SETTINGS.coarse_max_turning_steps);
-    steps(plan.rate_rad_per_s, most).max(steps(turning, most_turning)) as usize
+    steps(assembly.rate_rad_per_s, most).max(steps(turning, most_turning)) as usize
 }
 
 /// Settling time after which the transient of the start is below a ten-thousandth of the noise, s: some time constants of
@@ -177,11 +177,11 @@ fn prepare(run: &Run, alter: &dyn Fn(&mut Assembly)) -> Result<(Prepared, Chain)
             expected: "the rate at which the path was identified",
         });
     }
-    let mut plan = assemble_in_noise(run.rig, run.start.velocity_covariance);
-    alter(&mut plan);
-    let rig = bearing_of(&plan.machine)?;
-    let prepared = Prepared::new(&rig, &mut plan, &run.condition, &run.start);
-    let chain = chain(&rig, &run.start, plan);
+    let mut assembly = assemble_in_noise(run.rig, run.start.velocity_covariance);
+    alter(&mut assembly);
+    let rig = bearing_of(&assembly.machine)?;
+    let prepared = Prepared::new(&rig, &mut assembly, &run.condition, &run.start);
+    let chain = chain(&rig, &run.start, assembly);
     Ok((prepared, chain))
 }
 
@@ -201,15 +201,15 @@ pub fn bearing_of(model: &Machine) -> Result<BearingRig, RigError> {
     }
 }
 
-fn chain(rig: &BearingRig, start: &Start, plan: Assembly) -> Chain {
+fn chain(rig: &BearingRig, start: &Start, assembly: Assembly) -> Chain {
     let noise_std = if start.noise { rig.sensor.noise_std_m_per_s2 } else { 0.0 };
     let locations = [rig.sensor.horizontal.name(), rig.sensor.vertical.name()];
-    Chain { noise_std, locations, signals: output_chain(plan) }
+    Chain { noise_std, locations, signals: output_chain(assembly) }
 }
 
 /// Output chain from machine to file.
-pub(super) fn output_chain(plan: Assembly) -> Vec<(Stage, Signal)> {
-    let mut signals = plan.signals;
+pub(super) fn output_chain(assembly: Assembly) -> Vec<(Stage, Signal)> {
+    let mut signals = assembly.signals;
     signals.sort_by_key(|(stage, _)| *stage);
     signals
 }
@@ -221,25 +221,25 @@ pub(crate) fn assemble(rig: &Rig) -> Assembly {
 
 /// Assembly of a rig whose force laws take their mean over left-out noise of covariance `scatter`.
 pub(super) fn assemble_in_noise(rig: &Rig, scatter: Option<VelocityCovariance>) -> Assembly {
-    let mut plan = Assembly::new(rig.model.clone());
-    plan.velocity_covariance = scatter;
+    let mut assembly = Assembly::new(rig.model.clone());
+    assembly.velocity_covariance = scatter;
     for entry in &rig.effects {
         if let Some(values) = Values::new(entry, rig.model.kind()) {
-            (values.definition().apply)(&values, &mut plan);
+            (values.definition().apply)(&values, &mut assembly);
         }
     }
     for path in &rig.paths {
         let longest = (path.sample_rate_hz * SETTINGS.max_path_preroll_s) as usize;
         let settle = path.settles_within(SETTINGS.path_decay, longest);
-        plan.preroll_s = plan.preroll_s.max(settle as f64 / path.sample_rate_hz);
+        assembly.preroll_s = assembly.preroll_s.max(settle as f64 / path.sample_rate_hz);
         let path = path.clone();
-        plan.signal(Stage::Path, move |at, signal| {
+        assembly.signal(Stage::Path, move |at, signal| {
             if at.channel == path.channel {
                 path.filter(signal);
             }
         });
     }
-    plan
+    assembly
 }
 
 fn finish(run: &Run, prepared: &Prepared, chain: &Chain, signals: Signals) -> Result<Recording, RigError> {

@@ -69,10 +69,10 @@ pub fn nominal() -> Result<Rig, RigError> {
 ///
 /// # Errors
 /// Errors of the simulation.
-pub fn make(plan: &Scenario) -> Result<Made, RigError> {
+pub fn make(scenario: &Scenario) -> Result<Made, RigError> {
     let nominal = nominal()?;
-    let mut rng = ChaCha8Rng::seed_from_u64(plan.seed);
-    let start = (rng.random_range(SETTINGS.start) * plan.recordings as f64).ceil() as usize;
+    let mut rng = ChaCha8Rng::seed_from_u64(scenario.seed);
+    let start = (rng.random_range(SETTINGS.start) * scenario.recordings as f64).ceil() as usize;
     let (frequency_hz, damping_ratio) =
         (rng.random_range(SETTINGS.frequency_hz), rng.random_range(SETTINGS.damping_ratio));
     let mode = EffectEntry::new(
@@ -80,25 +80,25 @@ pub fn make(plan: &Scenario) -> Result<Made, RigError> {
         &[
             (ParameterKey::FrequencyHz, frequency_hz),
             (ParameterKey::DampingRatio, damping_ratio),
-            (ParameterKey::Gain, plan.gain),
+            (ParameterKey::Gain, scenario.gain),
         ],
     );
     let changed = nominal.clone().with_effect(mode);
-    let first_affected = (plan.gain != 0.0 && start < plan.recordings).then_some(start);
+    let first_affected = (scenario.gain != 0.0 && start < scenario.recordings).then_some(start);
     let affected = |n: usize| first_affected.is_some_and(|first| n >= first);
     let mut one_of = |values: [f64; 3]| {
         values[rng.random_range(0..values.len())] * (1.0 + rng.random_range(-SETTINGS.scatter..SETTINGS.scatter))
     };
-    let runs: Vec<Run> = (0..plan.recordings)
+    let runs: Vec<Run> = (0..scenario.recordings)
         .map(|n| Run {
             rig: if affected(n) { &changed } else { &nominal },
             condition: OperatingCondition {
                 shaft_hz: one_of(SETTINGS.shaft_hz),
                 load_n: one_of(SETTINGS.load_n),
-                sample_rate_hz: plan.sample_rate_hz,
-                samples: (plan.seconds * plan.sample_rate_hz).round() as usize,
+                sample_rate_hz: scenario.sample_rate_hz,
+                samples: (scenario.seconds * scenario.sample_rate_hz).round() as usize,
             },
-            start: Start::of_series(plan.seed, n),
+            start: Start::of_series(scenario.seed, n),
         })
         .collect();
     let mut recordings = simulate_many(&runs)?;

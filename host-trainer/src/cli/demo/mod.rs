@@ -32,7 +32,7 @@ pub use outcome::DemoResult;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {
     /// Recordings to simulate.
-    pub plan: Scenario,
+    pub scenario: Scenario,
     /// Options of the job.
     pub job: Job,
 }
@@ -45,7 +45,7 @@ impl Config {
     pub fn new(seed: u64) -> Self {
         let train = TrainConfig { max_steps: 2500, batch: 1024, learning_rate: 3e-3, ..TrainConfig::default() };
         Self {
-            plan: Scenario { recordings: 60, seconds: 0.25, sample_rate_hz: 25_600.0, gain: 4.0, seed },
+            scenario: Scenario { recordings: 60, seconds: 0.25, sample_rate_hz: 25_600.0, gain: 4.0, seed },
             job: Job {
                 diagnosed: 4,
                 fit: FitConfig {
@@ -136,7 +136,7 @@ pub enum DemoError {
 /// The first error of any step.
 pub fn run(config: &Config, out: &Path, progress: &(dyn Fn(&str, f64) + Sync)) -> Result<DemoResult, DemoError> {
     progress("simulating recordings", 0.0);
-    let made = generator::make(&config.plan)?;
+    let made = generator::make(&config.scenario)?;
     crate::recording::write::folder(&out.join("recordings"), &made.recordings)?;
     write(&out.join(job::RIG), generator::RIG.as_bytes())?;
     let found = job::run(&config.job, out, progress)?;

@@ -112,9 +112,9 @@ impl DemoResult {
         let names: Vec<&str> = causes.iter().map(|cause| cause.name.as_str()).collect();
         let there: Vec<&str> = made.truth.first_affected.iter().map(|_| made.truth.effect).collect();
         Self {
-            seed: config.plan.seed,
+            seed: config.scenario.seed,
             recordings: found.input.series.len(),
-            seconds: config.plan.seconds,
+            seconds: config.scenario.seconds,
             sample_rate_hz: found.input.sample_rate_hz,
             truth: made.truth.clone(),
             alarms: found.watched.summary.alarms,

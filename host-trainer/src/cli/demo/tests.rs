@@ -9,7 +9,7 @@ use crate::report::html::tests::assert_well_formed;
 fn small(gain: f64) -> Config {
     let config = Config::new(5);
     Config {
-        plan: Scenario { recordings: 24, seconds: 0.2, gain, ..config.plan },
+        scenario: Scenario { recordings: 24, seconds: 0.2, gain, ..config.scenario },
         job: Job {
             diagnosed: 3,
             fit: FitConfig { solver: Solver::Stlsq(StlsqConfig::default()), null_fits: 2, ..config.job.fit },
@@ -108,7 +108,7 @@ fn null_where_nothing_was_put_in_nothing_is_found_and_nothing_falls() {
 fn null_a_machine_as_drawn_raises_no_alarm_whatever_the_seed() {
     for seed in 6..9 {
         let config = small(0.0);
-        let made = generator::make(&Scenario { seed, ..config.plan }).unwrap();
+        let made = generator::make(&Scenario { seed, ..config.scenario }).unwrap();
         let fit = FitConfig { seed, null_fits: 0, ..config.job.fit };
         let model = job::model_of(&generator::nominal().unwrap(), &made.recordings, 77, &fit, &|_| ()).unwrap().model;
         let input = crate::recording::input::Input::from_recordings(&made.recordings, Some(job::CHANNEL)).unwrap();
@@ -123,7 +123,7 @@ fn null_a_machine_as_drawn_raises_no_alarm_whatever_the_seed() {
 fn too_few_recordings_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let config = small(0.0);
-    let config = Config { plan: Scenario { recordings: 11, ..config.plan }, ..config };
+    let config = Config { scenario: Scenario { recordings: 11, ..config.scenario }, ..config };
     let error = run(&config, folder.path(), &|_, _| ()).unwrap_err();
     assert_eq!(error.to_string(), "recordings: found 11, expected at least 12");
 }

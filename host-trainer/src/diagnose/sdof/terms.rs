@@ -217,8 +217,8 @@ impl Builder<'_> {
     /// Column of minus the force of an effect.
     fn force(&self, entry: &EffectEntry) -> Vec<f64> {
         let alone = Rig::new(self.rig.model.clone()).with_effect(entry.clone());
-        let plan = assemble(&alone);
-        self.states.column(|track| forces(&plan, track, self.states.step_s()).iter().map(|f| -f).collect())
+        let assembly = assemble(&alone);
+        self.states.column(|track| forces(&assembly, track, self.states.step_s()).iter().map(|f| -f).collect())
     }
 
     /// Value of an effect's parameter around which the grid is refined.

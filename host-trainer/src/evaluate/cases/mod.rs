@@ -180,7 +180,7 @@ fn hide(
         }
     }
     let run = |(n, condition): (usize, &OperatingCondition)| match &alter {
-        Some(alter) => simulate_altered(&rig, condition, &start(n), &|plan| alter(n, plan)),
+        Some(alter) => simulate_altered(&rig, condition, &start(n), &|assembly| alter(n, assembly)),
         None => simulate(&rig, condition, &start(n)),
     };
     Ok((conditions.iter().enumerate().map(run).collect::<Result<_, _>>()?, truth))

@@ -74,8 +74,8 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
         Outside::SwingingStiffness => {
             let depth = uniform(SETTINGS.swing_depth, rng) * machine.outer.stiffness_n_per_m;
             let order = uniform(SETTINGS.swing_order, rng);
-            Box::new(move |_, plan| {
-                plan.force(move |at, q, _, f| {
+            Box::new(move |_, assembly| {
+                assembly.force(move |at, q, _, f| {
                     let k = depth * (order * at.shaft_rad).sin();
                     f[OUTER_X] -= k * q[OUTER_X];
                     f[OUTER_Y] -= k * q[OUTER_Y];
@@ -86,8 +86,8 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
             // Damping c ω of the inner race balances the whirl: half of it stays bounded.
             let omega = (machine.inner.stiffness_n_per_m / machine.inner.mass_kg).sqrt();
             let cross = uniform(SETTINGS.cross_coupling, rng) * machine.inner.damping_n_s_per_m * omega;
-            Box::new(move |_, plan| {
-                plan.force(move |_, q, _, f| {
+            Box::new(move |_, assembly| {
+                assembly.force(move |_, q, _, f| {
                     f[INNER_X] += cross * q[INNER_Y];
                     f[INNER_Y] -= cross * q[INNER_X];
                 });
@@ -96,8 +96,8 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
         Outside::SelfExcitation => {
             let push = uniform(SETTINGS.negative_damping, rng) * machine.outer.damping_n_s_per_m;
             let speed = TAU * drawn.outer_hz() * uniform(SETTINGS.self_excited_m, rng);
-            Box::new(move |_, plan| {
-                plan.force(move |_, _, v, f| {
+            Box::new(move |_, assembly| {
+                assembly.force(move |_, _, v, f| {
                     for dof in [OUTER_X, OUTER_Y] {
                         f[dof] += push * v[dof] / (1.0 + (v[dof] / speed).powi(2));
                     }
@@ -108,9 +108,9 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
             let (rate_hz, seconds) = (uniform(SETTINGS.impact_rate_hz, rng), drawn.seconds());
             let size = log_within(SETTINGS.impact_n_s, rng);
             let each = Each::draw(rng);
-            Box::new(move |n, plan| {
+            Box::new(move |n, assembly| {
                 let times = impacts(rate_hz, seconds, size, &mut each.rng_for(n));
-                plan.force(move |at, _, _, f| {
+                assembly.force(move |at, _, _, f| {
                     let first = times.partition_point(|(t, _)| t + SETTINGS.impact_s < at.time_s);
                     for (t, impulse) in times[first..].iter().take_while(|(t, _)| *t <= at.time_s) {
                         let x = (at.time_s - t) / SETTINGS.impact_s;
@@ -123,9 +123,9 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
             let hz = log_within(SETTINGS.tone_hz, rng);
             let amplitude = log_within(SETTINGS.tone_amplitude, rng) * rms(without);
             let each = Each::draw(rng);
-            Box::new(move |n, plan| {
+            Box::new(move |n, assembly| {
                 let phase = each.rng_for(n).random_range(0.0..TAU);
-                plan.signal(Stage::Structure, move |at, signal| {
+                assembly.signal(Stage::Structure, move |at, signal| {
                     for (i, value) in signal.iter_mut().enumerate() {
                         *value += amplitude * (TAU * hz * at.time_s(i) + phase).sin();
                     }
@@ -134,17 +134,17 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
         }
         Outside::SensorCurve => {
             let curve = uniform(SETTINGS.curvature, rng) / rms(without);
-            Box::new(move |_, plan| {
-                plan.signal(Stage::Transducer, move |_, signal| {
+            Box::new(move |_, assembly| {
+                assembly.signal(Stage::Transducer, move |_, signal| {
                     signal.iter_mut().for_each(|v| *v += curve * *v * *v);
                 });
             })
         }
         Outside::Echo => {
             let (later_s, weaker) = (log_within(SETTINGS.echo_s, rng), uniform(SETTINGS.echo_gain, rng));
-            Box::new(move |_, plan| {
-                plan.preroll_s = plan.preroll_s.max(later_s);
-                plan.signal(Stage::Structure, move |at, signal| {
+            Box::new(move |_, assembly| {
+                assembly.preroll_s = assembly.preroll_s.max(later_s);
+                assembly.signal(Stage::Structure, move |at, signal| {
                     let later = (later_s * at.sample_rate_hz).round() as usize;
                     for i in (later..signal.len()).rev() {
                         signal[i] += weaker * signal[i - later];
@@ -156,10 +156,10 @@ pub fn draw(kind: Outside, drawn: &Drawn, without: &[Recording], rng: &mut ChaCh
             let (hz, size) = (log_within(SETTINGS.swell_hz, rng), log_within(SETTINGS.swell_noise, rng));
             let std = size * machine.sensor.noise_std_m_per_s2;
             let each = Each::draw(rng);
-            Box::new(move |n, plan| {
+            Box::new(move |n, assembly| {
                 let mut rng = each.rng_for(n);
                 let (phase, seed) = (rng.random_range(0.0..TAU), rng.random());
-                plan.signal(Stage::Structure, move |at, signal| {
+                assembly.signal(Stage::Structure, move |at, signal| {
                     let noise = white(seed, u64::from(at.channel == "ay"), std, signal.len());
                     for (i, (value, noise)) in signal.iter_mut().zip(noise).enumerate() {
                         *value += noise * (1.0 + (TAU * hz * at.time_s(i) + phase).sin());

@@ -65,7 +65,7 @@ fn what_is_random_outside_the_vocabulary_is_another_in_every_recording() {
         let without = simulate(&drawn.rig, &drawn.conditions[0], &Start::seeded(1)).unwrap();
         let alter = outside::draw(kind, &drawn, &[without], &mut rng);
         let plain = run(&|_| ());
-        let [first, second] = [0, 1].map(|n| run(&|plan| alter(n, plan)));
+        let [first, second] = [0, 1].map(|n| run(&|assembly| alter(n, assembly)));
         let added = |with: &[f64]| with.iter().zip(&plain).map(|(a, b)| a - b).collect::<Vec<f64>>();
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let (first, second) = (added(&first), added(&second));

@@ -83,12 +83,12 @@ impl Equation {
     ///
     /// A rig that is not of one degree of freedom.
     pub fn new(rig: &Rig, states: &States) -> Result<Self, BalanceError> {
-        let plan = assemble(rig);
-        let rig = match &plan.machine {
+        let assembly = assemble(rig);
+        let rig = match &assembly.machine {
             Machine::Sdof(machine) => machine.clone(),
             model => return Err(BalanceError::NotSdof { found: model.kind().name() }),
         };
-        let effects = states.column(|track| forces(&plan, track, states.step_s()));
+        let effects = states.column(|track| forces(&assembly, track, states.step_s()));
         let restoring = match rig.restoring {
             Restoring::Linear => states.position(),
             // Only the nonlinear part sin q − q is taken from smoothed states.
@@ -125,13 +125,13 @@ impl Equation {
 }
 
 /// Force of an assembly's effects on the mass at each sample of a recording, N.
-pub fn forces(plan: &Assembly, track: &Track, step_s: f64) -> Vec<f64> {
+pub fn forces(assembly: &Assembly, track: &Track, step_s: f64) -> Vec<f64> {
     let (mut q, mut v) = ([0.0; DOFS], [0.0; DOFS]);
     let one = |k: usize| {
         let at = Instant { time_s: k as f64 * step_s, ..Instant::default() };
         (q[MASS], v[MASS]) = (track.position[k], track.velocity[k]);
         let mut sum = [0.0; DOFS];
-        plan.forces.iter().for_each(|force| force(&at, &q, &v, &mut sum));
+        assembly.forces.iter().for_each(|force| force(&at, &q, &v, &mut sum));
         sum[MASS]
     };
     (0..track.len()).map(one).collect()

@@ -96,14 +96,14 @@ pub(in crate::rig) struct Shape {
 impl Prepared {
     pub(in crate::rig) fn new(
         rig: &BearingRig,
-        plan: &mut Assembly,
+        assembly: &mut Assembly,
         condition: &OperatingCondition,
         start: &Start,
     ) -> Self {
         let rate = condition.sample_rate_hz;
         let settle = (start.settle_s * rate).round() as usize;
-        let samples = condition.samples + plan.surplus;
-        let substeps = start.substeps.unwrap_or_else(|| substeps(rig, plan, condition));
+        let samples = condition.samples + assembly.surplus;
+        let substeps = start.substeps.unwrap_or_else(|| substeps(rig, assembly, condition));
         let h = 1.0 / (rate * substeps as f64);
         let (ax, ay) = (system_x(rig), system_y(rig));
         let mass = masses(rig);
@@ -132,18 +132,18 @@ impl Prepared {
             balls: rig.bearing.balls,
             settle,
             samples,
-            preroll: ((plan.preroll_s * rate).ceil() as usize).min(settle),
-            path_force: plan.needs_path_force,
+            preroll: ((assembly.preroll_s * rate).ceil() as usize).min(settle),
+            path_force: assembly.needs_path_force,
             substeps,
             sample_rate_hz: rate,
             turning: Turning {
                 shaft0: start.shaft_angle0_rad,
                 cage0: start.cage_angle0_rad,
                 omega: TAU * condition.shaft_hz,
-                rate: plan.speed_rate_per_s,
-                cage_per_shaft: rig.bearing.geometry().orders().ftf * plan.cage_factor,
+                rate: assembly.speed_rate_per_s,
+                cage_per_shaft: rig.bearing.geometry().orders().ftf * assembly.cage_factor,
             },
-            drifting: plan.speed_rate_per_s != 0.0,
+            drifting: assembly.speed_rate_per_s != 0.0,
             x,
             y,
             measured,
@@ -155,9 +155,9 @@ impl Prepared {
             resonator_y: -rig.resonator.mass_kg * GRAVITY,
             unbalance: rig.excitation.unbalance_kg_m,
             process,
-            forces: std::mem::take(&mut plan.forces),
-            profiles: std::mem::take(&mut plan.profiles),
-            defects: std::mem::take(&mut plan.defects),
+            forces: std::mem::take(&mut assembly.forces),
+            profiles: std::mem::take(&mut assembly.profiles),
+            defects: std::mem::take(&mut assembly.defects),
         }
     }
 
@@ -215,7 +215,7 @@ pub(super) fn system_y(rig: &BearingRig) -> [[f64; 6]; 6] {
 }
 
 /// Steps a sample from the contact's frequency at its operating deflection, theory (41). Linear modes are exact at any step.
-fn substeps(rig: &BearingRig, plan: &Assembly, condition: &OperatingCondition) -> usize {
+fn substeps(rig: &BearingRig, assembly: &Assembly, condition: &OperatingCondition) -> usize {
     let bearing = &rig.bearing;
     // All the load on one ball: as stiff as the contact gets at rest.
     let deflection =
@@ -224,7 +224,7 @@ fn substeps(rig: &BearingRig, plan: &Assembly, condition: &OperatingCondition) -
         * bearing.contact_stiffness_n_per_m1_5
         * deflection.powf(bearing.contact_exponent - 1.0);
     let contact = (slope * (1.0 / rig.inner.mass_kg + 1.0 / rig.outer.mass_kg)).sqrt();
-    let fastest = plan.rate_rad_per_s.max(plan.turning_rad_per_s(condition.shaft_hz));
+    let fastest = assembly.rate_rad_per_s.max(assembly.turning_rad_per_s(condition.shaft_hz));
     let steps_per_s = (contact / SETTINGS.contact_rate_per_step).max(fastest / SETTINGS.effect_rate_per_step);
     (steps_per_s / condition.sample_rate_hz).ceil().clamp(1.0, SETTINGS.max_steps) as usize
 }

@@ -1,7 +1,7 @@
 //! A support spring that is stiffer one way than the other: k q + k₂ q² (A. H. Nayfeh, D. T. Mook, "Nonlinear
 //! Oscillations", 1979, section 4.1: a steady shift and even harmonics).
 
-use super::{Definition, Parameter, Scale, component::Choices, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing, component::Choices};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
@@ -20,13 +20,13 @@ pub(super) const EFFECT: Definition = Definition {
         let quadratic = v.number(ParameterKey::QuadraticNPerM2);
         format!("… + k q + {quadratic:.4e} N/m² · q² = …, q = {}", v.component().symbols())
     },
-    apply: |v, plan| {
+    apply: |v, assembly| {
         let quadratic = v.number(ParameterKey::QuadraticNPerM2);
         if quadratic == 0.0 {
             return;
         }
-        let part = (v.component()).part_of(&plan.machine);
-        plan.declare_rate(2.0 * (part.stiffness / part.mass).sqrt());
-        part.law(plan, move |q, _| -quadratic * q * q);
+        let part = v.component().part_of(&assembly.machine);
+        assembly.declare_rate(2.0 * (part.stiffness / part.mass).sqrt());
+        part.law(assembly, move |q, _| -quadratic * q * q);
     },
 };

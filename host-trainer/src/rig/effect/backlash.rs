@@ -1,7 +1,10 @@
 //! Play in the support: its spring does nothing over a width and pulls beyond it, k dz(q) instead of k q
 //! (A. Kahraman, R. Singh, "Non-linear dynamics of a spur gear pair", J. Sound Vib. 142 (1990) 49–75).
 
-use super::{Definition, Parameter, Scale, ParameterDefault, component::Choices, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{
+    Definition, LibraryTerms, Parameter, ParameterDefault, ParameterKey, Phase, Rigs, Scale, Site, Timing,
+    component::Choices,
+};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
@@ -20,15 +23,15 @@ pub(super) const EFFECT: Definition = Definition {
         let half = 0.5 * v.number(ParameterKey::WidthM);
         format!("k q becomes k (q − clamp(q, ±{half:.4e} m)), q = {}", v.component().symbols())
     },
-    apply: |v, plan| {
+    apply: |v, assembly| {
         let half = 0.5 * v.number(ParameterKey::WidthM);
         if half == 0.0 {
             return;
         }
-        let part = (v.component()).part_of(&plan.machine);
+        let part = v.component().part_of(&assembly.machine);
         let stiffness = part.stiffness;
-        plan.declare_rate(3.0 * (stiffness / part.mass).sqrt());
+        assembly.declare_rate(3.0 * (stiffness / part.mass).sqrt());
         // Gives back what the linear part of the rig takes off inside the play.
-        part.law(plan, move |q, _| stiffness * q.clamp(-half, half));
+        part.law(assembly, move |q, _| stiffness * q.clamp(-half, half));
     },
 };

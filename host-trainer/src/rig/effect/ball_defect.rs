@@ -4,7 +4,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{Definition, Parameter, Scale, ParameterDefault, outer_race_defect::{DEPTH, WIDTH}, local_defect::LocalDefect, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{
+    Definition, LibraryTerms, Parameter, ParameterDefault, ParameterKey, Phase, Rigs, Scale, Site, Timing,
+    local_defect::LocalDefect,
+    outer_race_defect::{DEPTH, WIDTH},
+};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
@@ -18,7 +22,8 @@ pub(super) const EFFECT: Definition = Definition {
         DEPTH,
         WIDTH,
         // Angle of the defect from the outer race at shaft angle 0.
-        Parameter::number(ParameterKey::SpinRad, "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(ParameterDefault::Number(0.0)),
+        Parameter::number(ParameterKey::SpinRad, "rad", Domain::Any, (-PI, PI), Scale::Linear)
+            .usually(ParameterDefault::Number(0.0)),
     ],
     library: LibraryTerms::ANGLE,
     equation: |v| {
@@ -28,14 +33,14 @@ pub(super) const EFFECT: Definition = Definition {
              d(θ) = {depth:.4e} m · cos(πθ/{width:.5}) for |θ| < {width:.5}/2"
         )
     },
-    apply: |v, plan| {
+    apply: |v, assembly| {
         let spin0 = v.number(ParameterKey::SpinRad);
-        let Some(rig) = plan.bearing() else { return };
+        let Some(rig) = assembly.bearing() else { return };
         let pit = LocalDefect::new(v.number(ParameterKey::DepthM), v.number(ParameterKey::WidthRad));
         let spin = rig.bearing.geometry().orders().bsf;
         if v.number(ParameterKey::DepthM) > 0.0 {
-            plan.declare_order(spin * pit.rate());
-            plan.defect(move |moments, _, passages| {
+            assembly.declare_order(spin * pit.rate());
+            assembly.defect(move |moments, _, passages| {
                 let [from, to] = moments.each_ref().map(|at| (spin * at.shaft_rad + spin0) / TAU);
                 // Outer and inner race, half a turn apart.
                 for place in [0.0, 0.5] {

@@ -195,8 +195,8 @@ impl Component {
 
 impl Part {
     /// Adds a force law f(q, v) to each of its motions, q and v relative to the base.
-    pub fn law(self, plan: &mut Assembly, law: impl Fn(f64, f64) -> f64 + Send + Sync + 'static) {
-        plan.force(move |_, q, v, force| {
+    pub fn law(self, assembly: &mut Assembly, law: impl Fn(f64, f64) -> f64 + Send + Sync + 'static) {
+        assembly.force(move |_, q, v, force| {
             for motion in &self.motions {
                 motion.push(law(motion.relative(q), motion.relative(v)), force);
             }
@@ -208,21 +208,21 @@ impl Part {
     /// greatest slope, N s/m, or 0 where that is no faster than the rig.
     pub fn speed_law<M: Fn(f64) -> f64 + Send + Sync + 'static>(
         self,
-        plan: &mut Assembly,
+        assembly: &mut Assembly,
         law: impl Fn(f64) -> f64 + Send + Sync + 'static,
         mean: impl Fn(f64) -> M,
         steepest: impl Fn(f64) -> f64,
     ) {
-        plan.depends_on_velocity_noise = true;
+        assembly.depends_on_velocity_noise = true;
         let mass = self.mass;
-        let Some(scatter) = &plan.velocity_covariance else {
-            plan.declare_rate(steepest(0.0) / mass);
-            return self.law(plan, move |_, v| law(v));
+        let Some(scatter) = &assembly.velocity_covariance else {
+            assembly.declare_rate(steepest(0.0) / mass);
+            return self.law(assembly, move |_, v| law(v));
         };
         let scatter: Vec<(Motion, f64)> = self.motions.iter().map(|m| (*m, m.velocity_std(scatter))).collect();
-        scatter.iter().for_each(|(_, scatter)| plan.declare_rate(steepest(*scatter) / mass));
+        scatter.iter().for_each(|(_, scatter)| assembly.declare_rate(steepest(*scatter) / mass));
         let laws: Vec<(Motion, M)> = scatter.into_iter().map(|(m, scatter)| (m, mean(scatter))).collect();
-        plan.force(move |_, _, v, force| {
+        assembly.force(move |_, _, v, force| {
             laws.iter().for_each(|(motion, law)| motion.push(law(motion.relative(v)), force))
         });
     }

@@ -1,7 +1,10 @@
 //! A steady force that the rig leaves out: an offset, weight, an error of the load. Along the load on the inner race, or
 //! along +q.
 
-use super::{Definition, Parameter, Scale, ParameterDefault, component::Choices, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{
+    Definition, LibraryTerms, Parameter, ParameterDefault, ParameterKey, Phase, Rigs, Scale, Site, Timing,
+    component::Choices,
+};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
@@ -17,10 +20,10 @@ pub(super) const EFFECT: Definition = Definition {
     ],
     library: LibraryTerms::CONSTANT,
     equation: |v| format!("m q̈ + … = … + {:.4} N, q = {}", v.number(ParameterKey::ForceN), v.component().symbols()),
-    apply: |v, plan| {
+    apply: |v, assembly| {
         let size = v.number(ParameterKey::ForceN);
         if size != 0.0 {
-            (v.component()).part_of(&plan.machine).law(plan, move |_, _| size);
+            v.component().part_of(&assembly.machine).law(assembly, move |_, _| size);
         }
     },
 };

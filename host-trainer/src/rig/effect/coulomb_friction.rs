@@ -12,7 +12,10 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_PI};
 
-use super::{Definition, Parameter, Scale, ParameterDefault, component::Choices, erf::erf, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{
+    Definition, LibraryTerms, Parameter, ParameterDefault, ParameterKey, Phase, Rigs, Scale, Site, Timing,
+    component::Choices, erf::erf,
+};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
@@ -34,7 +37,7 @@ pub(super) const EFFECT: Definition = Definition {
         let (force, scale) = (v.number(ParameterKey::ForceN), v.number(ParameterKey::RegularisationMPerS));
         format!("… + c q̇ + {force:.4} N · tanh(q̇ / {scale:.1e} m/s) = …, q = {}", v.component().symbols())
     },
-    apply: |v, plan| {
+    apply: |v, assembly| {
         let (size, rounded) = (v.number(ParameterKey::ForceN), v.number(ParameterKey::RegularisationMPerS));
         if size == 0.0 {
             return;
@@ -42,8 +45,8 @@ pub(super) const EFFECT: Definition = Definition {
         // The error function that has the slope of tanh(v/v₀) at 0 is the mean of sign v over a deviation of √(2/π) v₀.
         let own = FRAC_2_PI * rounded.powi(2);
         let deviation = |scatter: f64| (own + scatter.powi(2)).sqrt();
-        (v.component()).part_of(&plan.machine).speed_law(
-            plan,
+        v.component().part_of(&assembly.machine).speed_law(
+            assembly,
             move |v| -size * tanh(v / rounded),
             |scatter| {
                 let per_speed = FRAC_1_SQRT_2 / deviation(scatter);

@@ -1,6 +1,9 @@
 //! A damping that differs from nominal: `value` is what it is (Genta, "Vibration of Structures and Machines", 1999).
 
-use super::{Definition, Parameter, Scale, component::{Choices, Component}, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{
+    Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing,
+    component::{Choices, Component},
+};
 use crate::rig::{config::Domain, config::Machine};
 
 pub(super) const EFFECT: Definition = Definition {
@@ -19,9 +22,9 @@ pub(super) const EFFECT: Definition = Definition {
         let value = v.number(ParameterKey::Value);
         format!("c = {value:.4e} N s/m of {}", v.component().name())
     },
-    apply: |v, plan| {
+    apply: |v, assembly| {
         let value = v.number(ParameterKey::Value);
-        match (&mut plan.machine, v.component()) {
+        match (&mut assembly.machine, v.component()) {
             (Machine::Bearing(rig), Component::Inner) => rig.inner.damping_n_s_per_m = value,
             (Machine::Bearing(rig), Component::Outer) => rig.outer.damping_n_s_per_m = value,
             (Machine::Bearing(rig), Component::Resonator) => rig.resonator.damping_n_s_per_m = value,

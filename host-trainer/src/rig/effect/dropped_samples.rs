@@ -1,8 +1,8 @@
 //! Samples that never reached the file: those after the time are from `count` samples later, and nothing in the file
 //! says so. The tachometer loses them too.
 
-use super::{Definition, Parameter, Scale, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
-use crate::rig::{config::Domain, assembly::Stage};
+use super::{Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing};
+use crate::rig::{assembly::Stage, config::Domain};
 
 pub(super) const EFFECT: Definition = Definition {
     name: "dropped-samples",
@@ -20,13 +20,13 @@ pub(super) const EFFECT: Definition = Definition {
         let (time, count) = (v.number(ParameterKey::TimeS), v.number(ParameterKey::Count));
         format!("a(t) becomes a(t + {count}/f_s) from t = {time:.5} s")
     },
-    apply: |v, plan| {
+    apply: |v, assembly| {
         let (time, count) = (v.number(ParameterKey::TimeS), v.number(ParameterKey::Count) as usize);
         if count == 0 {
             return;
         }
-        plan.surplus += count;
-        plan.signal(Stage::Logger, move |at, signal| {
+        assembly.surplus += count;
+        assembly.signal(Stage::Logger, move |at, signal| {
             let first = at.preroll + (time * at.sample_rate_hz).round() as usize;
             let first = first.min(signal.len());
             signal.drain(first..(first + count).min(signal.len()));

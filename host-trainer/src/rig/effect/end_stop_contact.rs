@@ -3,7 +3,10 @@
 //! "Chaotic behavior of rotor/stator systems with rubs", J. Eng. Gas Turbines Power 116 (1994) 692–701). The gap is
 //! counted from the unloaded position in the direction of +q, which for y is that of the load.
 
-use super::{Definition, Parameter, Scale, ParameterDefault, component::Choices, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{
+    Definition, LibraryTerms, Parameter, ParameterDefault, ParameterKey, Phase, Rigs, Scale, Site, Timing,
+    component::Choices,
+};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
@@ -23,14 +26,14 @@ pub(super) const EFFECT: Definition = Definition {
         let (gap, stiffness) = (v.number(ParameterKey::GapM), v.number(ParameterKey::StiffnessNPerM));
         format!("… + {stiffness:.4e} N/m · max(q − {gap:.4e} m, 0) = …, q = {}", v.component().symbols())
     },
-    apply: |v, plan| {
+    apply: |v, assembly| {
         let (gap, stiffness) = (v.number(ParameterKey::GapM), v.number(ParameterKey::StiffnessNPerM));
         if stiffness == 0.0 {
             return;
         }
-        let part = (v.component()).part_of(&plan.machine);
+        let part = v.component().part_of(&assembly.machine);
         // Landing and leaving are corners: several steps in the time the stop takes to throw the mass back.
-        plan.declare_rate(3.0 * (stiffness / part.mass).sqrt());
-        part.law(plan, move |q, _| -stiffness * (q - gap).max(0.0));
+        assembly.declare_rate(3.0 * (stiffness / part.mass).sqrt());
+        part.law(assembly, move |q, _| -stiffness * (q - gap).max(0.0));
     },
 };

@@ -2,7 +2,7 @@
 //! BPFO (M. Tiwari, K. Gupta, O. Prakash, "Effect of radial internal clearance of a ball bearing on the dynamics of a
 //! balanced horizontal rotor", J. Sound Vib. 238 (2000) 723–756).
 
-use super::{Definition, Parameter, Scale, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
@@ -17,8 +17,8 @@ pub(super) const EFFECT: Definition = Definition {
     equation: |v| {
         format!("δ_j = (x_s−x_p) cos φ_j + (y_s−y_p) sin φ_j − {:.4e} m", v.number(ParameterKey::RadialClearanceM))
     },
-    apply: |v, plan| {
-        if let Some(rig) = plan.bearing() {
+    apply: |v, assembly| {
+        if let Some(rig) = assembly.bearing() {
             rig.bearing.radial_clearance_m = v.number(ParameterKey::RadialClearanceM);
         }
     },

@@ -1,21 +1,21 @@
 //! A support spring that stiffens: k q + k₃ q³ with k₃ > 0 in each direction (I. Kovacic, M. J. Brennan, "The Duffing
 //! Equation", 2011). Its slope k + 3 k₃ q² rises with the static deflection, hence the resonance with the load.
 
-use super::{Definition, Parameter, Scale, component::Choices, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
-use crate::rig::config::Domain;
 use super::Values;
-use crate::rig::assembly::{Assembly};
+use super::{Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing, component::Choices};
+use crate::rig::assembly::Assembly;
+use crate::rig::config::Domain;
 
 /// The force −k₃ q³.
-pub(super) fn apply(v: &Values, plan: &mut Assembly) {
+pub(super) fn apply(v: &Values, assembly: &mut Assembly) {
     let cubic = v.number(ParameterKey::CubicNPerM3);
     if cubic == 0.0 {
         return;
     }
-    let part = (v.component()).part_of(&plan.machine);
+    let part = v.component().part_of(&assembly.machine);
     // No static deflection is known here, but one that doubles the stiffness is where the effect is plain.
-    plan.declare_rate(2.0 * (part.stiffness / part.mass).sqrt());
-    part.law(plan, move |q, _| -cubic * q * q * q);
+    assembly.declare_rate(2.0 * (part.stiffness / part.mass).sqrt());
+    part.law(assembly, move |q, _| -cubic * q * q * q);
 }
 
 /// The term, on the left side.

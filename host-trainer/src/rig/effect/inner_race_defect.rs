@@ -3,7 +3,11 @@
 
 use std::f64::consts::PI;
 
-use super::{Definition, Parameter, Scale, ParameterDefault, outer_race_defect::{DEPTH, WIDTH}, local_defect::LocalDefect, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{
+    Definition, LibraryTerms, Parameter, ParameterDefault, ParameterKey, Phase, Rigs, Scale, Site, Timing,
+    local_defect::LocalDefect,
+    outer_race_defect::{DEPTH, WIDTH},
+};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
@@ -17,21 +21,27 @@ pub(super) const EFFECT: Definition = Definition {
         DEPTH,
         WIDTH,
         // From the mark that the shaft angle counts from.
-        Parameter::number(ParameterKey::AngleRad, "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(ParameterDefault::Number(0.0)),
+        Parameter::number(ParameterKey::AngleRad, "rad", Domain::Any, (-PI, PI), Scale::Linear)
+            .usually(ParameterDefault::Number(0.0)),
     ],
     library: LibraryTerms::ANGLE,
     equation: |v| {
-        let (depth, width, angle) = (v.number(ParameterKey::DepthM), v.number(ParameterKey::WidthRad), v.number(ParameterKey::AngleRad));
-        format!("δ_j = … − c − d(φ_j − ψ − {angle:.4}), d(θ) = {depth:.4e} m · cos(πθ/{width:.5}) for |θ| < {width:.5}/2")
+        let (depth, width, angle) =
+            (v.number(ParameterKey::DepthM), v.number(ParameterKey::WidthRad), v.number(ParameterKey::AngleRad));
+        format!(
+            "δ_j = … − c − d(φ_j − ψ − {angle:.4}), d(θ) = {depth:.4e} m · cos(πθ/{width:.5}) for |θ| < {width:.5}/2"
+        )
     },
-    apply: |v, plan| {
+    apply: |v, assembly| {
         let angle = v.number(ParameterKey::AngleRad);
         let pit = LocalDefect::new(v.number(ParameterKey::DepthM), v.number(ParameterKey::WidthRad));
-        let Some(rig) = plan.bearing() else { return };
+        let Some(rig) = assembly.bearing() else { return };
         let ftf = rig.bearing.geometry().orders().ftf;
         if v.number(ParameterKey::DepthM) > 0.0 {
-            plan.declare_order((1.0 - ftf) * pit.rate());
-            plan.defect(move |moments, balls, passages| pit.pass_all(|at| angle + at.shaft_rad, moments, balls, passages));
+            assembly.declare_order((1.0 - ftf) * pit.rate());
+            assembly.defect(move |moments, balls, passages| {
+                pit.pass_all(|at| angle + at.shaft_rad, moments, balls, passages)
+            });
         }
     },
 };

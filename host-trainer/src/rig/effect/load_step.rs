@@ -3,10 +3,11 @@
 //! The vocabulary states when, which is the middle of the change, and by how much. How long it takes, evenly, has a usual value
 //! of about one sample and can be fitted: what a machine rings with after it depends on that.
 
-use super::{Definition, Parameter, Scale, ParameterDefault, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{Definition, LibraryTerms, Parameter, ParameterDefault, ParameterKey, Phase, Rigs, Scale, Site, Timing};
 use crate::rig::{
     config::Domain,
-    state::{INNER_Y, MASS}, config::Machine,
+    config::Machine,
+    state::{INNER_Y, MASS},
 };
 
 pub(super) const EFFECT: Definition = Definition {
@@ -19,19 +20,21 @@ pub(super) const EFFECT: Definition = Definition {
     parameters: &[
         Parameter::number(ParameterKey::TimeS, "s", Domain::Any, (0.0, 10.0), Scale::Linear),
         Parameter::number(ParameterKey::ChangeN, "N", Domain::Any, (-1e4, 1e4), Scale::Linear),
-        Parameter::number(ParameterKey::RiseS, "s", Domain::Positive, (1e-6, 1e-1), Scale::Log).usually(ParameterDefault::Number(4e-5)),
+        Parameter::number(ParameterKey::RiseS, "s", Domain::Positive, (1e-6, 1e-1), Scale::Log)
+            .usually(ParameterDefault::Number(4e-5)),
     ],
     library: LibraryTerms::OUTSIDE,
     equation: |v| {
         let (time, change) = (v.number(ParameterKey::TimeS), v.number(ParameterKey::ChangeN));
         format!("F_load becomes F_load + {change:.4} N from t = {time:.4} s")
     },
-    apply: |v, plan| {
-        let (time, change, rise) = (v.number(ParameterKey::TimeS), v.number(ParameterKey::ChangeN), v.number(ParameterKey::RiseS));
-        let dof = if matches!(plan.machine, Machine::Sdof(_)) { MASS } else { INNER_Y };
+    apply: |v, assembly| {
+        let (time, change, rise) =
+            (v.number(ParameterKey::TimeS), v.number(ParameterKey::ChangeN), v.number(ParameterKey::RiseS));
+        let dof = if matches!(assembly.machine, Machine::Sdof(_)) { MASS } else { INNER_Y };
         if change != 0.0 {
             let share = move |time_s: f64| ((time_s - time) / rise + 0.5).clamp(0.0, 1.0);
-            plan.force(move |at, _, _, force| force[dof] += change * share(at.time_s));
+            assembly.force(move |at, _, _, force| force[dof] += change * share(at.time_s));
         }
     },
 };

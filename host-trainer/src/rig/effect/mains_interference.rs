@@ -3,8 +3,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{Definition, Parameter, Scale, ParameterDefault, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
-use crate::rig::{config::Domain, assembly::Stage};
+use super::{Definition, LibraryTerms, Parameter, ParameterDefault, ParameterKey, Phase, Rigs, Scale, Site, Timing};
+use crate::rig::{assembly::Stage, config::Domain};
 
 /// Harmonics in addition to the fundamental.
 const HARMONICS: [f64; 3] = [1.0, 3.0, 5.0];
@@ -19,7 +19,8 @@ pub(super) const EFFECT: Definition = Definition {
     parameters: &[
         Parameter::number(ParameterKey::FrequencyHz, "Hz", Domain::Positive, (45.0, 65.0), Scale::Linear),
         Parameter::number(ParameterKey::Amplitude, "unit of the signal", Domain::NotNegative, (1e-4, 1e2), Scale::Log),
-        Parameter::number(ParameterKey::PhaseRad, "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(ParameterDefault::Number(0.0)),
+        Parameter::number(ParameterKey::PhaseRad, "rad", Domain::Any, (-PI, PI), Scale::Linear)
+            .usually(ParameterDefault::Number(0.0)),
         Parameter::channel("all"),
     ],
     library: LibraryTerms::SENSOR,
@@ -27,13 +28,14 @@ pub(super) const EFFECT: Definition = Definition {
         let (frequency, amplitude) = (v.number(ParameterKey::FrequencyHz), v.number(ParameterKey::Amplitude));
         format!("a = … + {amplitude:.4e} · Σ sin(n · 2π · {frequency:.3} Hz · t)/n, n = 1, 3, 5")
     },
-    apply: |v, plan| {
-        let (frequency, amplitude, phase) = (v.number(ParameterKey::FrequencyHz), v.number(ParameterKey::Amplitude), v.number(ParameterKey::PhaseRad));
+    apply: |v, assembly| {
+        let (frequency, amplitude, phase) =
+            (v.number(ParameterKey::FrequencyHz), v.number(ParameterKey::Amplitude), v.number(ParameterKey::PhaseRad));
         if amplitude == 0.0 {
             return;
         }
         let concerns = v.channels();
-        plan.signal(Stage::Cable, move |at, signal| {
+        assembly.signal(Stage::Cable, move |at, signal| {
             if !concerns(at.channel) {
                 return;
             }

@@ -1,7 +1,10 @@
 //! A mass that differs from nominal: `value` is what it is. Its weight changes too where the rig has weight (Genta,
 //! "Vibration of Structures and Machines", 1999).
 
-use super::{Definition, Parameter, Scale, component::{Choices, Component}, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{
+    Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing,
+    component::{Choices, Component},
+};
 use crate::rig::{config::Domain, config::Machine};
 
 pub(super) const EFFECT: Definition = Definition {
@@ -20,9 +23,9 @@ pub(super) const EFFECT: Definition = Definition {
         let value = v.number(ParameterKey::Value);
         format!("m = {value:.4e} kg of {}", v.component().name())
     },
-    apply: |v, plan| {
+    apply: |v, assembly| {
         let value = v.number(ParameterKey::Value);
-        match (&mut plan.machine, v.component()) {
+        match (&mut assembly.machine, v.component()) {
             (Machine::Bearing(rig), Component::Inner) => rig.inner.mass_kg = value,
             (Machine::Bearing(rig), Component::Outer) => rig.outer.mass_kg = value,
             (Machine::Bearing(rig), Component::Resonator) => rig.resonator.mass_kg = value,

@@ -4,7 +4,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Definition, Parameter, Scale, ParameterDefault, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{Definition, LibraryTerms, Parameter, ParameterDefault, ParameterKey, Phase, Rigs, Scale, Site, Timing};
 use crate::rig::{
     config::Domain,
     state::{INNER_X, INNER_Y},
@@ -20,17 +20,20 @@ pub(super) const EFFECT: Definition = Definition {
     parameters: &[
         Parameter::number(ParameterKey::ForceN, "N", Domain::NotNegative, (1e-1, 1e4), Scale::Log),
         // Which way the coupling is out of line.
-        Parameter::number(ParameterKey::PhaseRad, "rad", Domain::Any, (-PI, PI), Scale::Linear).usually(ParameterDefault::Number(0.0)),
+        Parameter::number(ParameterKey::PhaseRad, "rad", Domain::Any, (-PI, PI), Scale::Linear)
+            .usually(ParameterDefault::Number(0.0)),
     ],
     library: LibraryTerms::ANGLE,
     equation: |v| {
         let (force, phase) = (v.number(ParameterKey::ForceN), v.number(ParameterKey::PhaseRad));
-        format!("m_s ẍ_s + … = … + {force:.4} N · cos(2ψ + {phase:.3}), m_s ÿ_s + … = … + {force:.4} N · sin(2ψ + {phase:.3})")
+        format!(
+            "m_s ẍ_s + … = … + {force:.4} N · cos(2ψ + {phase:.3}), m_s ÿ_s + … = … + {force:.4} N · sin(2ψ + {phase:.3})"
+        )
     },
-    apply: |v, plan| {
+    apply: |v, assembly| {
         let (amplitude, phase) = (v.number(ParameterKey::ForceN), v.number(ParameterKey::PhaseRad));
         if amplitude != 0.0 {
-            plan.force(move |at, _, _, force| {
+            assembly.force(move |at, _, _, force| {
                 let (s, c) = (2.0 * at.shaft_rad + phase).sin_cos();
                 force[INNER_X] += amplitude * c;
                 force[INNER_Y] += amplitude * s;

@@ -3,10 +3,13 @@
 
 use std::f64::consts::PI;
 
-use super::{Definition, Parameter, Scale, local_defect::LocalDefect, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{
+    Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing, local_defect::LocalDefect,
+};
 use crate::rig::config::Domain;
 
-pub(super) const DEPTH: Parameter = Parameter::number(ParameterKey::DepthM, "m", Domain::NotNegative, (1e-7, 1e-4), Scale::Log);
+pub(super) const DEPTH: Parameter =
+    Parameter::number(ParameterKey::DepthM, "m", Domain::NotNegative, (1e-7, 1e-4), Scale::Log);
 /// Width: searched up to the widest defects that Case Western Reserve University seeded on a ball, 0.028 in or 0.18 rad. A far
 /// wider one is a wave, not a defect.
 pub(super) const WIDTH: Parameter =
@@ -27,17 +30,18 @@ pub(super) const EFFECT: Definition = Definition {
     ],
     library: LibraryTerms::ANGLE,
     equation: |v| {
-        let (depth, width, angle) = (v.number(ParameterKey::DepthM), v.number(ParameterKey::WidthRad), v.number(ParameterKey::AngleRad));
+        let (depth, width, angle) =
+            (v.number(ParameterKey::DepthM), v.number(ParameterKey::WidthRad), v.number(ParameterKey::AngleRad));
         format!("δ_j = … − c − d(φ_j − {angle:.4}), d(θ) = {depth:.4e} m · cos(πθ/{width:.5}) for |θ| < {width:.5}/2")
     },
-    apply: |v, plan| {
+    apply: |v, assembly| {
         let angle = v.number(ParameterKey::AngleRad);
         let pit = LocalDefect::new(v.number(ParameterKey::DepthM), v.number(ParameterKey::WidthRad));
-        let Some(rig) = plan.bearing() else { return };
+        let Some(rig) = assembly.bearing() else { return };
         let ftf = rig.bearing.geometry().orders().ftf;
         if v.number(ParameterKey::DepthM) > 0.0 {
-            plan.declare_order(ftf * pit.rate());
-            plan.defect(move |moments, balls, passages| pit.pass_all(|_| angle, moments, balls, passages));
+            assembly.declare_order(ftf * pit.rate());
+            assembly.defect(move |moments, balls, passages| pit.pass_all(|_| angle, moments, balls, passages));
         }
     },
 };

@@ -4,7 +4,7 @@
 //! Part 1: theory", Proc. IMechE C 202 (1988) 305–312; S. P. Harsha et al., "Non-linear dynamic behaviors of rolling
 //! element bearings due to surface waviness", J. Sound Vib. 272 (2004) 557–580). A load zone adds its own multiples.
 
-use super::{Definition, waviness, LibraryTerms, Phase, Rigs, Site, Timing};
+use super::{Definition, LibraryTerms, Phase, Rigs, Site, Timing, waviness};
 
 pub(super) const EFFECT: Definition = Definition {
     name: "outer-race-waviness",
@@ -16,5 +16,5 @@ pub(super) const EFFECT: Definition = Definition {
     parameters: waviness::PARAMETERS,
     library: LibraryTerms::ANGLE,
     equation: |v| waviness::equation(v, "φ_j"),
-    apply: |v, plan| waviness::apply(v, plan, |at| at.cage_rad),
+    apply: |v, assembly| waviness::apply(v, assembly, |at| at.cage_rad),
 };

@@ -3,7 +3,10 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_PI};
 
-use super::{Definition, Parameter, Scale, ParameterDefault, component::Choices, erf::erf, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{
+    Definition, LibraryTerms, Parameter, ParameterDefault, ParameterKey, Phase, Rigs, Scale, Site, Timing,
+    component::Choices, erf::erf,
+};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
@@ -21,11 +24,11 @@ pub(super) const EFFECT: Definition = Definition {
     equation: |v| {
         format!("… + {:.4e} N s²/m² · q̇ |q̇| = …, q = {}", v.number(ParameterKey::DragNS2PerM2), v.component().symbols())
     },
-    apply: |v, plan| {
+    apply: |v, assembly| {
         let drag = v.number(ParameterKey::DragNS2PerM2);
         if drag != 0.0 {
-            (v.component()).part_of(&plan.machine).speed_law(
-                plan,
+            v.component().part_of(&assembly.machine).speed_law(
+                assembly,
                 move |v| -drag * v * v.abs(),
                 |scatter| move |v| -drag * mean_square(v, scatter),
                 |_| 0.0,

@@ -1,7 +1,7 @@
 //! A sensor whose zero is off: the same value added to every sample (ISO 5347; a charge amplifier that drifts).
 
-use super::{Definition, Parameter, Scale, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
-use crate::rig::{config::Domain, assembly::Stage};
+use super::{Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing};
+use crate::rig::{assembly::Stage, config::Domain};
 
 pub(super) const EFFECT: Definition = Definition {
     name: "sensor-bias",
@@ -16,10 +16,10 @@ pub(super) const EFFECT: Definition = Definition {
     ],
     library: LibraryTerms::SENSOR,
     equation: |v| format!("a = … + {:.4e}", v.number(ParameterKey::Value)),
-    apply: |v, plan| {
+    apply: |v, assembly| {
         let (value, concerns) = (v.number(ParameterKey::Value), v.channels());
         if value != 0.0 {
-            plan.signal(Stage::Transducer, move |at, signal| {
+            assembly.signal(Stage::Transducer, move |at, signal| {
                 if concerns(at.channel) {
                     signal.iter_mut().for_each(|sample| *sample += value);
                 }

@@ -1,7 +1,7 @@
 //! A sensor or converter out of its range: samples stop at ± the value (IEEE Std 1241, full-scale range).
 
-use super::{Definition, Parameter, Scale, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
-use crate::rig::{config::Domain, assembly::Stage};
+use super::{Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing};
+use crate::rig::{assembly::Stage, config::Domain};
 
 pub(super) const EFFECT: Definition = Definition {
     name: "sensor-clipping",
@@ -16,9 +16,9 @@ pub(super) const EFFECT: Definition = Definition {
     ],
     library: LibraryTerms::SENSOR,
     equation: |v| format!("a = clamp(…, ±{:.4e})", v.number(ParameterKey::Value)),
-    apply: |v, plan| {
+    apply: |v, assembly| {
         let (value, concerns) = (v.number(ParameterKey::Value), v.channels());
-        plan.signal(Stage::Converter, move |at, signal| {
+        assembly.signal(Stage::Converter, move |at, signal| {
             if concerns(at.channel) {
                 signal.iter_mut().for_each(|sample| *sample = sample.clamp(-value, value));
             }

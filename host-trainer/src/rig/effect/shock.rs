@@ -4,7 +4,10 @@
 
 use std::f64::consts::PI;
 
-use super::{Definition, Parameter, Scale, ParameterDefault, component::Choices, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{
+    Definition, LibraryTerms, Parameter, ParameterDefault, ParameterKey, Phase, Rigs, Scale, Site, Timing,
+    component::Choices,
+};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
@@ -24,22 +27,24 @@ pub(super) const EFFECT: Definition = Definition {
     ],
     library: LibraryTerms::OUTSIDE,
     equation: |v| {
-        let (time, impulse, duration) = (v.number(ParameterKey::TimeS), v.number(ParameterKey::ImpulseNS), v.number(ParameterKey::DurationS));
+        let (time, impulse, duration) =
+            (v.number(ParameterKey::TimeS), v.number(ParameterKey::ImpulseNS), v.number(ParameterKey::DurationS));
         format!(
             "m q̈ + … = … + {:.4e} N · sin(π (t − {time:.5} s)/{duration:.2e} s) for {duration:.2e} s, q = {}",
             0.5 * PI * impulse / duration,
             v.component().symbols()
         )
     },
-    apply: |v, plan| {
-        let (time, impulse, duration) = (v.number(ParameterKey::TimeS), v.number(ParameterKey::ImpulseNS), v.number(ParameterKey::DurationS));
+    apply: |v, assembly| {
+        let (time, impulse, duration) =
+            (v.number(ParameterKey::TimeS), v.number(ParameterKey::ImpulseNS), v.number(ParameterKey::DurationS));
         if impulse == 0.0 {
             return;
         }
         let peak = 0.5 * PI * impulse / duration;
-        let part = (v.component()).part_of(&plan.machine);
-        plan.declare_rate(PI / duration);
-        plan.force(move |at, _, _, force| {
+        let part = v.component().part_of(&assembly.machine);
+        assembly.declare_rate(PI / duration);
+        assembly.force(move |at, _, _, force| {
             let phase = (at.time_s - time) / duration;
             if (0.0..1.0).contains(&phase) {
                 for motion in &part.motions {

@@ -1,7 +1,11 @@
 //! A support spring that yields: k q + k₃ q³ with k₃ < 0 (I. Kovacic, M. J. Brennan, "The Duffing Equation", 2011).
 //! k₃ is written with its sign.
 
-use super::{Definition, Parameter, Scale, component::Choices, hardening_stiffness::{apply, equation}, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{
+    Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing,
+    component::Choices,
+    hardening_stiffness::{apply, equation},
+};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {

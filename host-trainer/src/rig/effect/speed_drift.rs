@@ -1,7 +1,7 @@
 //! The shaft speed changes evenly over a recording: ω (1 + r t) from t = 0. Every order smears in proportion to itself
 //! (R. B. Randall, "Vibration-based Condition Monitoring", 2011, section 3.6).
 
-use super::{Definition, Parameter, Scale, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
@@ -14,5 +14,5 @@ pub(super) const EFFECT: Definition = Definition {
     parameters: &[Parameter::number(ParameterKey::RatePerS, "1/s", Domain::Any, (-0.5, 0.5), Scale::Linear)],
     library: LibraryTerms::PACE,
     equation: |v| format!("ω_shaft becomes ω_shaft (1 + {:.5}/s · t)", v.number(ParameterKey::RatePerS)),
-    apply: |v, plan| plan.speed_rate_per_s += v.number(ParameterKey::RatePerS),
+    apply: |v, assembly| assembly.speed_rate_per_s += v.number(ParameterKey::RatePerS),
 };

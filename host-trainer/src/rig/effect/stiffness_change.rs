@@ -1,7 +1,10 @@
 //! A stiffness that differs from nominal: `value` is what it is. For component `bearing` it is that of the contact, k_b
 //! (Genta, "Vibration of Structures and Machines", 1999).
 
-use super::{Definition, Parameter, Scale, component::{Choices, Component}, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{
+    Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing,
+    component::{Choices, Component},
+};
 use crate::rig::{config::Domain, config::Machine};
 
 pub(super) const EFFECT: Definition = Definition {
@@ -23,9 +26,9 @@ pub(super) const EFFECT: Definition = Definition {
             component => format!("k = {value:.4e} N/m of {}", component.name()),
         }
     },
-    apply: |v, plan| {
+    apply: |v, assembly| {
         let value = v.number(ParameterKey::Value);
-        match (&mut plan.machine, v.component()) {
+        match (&mut assembly.machine, v.component()) {
             (Machine::Bearing(rig), Component::Bearing) => rig.bearing.contact_stiffness_n_per_m1_5 = value,
             (Machine::Bearing(rig), Component::Inner) => rig.inner.stiffness_n_per_m = value,
             (Machine::Bearing(rig), Component::Outer) => rig.outer.stiffness_n_per_m = value,

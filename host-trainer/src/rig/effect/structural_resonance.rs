@@ -10,7 +10,10 @@
 
 use std::f64::consts::TAU;
 
-use super::{Definition, Parameter, Scale, ParameterDefault, component::Component, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{
+    Definition, LibraryTerms, Parameter, ParameterDefault, ParameterKey, Phase, Rigs, Scale, Site, Timing,
+    component::Component,
+};
 use crate::rig::{
     assembly::Stage,
     config::{Domain, RigKind},
@@ -29,25 +32,28 @@ pub(super) const EFFECT: Definition = Definition {
     parameters: &[
         Parameter::number(ParameterKey::FrequencyHz, "Hz", Domain::Positive, (10.0, 2e4), Scale::Log),
         Parameter::number(ParameterKey::DampingRatio, "", Domain::Between(0.0, 1.0), (1e-3, 0.3), Scale::Log),
-        Parameter::number(ParameterKey::Gain, "", Domain::Any, (-30.0, 30.0), Scale::Linear).usually(ParameterDefault::Number(1.0)),
+        Parameter::number(ParameterKey::Gain, "", Domain::Any, (-30.0, 30.0), Scale::Linear)
+            .usually(ParameterDefault::Number(1.0)),
         Parameter::channel("ay"),
     ],
     library: LibraryTerms::MODE,
     equation: |v| {
-        let (frequency, ratio, gain) = (v.number(ParameterKey::FrequencyHz), v.number(ParameterKey::DampingRatio), v.number(ParameterKey::Gain));
+        let (frequency, ratio, gain) =
+            (v.number(ParameterKey::FrequencyHz), v.number(ParameterKey::DampingRatio), v.number(ParameterKey::Gain));
         format!("a becomes a + {gain:.4} η̈, η̈ + 2 · {ratio:.5} ω₀ η̇ + ω₀² η = f/m_p, ω₀ = 2π · {frequency:.2} Hz")
     },
-    apply: |v, plan| {
-        let (frequency, ratio, gain) = (v.number(ParameterKey::FrequencyHz), v.number(ParameterKey::DampingRatio), v.number(ParameterKey::Gain));
+    apply: |v, assembly| {
+        let (frequency, ratio, gain) =
+            (v.number(ParameterKey::FrequencyHz), v.number(ParameterKey::DampingRatio), v.number(ParameterKey::Gain));
         if gain == 0.0 {
             return;
         }
         let concerns = v.channels();
         let carrier = if v.kind() == RigKind::Sdof { Component::Mass } else { Component::Outer };
-        let per_mass = 1.0 / carrier.part_of(&plan.machine).mass;
-        plan.needs_path_force = true;
-        plan.preroll_s = plan.preroll_s.max(SETTLED / (ratio * TAU * frequency));
-        plan.signal(Stage::Structure, move |at, signal| {
+        let per_mass = 1.0 / carrier.part_of(&assembly.machine).mass;
+        assembly.needs_path_force = true;
+        assembly.preroll_s = assembly.preroll_s.max(SETTLED / (ratio * TAU * frequency));
+        assembly.signal(Stage::Structure, move |at, signal| {
             if !concerns(at.channel) {
                 return;
             }

@@ -1,7 +1,7 @@
 //! A rotating mass beyond the known one: m e is what it is altogether, and the force m e ω² grows with the square of
 //! the speed (ISO 21940-2; Genta, "Dynamics of Rotating Systems", 2005, section 2.4).
 
-use super::{Definition, Parameter, Scale, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing};
 use crate::rig::config::Domain;
 
 pub(super) const EFFECT: Definition = Definition {
@@ -17,8 +17,8 @@ pub(super) const EFFECT: Definition = Definition {
         let total = v.number(ParameterKey::UnbalanceKgM);
         format!("m_s ẍ_s + … = {total:.4e} kg m · ω² cos ψ, m_s ÿ_s + … = … + {total:.4e} kg m · ω² sin ψ")
     },
-    apply: |v, plan| {
-        if let Some(rig) = plan.bearing() {
+    apply: |v, assembly| {
+        if let Some(rig) = assembly.bearing() {
             rig.excitation.unbalance_kg_m = v.number(ParameterKey::UnbalanceKgM);
         }
     },

@@ -1,7 +1,10 @@
 //! Damping that the nominal model lacks, −d v: of an oil film across the bearing (component `bearing`: between the
 //! races; J. S. Rao, "Rotor Dynamics", 1996) or of one mass against the ground.
 
-use super::{Definition, Parameter, Scale, ParameterDefault, component::{Choices, Component, Motion}, LibraryTerms, ParameterKey, Phase, Rigs, Site, Timing};
+use super::{
+    Definition, LibraryTerms, Parameter, ParameterDefault, ParameterKey, Phase, Rigs, Scale, Site, Timing,
+    component::{Choices, Component, Motion},
+};
 use crate::rig::{
     config::Domain,
     state::{INNER_X, INNER_Y, OUTER_X, OUTER_Y},
@@ -22,21 +25,24 @@ pub(super) const EFFECT: Definition = Definition {
     equation: |v| {
         let damping = v.number(ParameterKey::DampingNSPerM);
         match v.component() {
-            Component::Bearing => format!("f_x = … + {damping:.4e} N s/m · (ẋ_s − ẋ_p), f_y = … + {damping:.4e} N s/m · (ẏ_s − ẏ_p)"),
+            Component::Bearing => {
+                format!("f_x = … + {damping:.4e} N s/m · (ẋ_s − ẋ_p), f_y = … + {damping:.4e} N s/m · (ẏ_s − ẏ_p)")
+            }
             part => format!("… + {damping:.4e} N s/m · q̇ = …, q = {}", part.symbols()),
         }
     },
-    apply: |v, plan| {
+    apply: |v, assembly| {
         let damping = v.number(ParameterKey::DampingNSPerM);
         if damping == 0.0 {
             return;
         }
-        let mut part = (v.component()).part_of(&plan.machine);
+        let mut part = v.component().part_of(&assembly.machine);
         if v.component() == Component::Bearing {
-            part.motions = [(INNER_X, OUTER_X), (INNER_Y, OUTER_Y)].map(|(dof, base)| Motion { dof, base: Some(base) }).into();
-            part.mass = plan.bearing().map_or(1.0, |rig| rig.inner.mass_kg.min(rig.outer.mass_kg));
+            part.motions =
+                [(INNER_X, OUTER_X), (INNER_Y, OUTER_Y)].map(|(dof, base)| Motion { dof, base: Some(base) }).into();
+            part.mass = assembly.bearing().map_or(1.0, |rig| rig.inner.mass_kg.min(rig.outer.mass_kg));
         }
-        plan.declare_rate(2.0 * damping / part.mass);
-        part.law(plan, move |_, v| -damping * v);
+        assembly.declare_rate(2.0 * damping / part.mass);
+        part.law(assembly, move |_, v| -damping * v);
     },
 };

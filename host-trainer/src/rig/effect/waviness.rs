@@ -21,16 +21,16 @@ pub(super) fn equation(v: &Values, angle: &str) -> String {
 }
 
 /// Lobes that ball 0 meets at `angle` of the race, rad.
-pub(super) fn apply(v: &Values, plan: &mut Assembly, angle: fn(&Instant) -> f64) {
+pub(super) fn apply(v: &Values, assembly: &mut Assembly, angle: fn(&Instant) -> f64) {
     let (amplitude, lobes, phase) =
         (v.number(ParameterKey::AmplitudeM), v.number(ParameterKey::Lobes), v.number(ParameterKey::PhaseRad));
     if amplitude == 0.0 {
         return;
     }
-    let Some(rig) = plan.bearing() else { return };
+    let Some(rig) = assembly.bearing() else { return };
     // From ball to ball by rotation: one sine and cosine for all.
     let (s_step, c_step) = (lobes * TAU / rig.bearing.balls as f64).sin_cos();
-    plan.profile(move |at, losses| {
+    assembly.profile(move |at, losses| {
         let (mut s, mut c) = (lobes * angle(at) + phase).sin_cos();
         for loss in losses {
             *loss -= amplitude * c;

@@ -60,16 +60,16 @@ pub fn simulate(rig: &Rig, drive: &Drive) -> Result<Recording, RigError> {
         return refuse("input", "no samples, or one that is not finite".into(), "finite samples, at least one");
     }
     rig.check()?;
-    let mut plan = assemble(rig);
-    let Machine::Sdof(machine) = plan.machine.clone() else {
+    let mut assembly = assemble(rig);
+    let Machine::Sdof(machine) = assembly.machine.clone() else {
         return refuse("rig.kind", "\"bearing-5dof\"".into(), "\"sdof\"");
     };
     let fastest = (machine.stiffness_n_per_m / machine.mass_kg).sqrt().max(machine.damping_n_s_per_m / machine.mass_kg);
-    let fastest = fastest.max(plan.rate_rad_per_s);
+    let fastest = fastest.max(assembly.rate_rad_per_s);
     let substeps = (fastest / (rate * SETTINGS.sdof_rate_per_step)).ceil().clamp(1.0, SETTINGS.sdof_max_steps) as usize;
-    let law = Law { rig: machine, forces: std::mem::take(&mut plan.forces) };
+    let law = Law { rig: machine, forces: std::mem::take(&mut assembly.forces) };
     let motion = law.run(drive, substeps)?;
-    Ok(record(motion, drive, law.rig.mass_kg, &output_chain(plan)))
+    Ok(record(motion, drive, law.rig.mass_kg, &output_chain(assembly)))
 }
 
 /// The equation of motion.
