@@ -52,6 +52,9 @@ fn board(out: &Path) -> Result<(), String> {
         let names: Vec<_> = there.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
         return Err(format!("BALLRACE_BOARD: found {name:?}, expected one of {}", names.join(", ")));
     }
+    if !folder.join("qemu.args").is_file() {
+        return Err(format!("{}: found no qemu.args, expected the machine's options for QEMU", folder.display()));
+    }
     let text = format!("/// The board.\n#[path = {:?}]\npub mod board;\n", module.display());
     write(&out.join("board_module.rs"), text.as_bytes())?;
     let memory = folder.join("memory.x");

@@ -1,6 +1,6 @@
 //! From a vibration recording to a sparse dynamics model on a microcontroller.
 //!
-//! Data flows one way, and each layer knows only the layers above it in this table (a test holds the order):
+//! Data flows one way, and each layer knows only those of earlier rows (a test holds the order):
 //!
 //! | layer | holds | takes → gives |
 //! |---|---|---|

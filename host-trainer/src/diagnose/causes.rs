@@ -94,8 +94,8 @@ mod tests {
 
     #[test]
     fn causes_are_read_in_order() {
-        let text = r#"{"schema": "ballrace-diagnosis/1", "causes": [{"name": EffectKind::Backlash, "probability": 1},
-                       {"name": EffectKind::Unbalance}]}"#;
+        let text = r#"{"schema": "ballrace-diagnosis/1", "causes": [{"name": "backlash", "probability": 1},
+                       {"name": "unbalance"}]}"#;
         assert_eq!(parse(text).unwrap(), [EffectKind::Backlash, EffectKind::Unbalance]);
         assert!(parse(r#"{"schema": "ballrace-diagnosis/1", "causes": []}"#).unwrap().is_empty());
     }

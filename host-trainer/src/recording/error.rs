@@ -235,19 +235,30 @@ impl ReadError {
     /// Whether the contents of one recording are at fault, so that the others can still be read; not the caller's
     /// request or the operating system.
     pub(super) fn is_content(&self) -> bool {
-        matches!(
-            self,
+        match self {
             Self::Empty { .. }
-                | Self::RowWidth { .. }
-                | Self::NotANumber { .. }
-                | Self::NotFinite { .. }
-                | Self::MissingHeader { .. }
-                | Self::DuplicateColumn { .. }
-                | Self::TimeNotIncreasing { .. }
-                | Self::BadMat { .. }
-                | Self::BadNpy { .. }
-                | Self::BadParquet { .. }
-        )
+            | Self::RowWidth { .. }
+            | Self::NotANumber { .. }
+            | Self::NotFinite { .. }
+            | Self::MissingHeader { .. }
+            | Self::DuplicateColumn { .. }
+            | Self::TimeNotIncreasing { .. }
+            | Self::BadMat { .. }
+            | Self::BadNpy { .. }
+            | Self::BadParquet { .. } => true,
+            Self::Io { .. }
+            | Self::NotFound { .. }
+            | Self::NoRecordings { .. }
+            | Self::UnknownFormat { .. }
+            | Self::UnknownChannel { .. }
+            | Self::UnknownVariable { .. }
+            | Self::MissingRate { .. }
+            | Self::ManifestSyntax { .. }
+            | Self::UnknownKey { .. }
+            | Self::MissingKey { .. }
+            | Self::BadValue { .. }
+            | Self::BadOption { .. } => false,
+        }
     }
 }
 

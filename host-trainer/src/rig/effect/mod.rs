@@ -1,8 +1,8 @@
 //! Effects: the causes that a machine can differ from its nominal rig by, one file each.
 //!
 //! A new effect is one file with a [`Definition`] and one line of the list at the end of this file, which makes it a
-//! variant of [`EffectKind`]. Every match over [`EffectKind`] is exhaustive, so the compiler lists what a new effect
-//! still lacks: how the diagnosis seeks it, and how strong it is drawn in the evaluation. Parameters without a default
+//! variant of [`EffectKind`]. The matches over [`EffectKind`] that decide how an effect is sought and drawn are
+//! exhaustive, so the compiler lists what a new one still lacks. Parameters without a default
 //! belong to the vocabulary; those with one (a phase, the place where friction acts) may be fitted but are not stated in
 //! a diagnosis. theory, section 9, has the equations.
 

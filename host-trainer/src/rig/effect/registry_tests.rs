@@ -87,53 +87,51 @@ fn run(rig: &Rig) -> crate::recording::Recording {
     simulate(rig, &condition(30.0, 500.0, 400), &Start { settle_s: 0.02, ..Start::seeded(5) }).unwrap()
 }
 
+/// Parameter and value at which an effect changes nothing.
+fn nothing(kind: EffectKind, nominal: &Rig) -> (ParameterKey, f64) {
+    // Effects that state a value: the nominal one.
+    let of = |key: ModelKey| nominal.get(key).unwrap();
+    match kind {
+        EffectKind::OuterRaceDefect | EffectKind::InnerRaceDefect | EffectKind::BallDefect => {
+            (ParameterKey::DepthM, 0.0)
+        }
+        EffectKind::OuterRaceWaviness | EffectKind::InnerRaceWaviness => (ParameterKey::AmplitudeM, 0.0),
+        EffectKind::Unbalance => (ParameterKey::UnbalanceKgM, of(ModelKey::Unbalance)),
+        EffectKind::Misalignment | EffectKind::CoulombFriction | EffectKind::ConstantForce => {
+            (ParameterKey::ForceN, 0.0)
+        }
+        EffectKind::ExcessClearance => (ParameterKey::RadialClearanceM, of(ModelKey::RadialClearance)),
+        EffectKind::HardeningStiffness | EffectKind::SofteningStiffness => (ParameterKey::CubicNPerM3, 0.0),
+        EffectKind::AsymmetricStiffness => (ParameterKey::QuadraticNPerM2, 0.0),
+        EffectKind::StiffnessChange => (ParameterKey::Value, of(ModelKey::OuterStiffness)),
+        EffectKind::DampingChange => (ParameterKey::Value, of(ModelKey::OuterDamping)),
+        EffectKind::MassChange => (ParameterKey::Value, of(ModelKey::OuterMass)),
+        EffectKind::ViscousFriction => (ParameterKey::DampingNSPerM, 0.0),
+        EffectKind::QuadraticDrag => (ParameterKey::DragNS2PerM2, 0.0),
+        EffectKind::EndStopContact => (ParameterKey::StiffnessNPerM, 0.0),
+        EffectKind::Backlash => (ParameterKey::WidthM, 0.0),
+        EffectKind::StructuralResonance => (ParameterKey::Gain, 0.0),
+        EffectKind::LoadStep => (ParameterKey::ChangeN, 0.0),
+        EffectKind::SpeedDrift => (ParameterKey::RatePerS, 0.0),
+        EffectKind::Shock => (ParameterKey::ImpulseNS, 0.0),
+        EffectKind::CageSlip => (ParameterKey::Fraction, 0.0),
+        EffectKind::ContactExponent => (ParameterKey::Exponent, of(ModelKey::ContactExponent)),
+        EffectKind::MainsInterference => (ParameterKey::Amplitude, 0.0),
+        EffectKind::SensorBias => (ParameterKey::Value, 0.0),
+        EffectKind::SensorGain => (ParameterKey::Value, 1.0),
+        EffectKind::SensorClipping => (ParameterKey::Value, 1e4),
+        EffectKind::DroppedSamples => (ParameterKey::Count, 0.0),
+    }
+}
+
 #[test]
 fn null_zero_strength_is_no_effect_to_the_bit() {
     let nominal = nominal();
     let expected = run(&nominal);
-    let zero = |kind: EffectKind, key: ParameterKey, value: f64| {
-        let mut entry = middle(kind, RigKind::Bearing5Dof);
+    for kind in EffectKind::ALL {
+        let (key, value) = nothing(*kind, &nominal);
+        let mut entry = middle(*kind, RigKind::Bearing5Dof);
         entry.set_number(key, value);
         assert_eq!(run(&nominal.clone().with_effect(entry)), expected, "{kind}");
-    };
-    for (kind, key) in [
-        (EffectKind::OuterRaceDefect, ParameterKey::DepthM),
-        (EffectKind::InnerRaceDefect, ParameterKey::DepthM),
-        (EffectKind::BallDefect, ParameterKey::DepthM),
-        (EffectKind::OuterRaceWaviness, ParameterKey::AmplitudeM),
-        (EffectKind::InnerRaceWaviness, ParameterKey::AmplitudeM),
-        (EffectKind::Misalignment, ParameterKey::ForceN),
-        (EffectKind::HardeningStiffness, ParameterKey::CubicNPerM3),
-        (EffectKind::SofteningStiffness, ParameterKey::CubicNPerM3),
-        (EffectKind::AsymmetricStiffness, ParameterKey::QuadraticNPerM2),
-        (EffectKind::CoulombFriction, ParameterKey::ForceN),
-        (EffectKind::ViscousFriction, ParameterKey::DampingNSPerM),
-        (EffectKind::QuadraticDrag, ParameterKey::DragNS2PerM2),
-        (EffectKind::EndStopContact, ParameterKey::StiffnessNPerM),
-        (EffectKind::Backlash, ParameterKey::WidthM),
-        (EffectKind::ConstantForce, ParameterKey::ForceN),
-        (EffectKind::StructuralResonance, ParameterKey::Gain),
-        (EffectKind::LoadStep, ParameterKey::ChangeN),
-        (EffectKind::SpeedDrift, ParameterKey::RatePerS),
-        (EffectKind::Shock, ParameterKey::ImpulseNS),
-        (EffectKind::CageSlip, ParameterKey::Fraction),
-        (EffectKind::MainsInterference, ParameterKey::Amplitude),
-        (EffectKind::SensorBias, ParameterKey::Value),
-        (EffectKind::DroppedSamples, ParameterKey::Count),
-    ] {
-        zero(kind, key, 0.0);
     }
-    // Those that state a value: at the nominal one.
-    for (kind, key, of) in [
-        (EffectKind::Unbalance, ParameterKey::UnbalanceKgM, ModelKey::Unbalance),
-        (EffectKind::ExcessClearance, ParameterKey::RadialClearanceM, ModelKey::RadialClearance),
-        (EffectKind::StiffnessChange, ParameterKey::Value, ModelKey::OuterStiffness),
-        (EffectKind::DampingChange, ParameterKey::Value, ModelKey::OuterDamping),
-        (EffectKind::MassChange, ParameterKey::Value, ModelKey::OuterMass),
-        (EffectKind::ContactExponent, ParameterKey::Exponent, ModelKey::ContactExponent),
-    ] {
-        zero(kind, key, nominal.get(of).unwrap());
-    }
-    zero(EffectKind::SensorGain, ParameterKey::Value, 1.0);
-    zero(EffectKind::SensorClipping, ParameterKey::Value, 1e4);
 }
