@@ -78,19 +78,27 @@ pub struct Task<'a> {
 /// # Examples
 ///
 /// ```
-/// use ballrace::diagnose::result::Verdict;
-/// use ballrace::rig::{Rig, sdof};
+/// use ballrace::rig::effect::{EffectKind, ParameterKey};
+/// use ballrace::rig::{EffectEntry, Rig, RigError, sdof};
 /// use ballrace::{Task, diagnose};
 ///
 /// let rig = "kind = \"sdof\"\nmass_kg = 2.0\ndamping_n_s_per_m = 4.0\nstiffness_n_per_m = 800.0\n\
 ///            input_gain_n_per_unit = 3.0\nrestoring = \"linear\"\ngravity_n = 0.0";
 /// let rig = Rig::parse(rig, "rig.toml".as_ref())?;
-/// let input: Vec<f64> = (0..2000).map(|k| (0.02 * k as f64).sin() + (0.071 * k as f64).sin()).collect();
-/// let drive = sdof::Drive { input: &input, sample_rate_hz: 500.0, ..Default::default() };
-/// let mut recording = sdof::simulate(&rig, &drive)?;
-/// recording.channels.retain(|channel| ["u", "q"].contains(&channel.name.as_str()));
-/// let task = Task { rig: &rig, baseline: None, recordings: &[recording], seed: 1 };
-/// assert_eq!(diagnose(&task, &|_| ())?.diagnosis.verdict, Verdict::NoMismatch);
+/// let friction = EffectEntry::new(EffectKind::CoulombFriction, &[(ParameterKey::ForceN, 0.5)]);
+/// let machine = rig.clone().with_effect(friction);
+/// let record = |n: i32| {
+///     let tones = |t: f64| (0..8).map(|k| (f64::from(2 + 3 * k + n) * t + f64::from(k * k)).sin()).sum::<f64>();
+///     let input: Vec<f64> = (0..3000).map(|k| 0.5 * tones(f64::from(k) / 500.0)).collect();
+///     let drive = sdof::Drive { input: &input, sample_rate_hz: 500.0, ..Default::default() };
+///     let mut recording = sdof::simulate(&machine, &drive)?;
+///     recording.channels.retain(|channel| ["u", "q"].contains(&channel.name.as_str()));
+///     Ok::<_, RigError>(recording)
+/// };
+/// let recordings = (0..4).map(record).collect::<Result<Vec<_>, _>>()?;
+/// let task = Task { rig: &rig, baseline: None, recordings: &recordings, seed: 1 };
+/// let diagnosis = diagnose(&task, &|_| ())?.diagnosis;
+/// assert_eq!(diagnosis.causes[0].name, "coulomb-friction");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<result::DiagnosisResult, DiagnoseError> {
