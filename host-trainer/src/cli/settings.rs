@@ -17,9 +17,3 @@ impl CliSettings {
     /// Settings of all commands.
     pub const DEFAULT: Self = Self { recordings_per_page: 16, healthy_divisor: 4, healthy_maximum: 100, terms: 6 };
 }
-
-impl Default for CliSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}

@@ -18,12 +18,6 @@ impl ResampleSettings {
     pub const DEFAULT: Self = Self { pass_band: 0.9, stop_band_db: 100.0, margin_db: 3.0, max_factor: 20_000 };
 }
 
-impl Default for ResampleSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// Settings of a time column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeAxisSettings {
@@ -34,12 +28,6 @@ pub struct TimeAxisSettings {
 impl TimeAxisSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self { gap_ratio: 1.5 };
-}
-
-impl Default for TimeAxisSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }
 
 /// Settings of recordings taken together.
@@ -54,10 +42,4 @@ pub struct InputSettings {
 impl InputSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self { rate_tolerance: 1e-6, min_run_to_failure: 20 };
-}
-
-impl Default for InputSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }

@@ -52,9 +52,3 @@ impl ReportSettings {
         panels: 2,
     };
 }
-
-impl Default for ReportSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}

@@ -62,12 +62,6 @@ impl IntegrationSettings {
     };
 }
 
-impl Default for IntegrationSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// Run, differences and iterations of the statistical linearisation, theory (49) to (52).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearisationSettings {
@@ -124,10 +118,4 @@ impl LinearisationSettings {
         mean_rounds: 4,
         instants: [8, 16],
     };
-}
-
-impl Default for LinearisationSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }

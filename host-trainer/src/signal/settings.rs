@@ -15,12 +15,6 @@ impl BandSettings {
     pub const DEFAULT: Self = Self { scale_step: 0.5, usable_share: 0.9 };
 }
 
-impl Default for BandSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// Settings of the cyclic coherence, theory (76).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoherenceSettings {
@@ -31,12 +25,6 @@ pub struct CoherenceSettings {
 impl CoherenceSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self { overlap: 4 };
-}
-
-impl Default for CoherenceSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }
 
 /// Settings of the band-limited interpolation.
@@ -54,12 +42,6 @@ pub struct InterpolationSettings {
 impl InterpolationSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self { half_width: 16, table_rows: 1024, stopband_db: 90.0 };
-}
-
-impl Default for InterpolationSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }
 
 /// Settings of the fast kurtogram, theory (73).
@@ -91,12 +73,6 @@ impl KurtogramSettings {
     };
 }
 
-impl Default for KurtogramSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// Settings of the noise level around a line, theory (74).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineSettings {
@@ -110,12 +86,6 @@ pub struct LineSettings {
 impl LineSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self { min_half_width_bins: 32, min_half_width_hz: 8.0 };
-}
-
-impl Default for LineSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }
 
 /// Settings of the computed order tracking, theory (77).
@@ -149,12 +119,6 @@ impl OrderSettings {
     };
 }
 
-impl Default for OrderSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// Settings of the spectra.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpectrumSettings {
@@ -165,12 +129,6 @@ pub struct SpectrumSettings {
 impl SpectrumSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self { passband_share: 0.8 };
-}
-
-impl Default for SpectrumSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }
 
 /// Settings of the overview of one recording.
@@ -224,12 +182,6 @@ impl SpectraSettings {
     };
 }
 
-impl Default for SpectraSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// Settings of the phase-randomised surrogates, theory (24).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurrogateSettings {
@@ -258,10 +210,4 @@ impl SurrogateSettings {
         neighbourhood_bins: 24,
         guard_bins: 3,
     };
-}
-
-impl Default for SurrogateSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }

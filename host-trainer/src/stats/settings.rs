@@ -14,12 +14,6 @@ impl SignificanceSettings {
     pub const DEFAULT: Self = Self { sign_flips: 4999, bootstrap_draws: 1000 };
 }
 
-impl Default for SignificanceSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// Settings of the golden-section search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GoldenSectionSettings {
@@ -30,10 +24,4 @@ pub struct GoldenSectionSettings {
 impl GoldenSectionSettings {
     /// Default settings: the interval shrinks to 1e-5 of its length.
     pub const DEFAULT: Self = Self { iterations: 24 };
-}
-
-impl Default for GoldenSectionSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }

@@ -30,9 +30,3 @@ impl DemoSettings {
         start: 0.4..0.55,
     };
 }
-
-impl Default for DemoSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}

@@ -67,12 +67,6 @@ impl CaseSettings {
     };
 }
 
-impl Default for CaseSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// Ranges of the effects outside the vocabulary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutsideSettings {
@@ -130,10 +124,4 @@ impl OutsideSettings {
         swell_hz: [1.5, 8.0],
         swell_noise: [1.5, 5.0],
     };
-}
-
-impl Default for OutsideSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }

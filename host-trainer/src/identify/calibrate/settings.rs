@@ -46,9 +46,3 @@ impl CalibrationSettings {
         density_floor: 1e-9,
     };
 }
-
-impl Default for CalibrationSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}

@@ -137,9 +137,3 @@ impl BalanceSettings {
         min_window: 100,
     };
 }
-
-impl Default for BalanceSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}

@@ -50,12 +50,6 @@ impl SearchSettings {
     };
 }
 
-impl Default for SearchSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// Search for the angles at a recording's start, theory (58).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlignmentSettings {
@@ -90,12 +84,6 @@ impl AlignmentSettings {
     };
 }
 
-impl Default for AlignmentSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// Reading of the shaft's angle from a tachometer, theory (54).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TachometerSettings {
@@ -109,10 +97,4 @@ pub struct TachometerSettings {
 impl TachometerSettings {
     /// Settings of all readings.
     pub const DEFAULT: Self = Self { std_samples: 0.5, max_speed_ratio: 1.3 };
-}
-
-impl Default for TachometerSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }

@@ -16,12 +16,6 @@ impl RowSettings {
     pub const DEFAULT: Self = Self { rows_per_dimension: 10, split_rows_per_dimension: 2, min_dimension: 10 };
 }
 
-impl Default for RowSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// Settings of the held-out end of a single recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SplitSettings {
@@ -34,12 +28,6 @@ pub struct SplitSettings {
 impl SplitSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self { max_pieces: 4, min_piece_rows: 64 };
-}
-
-impl Default for SplitSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }
 
 /// Settings of the healthy level.
@@ -71,12 +59,6 @@ impl MonitorSettings {
     };
 }
 
-impl Default for MonitorSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// Settings of the scores, theory (22).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScoreSettings {
@@ -87,12 +69,6 @@ pub struct ScoreSettings {
 impl ScoreSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self { max_recordings: 24 };
-}
-
-impl Default for ScoreSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }
 
 /// Settings of the described equations, theory (21).
@@ -107,10 +83,4 @@ pub struct DescribeSettings {
 impl DescribeSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self { max_rows: 20_000, min_pivot_share: 1e-12 };
-}
-
-impl Default for DescribeSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }

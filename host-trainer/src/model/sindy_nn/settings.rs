@@ -16,12 +16,6 @@ impl AdamSettings {
     pub const DEFAULT: Self = Self { first_decay: 0.9, second_decay: 0.999, epsilon: 1e-8 };
 }
 
-impl Default for AdamSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// Settings of the batched gradient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EngineSettings {
@@ -33,12 +27,6 @@ pub struct EngineSettings {
 impl EngineSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self { block: 128 };
-}
-
-impl Default for EngineSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }
 
 /// Settings of a training run.
@@ -55,10 +43,4 @@ pub struct RunSettings {
 impl RunSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self { initial_coefficient: 0.01, checks: 40, max_judged: 4096 };
-}
-
-impl Default for RunSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }

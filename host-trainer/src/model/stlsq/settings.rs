@@ -16,12 +16,6 @@ impl GridSettings {
     pub const DEFAULT: Self = Self { min_exponent: -6.0, per_decade: 3.0, intervals: 15 };
 }
 
-impl Default for GridSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// Settings of the conditioning report.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConditioningSettings {
@@ -34,12 +28,6 @@ impl ConditioningSettings {
     pub const DEFAULT: Self = Self { inseparable_correlation: 0.99 };
 }
 
-impl Default for ConditioningSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// Settings of the R factor, theory (17).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RFactorSettings {
@@ -50,10 +38,4 @@ pub struct RFactorSettings {
 impl RFactorSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self { block_rows: 1024 };
-}
-
-impl Default for RFactorSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }

@@ -37,9 +37,3 @@ impl PlotSettings {
         letter: 0.0086,
     };
 }
-
-impl Default for PlotSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}

@@ -19,12 +19,6 @@ impl EvidenceSettings {
     pub const DEFAULT: Self = Self { max_stretch_s: 4.0, max_bands: 8, band_margin: 1.1, noise_quantile: 0.9 };
 }
 
-impl Default for EvidenceSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// Settings of the comb search, theory (79).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CombSettings {
@@ -55,12 +49,6 @@ impl CombSettings {
         trials_at_once: 8,
         slip_range: 2.5,
     };
-}
-
-impl Default for CombSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }
 
 /// Settings of the refinement, theory (80).
@@ -106,10 +94,4 @@ impl RefineSettings {
         trust_deviations: 3.0,
         max_error_share: 0.25,
     };
-}
-
-impl Default for RefineSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }
