@@ -15,7 +15,7 @@ use super::data_split::DataSplit;
 use super::evidence;
 use super::explain::{EXPLAINED, Explanation, NullFit};
 use super::findings::{self, Failure};
-use super::result::{Cause, Diagnosis, DiagnosisResult, Location, SCHEMA, Verdict};
+use super::result::{Cause, Diagnosis, DiagnosisResult, Left, Location, SCHEMA, Verdict};
 use super::validation::{Validation, shown, validate};
 use super::{DiagnoseError, Task};
 use super::{envelope, locate};
@@ -183,7 +183,17 @@ fn outcome(
     let rejected = findings::rejected(explanation, failure);
     let unexplained = failure.filter(|_| of_machine == Verdict::Unexplained);
     let caveats = caveats(acquired, unexplained);
-    let diagnosis = Diagnosis { schema: SCHEMA.into(), verdict, causes, rejected, location, fit };
+    let diagnosis = Diagnosis {
+        schema: SCHEMA.into(),
+        verdict,
+        causes,
+        rejected,
+        location,
+        terms: Vec::new(),
+        nuisance: Vec::new(),
+        left: Left::default(),
+        fit,
+    };
     Ok(DiagnosisResult { diagnosis, rig: corrected, held_out, tests, fitted, caveats })
 }
 

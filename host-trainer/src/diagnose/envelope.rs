@@ -15,7 +15,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::result::{
-    Aspect, Cause, Diagnosis, DiagnosisResult, Fit, HeldOut, Location, Rejected, SCHEMA, Test, Verdict,
+    Aspect, Cause, Diagnosis, DiagnosisResult, Fit, HeldOut, Left, Location, Rejected, SCHEMA, Test, Verdict,
 };
 use super::{DiagnoseError, Task};
 use super::{baseline_test, evidence, locate};
@@ -197,7 +197,17 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
             without_cause(rig, &split, apart_db, location, seed)?
         }
     };
-    let diagnosis = Diagnosis { schema: SCHEMA.into(), verdict, causes, rejected, location, fit };
+    let diagnosis = Diagnosis {
+        schema: SCHEMA.into(),
+        verdict,
+        causes,
+        rejected,
+        location,
+        terms: Vec::new(),
+        nuisance: Vec::new(),
+        left: Left::default(),
+        fit,
+    };
     Ok(DiagnosisResult { diagnosis, rig: corrected, held_out, tests, fitted: Vec::new(), caveats })
 }
 

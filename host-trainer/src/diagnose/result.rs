@@ -95,6 +95,47 @@ pub struct Location {
     pub channel: String,
 }
 
+/// Missing force of a cause, as a curve with its band.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Term {
+    /// Degree of freedom or channel that the term acts on, such as `outer-y`.
+    pub force_on: String,
+    /// Variable that it depends on, such as `outer-y`, `shaft angle`, `time`.
+    pub depends_on: String,
+    /// Equation in the rig's symbols.
+    pub equation: String,
+    /// Points of the curve: variable, value, lower and upper end of the 95 % band.
+    pub curve: Vec<[f64; 4]>,
+    /// Unit of the value.
+    pub unit: String,
+}
+
+/// Fitted properties of a recording that are no cause.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Nuisance {
+    /// Name of the recording.
+    pub recording: String,
+    /// Mean speed of the shaft, Hz; `None` where the recording does not show it.
+    pub shaft_hz: Option<f64>,
+    /// Slip of the cage, as a share of its kinematic speed.
+    pub slip: Option<f64>,
+    /// Standard deviation of the speed around its mean, as a share of it.
+    pub wander: Option<f64>,
+}
+
+/// Part of the mismatch that the causes do not explain.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+pub struct Left {
+    /// Share of the mismatch, 0 to 1.
+    pub share: f64,
+    /// Bands of frequency, Hz.
+    pub frequency_hz: Vec<[f64; 2]>,
+    /// Orders of the shaft.
+    pub order: Vec<f64>,
+    /// Channel with the largest part.
+    pub channel: String,
+}
+
 /// Fit to held-out recordings, before and after the correction.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Fit {
@@ -125,6 +166,15 @@ pub struct Diagnosis {
     pub rejected: Vec<Rejected>,
     /// Location of the mismatch.
     pub location: Location,
+    /// Missing forces as curves.
+    #[serde(default)]
+    pub terms: Vec<Term>,
+    /// Fitted properties of the recordings that are no cause.
+    #[serde(default)]
+    pub nuisance: Vec<Nuisance>,
+    /// What the causes do not explain.
+    #[serde(default)]
+    pub left: Left,
     /// Fit to held-out recordings.
     pub fit: Fit,
 }

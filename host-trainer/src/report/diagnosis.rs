@@ -345,7 +345,7 @@ fn caveats(outcome: &DiagnosisResult) -> Option<Section> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::result::{Diagnosis, Fit, Location, Rejected, SCHEMA};
+    use crate::diagnose::result::{Diagnosis, Fit, Left, Location, Rejected, SCHEMA};
     use crate::report::html::tests::assert_well_formed;
     use crate::rig::config::ModelKey;
     use crate::rig::test_support::nominal;
@@ -379,6 +379,9 @@ mod tests {
                     channel: "ay".into(),
                     ..Location::default()
                 },
+                terms: Vec::new(),
+                nuisance: Vec::new(),
+                left: Left::default(),
                 fit: Fit {
                     metric: "log-spectral distance, dB".into(),
                     held_out: "r04".into(),

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 
 use super::faults;
 use super::result::{
-    Aspect, Cause, Diagnosis, DiagnosisResult, Fit, HeldOut, Location, Parameter, Rejected, SCHEMA, Test, Verdict,
+    Aspect, Cause, Diagnosis, DiagnosisResult, Fit, HeldOut, Left, Location, Parameter, Rejected, SCHEMA, Test, Verdict,
 };
 use super::{DiagnoseError, Task};
 use crate::identify::force_balance::HeldOutTrace;
@@ -65,6 +65,9 @@ fn outcome(told: bool, recordings: &[Recording], finding: Finding, seed: u64) ->
             _ if shown.is_some() => faults::location(channel, &lasting),
             _ => location(&finding.location, recordings.len(), channel),
         },
+        terms: Vec::new(),
+        nuisance: Vec::new(),
+        left: Left::default(),
         fit: shown.unwrap_or_else(|| Fit {
             metric: fit.metric.clone(),
             held_out: fit.held_out.clone(),
