@@ -61,6 +61,10 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
     outcome(recordings, &acquired, &prior, &null_fit, &explanation, judgement, progress)
 }
 
+/// Caveat of recordings without a stated load.
+const NO_LOAD: &str = "No load is stated (load_n in recordings.toml); the rig was simulated with 0 N, so that what depends on \
+                       the load is a guess.";
+
 /// Rig that recordings are compared with.
 enum Measure {
     /// Rig without transfer path, whose waveforms are compared, and the prior of its parameters.
@@ -182,7 +186,10 @@ fn outcome(
     };
     let rejected = findings::rejected(explanation, failure);
     let unexplained = failure.filter(|_| of_machine == Verdict::Unexplained);
-    let caveats = caveats(acquired, unexplained);
+    let mut caveats = caveats(acquired, unexplained);
+    if raw.iter().any(|recording| recording.load_n.is_none()) {
+        caveats.push(NO_LOAD.into());
+    }
     let diagnosis = Diagnosis {
         schema: SCHEMA.into(),
         verdict,

@@ -184,6 +184,7 @@ pub(super) fn assemble(
         channels: raw.columns.into_iter().map(convert).collect(),
         sample_rate_hz,
         shaft_hz: entry.shaft_hz.or(raw.shaft_hz),
+        shaft_hz_std: entry.shaft_hz_std,
         load_n: entry.load_n.or(raw.load_n),
         start_s: raw.start_s,
         skipped_rows: raw.dropped.len(),

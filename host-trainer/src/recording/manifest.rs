@@ -8,7 +8,8 @@
 //! file = "r01.csv"           # next to this manifest; or .mat, .npy, .parquet
 //! variable = "bearing.gs"    # .mat only
 //! shaft_hz = 24.5
-//! load_n = 1390.7
+//! load_n = 1390.7           # optional
+//! shaft_hz_std = 0.05       # optional: standard deviation of the stated speed
 //! channels = { ax = "outer-x", ay = "resonator-y" }
 //! resample_hz = 12000.0
 //! ```
@@ -46,6 +47,8 @@ pub struct Entry {
     pub variable: Option<String>,
     /// Shaft speed, revolutions per second.
     pub shaft_hz: Option<f64>,
+    /// Standard deviation of the stated speed, Hz.
+    pub shaft_hz_std: Option<f64>,
     /// Radial load, N.
     pub load_n: Option<f64>,
     /// Location of each channel, by name.
@@ -64,8 +67,8 @@ impl Entry {
     }
 }
 
-const KEYS: &str = "file, sample_rate_hz, unit, variable, shaft_hz, load_n, channels, resample_hz";
-const DEFAULT_KEYS: &str = "sample_rate_hz, unit, variable, shaft_hz, load_n, channels, resample_hz";
+const KEYS: &str = "file, sample_rate_hz, unit, variable, shaft_hz, shaft_hz_std, load_n, channels, resample_hz";
+const DEFAULT_KEYS: &str = "sample_rate_hz, unit, variable, shaft_hz, shaft_hz_std, load_n, channels, resample_hz";
 
 impl Manifest {
     /// Reads a manifest; its files are in its folder.
@@ -178,6 +181,7 @@ impl Place<'_> {
                     let speed = number().filter(|speed| *speed >= 0.0);
                     entry.shaft_hz = Some(speed.ok_or_else(|| bad("a number of Hz, not negative"))?);
                 }
+                "shaft_hz_std" => entry.shaft_hz_std = Some(positive().ok_or_else(|| bad(RATE))?),
                 "load_n" => entry.load_n = Some(number().ok_or_else(|| bad("a number of N"))?),
                 _ => entry.channels = Some(self.channels(key, value)?),
             }

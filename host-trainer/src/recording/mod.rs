@@ -80,6 +80,8 @@ pub struct Recording {
     pub sample_rate_hz: f64,
     /// Shaft speed, revolutions per second.
     pub shaft_hz: Option<f64>,
+    /// Standard deviation of that speed, Hz, where the manifest states one.
+    pub shaft_hz_std: Option<f64>,
     /// Radial load, N.
     pub load_n: Option<f64>,
     /// Time of the first sample in seconds after midnight of the day on which the first
@@ -105,6 +107,13 @@ impl Recording {
     /// Duration, s: one sample period for each sample.
     pub fn duration_s(&self) -> f64 {
         self.len() as f64 / self.sample_rate_hz
+    }
+
+    /// Standard deviation of the stated shaft speed, Hz: the manifest's, else a fixed share of the speed. `None` without a speed.
+    /// A channel `tacho` measures the speed better.
+    pub fn speed_std_hz(&self) -> Option<f64> {
+        let usual = |speed: f64| settings::ConditionSettings::DEFAULT.stated_speed_std * speed;
+        self.shaft_hz_std.or_else(|| self.shaft_hz.map(usual))
     }
 
     /// Channel of this name, or else at this location.

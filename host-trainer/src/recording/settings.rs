@@ -43,3 +43,16 @@ impl InputSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self { rate_tolerance: 1e-6, min_run_to_failure: 20 };
 }
+
+/// Settings of stated operating conditions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConditionSettings {
+    /// Standard deviation of a stated shaft speed, as a share of it, where the manifest states none. From the contract:
+    /// a stated speed is good to 0.2 %.
+    pub stated_speed_std: f64,
+}
+
+impl ConditionSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self { stated_speed_std: 0.002 };
+}

@@ -114,6 +114,9 @@ fn entry(file: String, recording: &Recording) -> Table {
     if let Some(shaft_hz) = recording.shaft_hz {
         entry.insert("shaft_hz".into(), shaft_hz.into());
     }
+    if let Some(deviation) = recording.shaft_hz_std {
+        entry.insert("shaft_hz_std".into(), deviation.into());
+    }
     if let Some(load_n) = recording.load_n {
         entry.insert("load_n".into(), load_n.into());
     }

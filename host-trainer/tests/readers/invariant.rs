@@ -24,11 +24,12 @@ fn recordings() -> Vec<Recording> {
         ],
         sample_rate_hz: 48_828.125,
         shaft_hz: Some(24.67),
+        shaft_hz_std: Some(0.05),
         load_n: Some(1390.7),
         ..Recording::default()
     };
     let mut two = one.clone();
-    (two.shaft_hz, two.load_n) = (None, None);
+    (two.shaft_hz, two.shaft_hz_std, two.load_n) = (None, None, None);
     vec![one, two]
 }
 
