@@ -7,7 +7,8 @@
 //! |---|---|
 //! | [`motion`] | rotation of shaft and cage |
 //! | [`plant`] | the machine as it runs |
-//! | [`integrate`] | integration, noise, recording |
+//! | [`integrate`] | integration, measuring chain, recording |
+//! | [`noise`] | noise of smooth colour |
 //! | [`imperfections`] | what is never as stated |
 //! | [`effects`] | effects of the vocabulary in forms of their own |
 //! | [`outside`] | effects outside the vocabulary |
@@ -17,6 +18,7 @@ pub mod effects;
 pub mod imperfections;
 pub mod integrate;
 pub mod motion;
+pub mod noise;
 pub mod outside;
 pub mod plant;
 pub mod settings;
@@ -44,6 +46,12 @@ use settings::StrengthSettings;
 
 const SETTINGS: StrengthSettings = StrengthSettings::DEFAULT;
 const CASES: CaseSettings = CaseSettings::DEFAULT;
+/// Error of an effect that changes next to nothing in its form; another form is drawn.
+const SLIGHT: RigError = RigError::BadCondition {
+    field: "effect",
+    found: String::new(),
+    expected: "an effect that changes what is recorded",
+};
 
 /// Machine of a case, healthy, in each of its recordings.
 pub struct Bench {
@@ -133,6 +141,13 @@ pub fn draw_case(spec: &CaseSpec, seconds: f64, size: f64, seed: u64) -> Result<
     Ok(Case { rig, recordings, baseline, truth })
 }
 
+/// Error of an effect that only the other simulator has.
+pub(super) const FOREIGN: RigError = RigError::BadCondition {
+    field: "outside",
+    found: String::new(),
+    expected: "an effect of the simulator that makes the case",
+};
+
 /// Recordings of the machine with its hidden causes, and the truth.
 fn hide(
     spec: &CaseSpec,
@@ -158,7 +173,8 @@ fn hide(
                 let context = Context { share: at + span * rng.random::<f64>(), ..context };
                 let effect = effects::draw(*kind, &context, rng);
                 let target = effects::target(&effect.strength, &context);
-                let size = strength::reach(&effect.strength, target, &effect.present, &effect.apply, bench)?;
+                let size =
+                    strength::reach(&effect.strength, target, &effect.present, &effect.apply, bench)?.ok_or(SLIGHT)?;
                 truth.accept.extend(effect.accept.map(|kind| kind.to_string()));
                 truth.causes.push(kind.to_string());
                 let present: Vec<usize> = (0..without.len()).filter(|n| effect.present[*n]).map(|n| n + 1).collect();
@@ -176,13 +192,14 @@ fn hide(
             let context = Context { share: rng.random(), ..context };
             let (how, apply) = outside::draw(*kind, &context, rng);
             let present = vec![true; without.len()];
-            let size = strength::reach(&how, effects::target(&how, &context), &present, &apply, bench)?;
+            let size =
+                strength::reach(&how, effects::target(&how, &context), &present, &apply, bench)?.ok_or(SLIGHT)?;
             truth.causes.push("unexplained".into());
             truth.outside = Some(kind.name().into());
             applied.push((size, present, apply));
         }
         // Forms of the shared simulator, which only that one has.
-        Hidden::Outside(_) => unreachable!("a list of cases is of one simulator"),
+        Hidden::Outside(_) => return Err(FOREIGN),
     }
     let plants = (0..without.len()).map(|n| {
         let mut plant = bench.plant(n);

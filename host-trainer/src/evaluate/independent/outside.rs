@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::effects::{Apply, Context, Strength, log_within, within};
-use super::integrate::white;
+use super::noise::white;
 use super::plant::{INNER_X, INNER_Y, OUTER_X, OUTER_Y, Stage};
 use super::settings::OutsideSettings;
 

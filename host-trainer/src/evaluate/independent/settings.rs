@@ -84,8 +84,8 @@ impl ImperfectionSettings {
 /// Strengths of the effects and how they are reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrengthSettings {
-    /// RMS that a lasting effect changes over the RMS without it, in the channel that it changes most: weakest and
-    /// strongest, uniform in the logarithm.
+    /// RMS that a lasting effect changes in both channels over the RMS without it: weakest and strongest, uniform in the
+    /// logarithm.
     pub lasting: [f64; 2],
     /// The same in the time after an event.
     pub event: [f64; 2],

@@ -22,7 +22,7 @@ pub fn rms(recordings: &[Recording], name: &str) -> f64 {
 }
 
 /// Finds the strength at which an effect changes one of its recordings by `target`, as far as its limits let it; 1 for a
-/// strength that is fixed.
+/// strength that is fixed, and `None` where all that it changes is less than the weakest of the range.
 ///
 /// # Errors
 /// A healthy machine that diverges, or an effect that does at all strengths that were tried.
@@ -32,18 +32,19 @@ pub fn reach(
     present: &[bool],
     apply: &Apply,
     bench: &Bench,
-) -> Result<f64, RigError> {
+) -> Result<Option<f64>, RigError> {
     let recording = present.iter().position(|p| *p).unwrap_or(0);
     let stated = bench.drawn.conditions[recording];
     let samples = |seconds: f64| ((seconds * stated.sample_rate_hz).ceil() as usize).clamp(1, stated.samples);
-    let ([least, most], from, to) = match strength {
-        Strength::Fixed => return Ok(1.0),
-        Strength::Lasting(limits) => (*limits, 0, samples(SETTINGS.seconds)),
+    let ([least, most], weakest, from, to) = match strength {
+        Strength::Fixed => return Ok(Some(1.0)),
+        Strength::Lasting(limits) => (*limits, SETTINGS.lasting[0], 0, samples(SETTINGS.seconds)),
         Strength::Event(limits, times) => {
-            (*limits, samples(times[recording]) - 1, samples(times[recording] + SETTINGS.event_s))
+            let (from, to) = (samples(times[recording]) - 1, samples(times[recording] + SETTINGS.event_s));
+            (*limits, SETTINGS.event[0], from, to)
         }
     };
-    let Some(target) = target else { return Ok(1.0) };
+    let Some(target) = target else { return Ok(Some(1.0)) };
     let condition = OperatingCondition { samples: to, ..stated };
     let seed = Some(bench.seeds[recording]);
     let without = run(&bench.plant(recording), &condition, seed)?;
@@ -58,7 +59,7 @@ pub fn reach(
     for _ in 0..SETTINGS.attempts {
         let next = match ratio(size) {
             Ok(found) if found.is_finite() => {
-                last = Ok(size);
+                last = Ok((found >= weakest / SETTINGS.tolerance).then_some(size));
                 if found > target / SETTINGS.tolerance && found < target * SETTINGS.tolerance {
                     break;
                 }
@@ -85,13 +86,15 @@ pub fn reach(
     last
 }
 
-/// Greatest of the two channels' RMS of a change over the RMS without it, from a sample on; means count in the change only.
+/// RMS of a change in both channels, from a sample on, over the RMS without it and without the mean.
 fn changed(without: &Recording, with: &Recording, from: usize) -> f64 {
-    let ratio = |name: &str| {
-        let (Some(a), Some(b)) = (without.channel(name), with.channel(name)) else { return 0.0 };
-        let count = a.samples.len().min(b.samples.len()) - from;
-        let change = a.samples.iter().zip(&b.samples).skip(from).map(|(a, b)| (b - a).powi(2)).sum::<f64>();
-        (change / count.max(1) as f64).sqrt() / rms(std::slice::from_ref(without), name).max(f64::MIN_POSITIVE)
-    };
-    ratio("ax").max(ratio("ay"))
+    let (mut change, mut power) = (0.0, 0.0);
+    for name in ["ax", "ay"] {
+        let (Some(a), Some(b)) = (without.channel(name), with.channel(name)) else { continue };
+        let count = a.samples.len().min(b.samples.len()).saturating_sub(from).max(1);
+        let sum: f64 = a.samples.iter().zip(&b.samples).skip(from).map(|(a, b)| (b - a).powi(2)).sum();
+        change += sum / count as f64;
+        power += rms(std::slice::from_ref(without), name).powi(2);
+    }
+    (change / power.max(f64::MIN_POSITIVE)).sqrt()
 }

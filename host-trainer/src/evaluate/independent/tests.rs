@@ -120,7 +120,7 @@ fn invariant_speeds_are_the_derivatives_of_the_angles() {
 fn golden_a_colour_has_the_gain_of_its_terms() {
     let mut pulse = vec![0.0; 64];
     pulse[0] = 1.0;
-    integrate::colour(&[0.3, -0.1], &mut pulse);
+    noise::colour(&[0.3, -0.1], &mut pulse);
     for omega in [0.3f64, 1.5, 2.9] {
         let part = |f: fn(f64) -> f64| pulse.iter().enumerate().map(|(k, v)| v * f(omega * k as f64)).sum::<f64>();
         let gain = part(f64::cos).hypot(part(f64::sin)).ln();
