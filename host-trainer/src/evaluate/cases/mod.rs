@@ -196,7 +196,7 @@ fn hide(
             alter = Some(outside::draw(*kind, drawn, without, rng));
         }
         // Forms of the independent simulator, which only that one has.
-        Hidden::OutsideIndependent(_) => return Err(independent::FOREIGN),
+        Hidden::OutsideIndependent(_) => return Err(independent::foreign()),
     }
     let run = |(n, condition): (usize, &OperatingCondition)| match &alter {
         Some(alter) => simulate_altered(&rig, condition, &start(n), &|assembly| alter(n, assembly)),

@@ -29,6 +29,19 @@ struct Contacts {
 /// # Errors
 /// A run that diverges.
 pub fn run(plant: &Plant, condition: &OperatingCondition, seed: Option<u64>) -> Result<Recording, RigError> {
+    run_in_steps(plant, condition, seed, SETTINGS.rad_per_step)
+}
+
+/// Runs as [`run`], with another turn of the fastest mode in a step, rad.
+///
+/// # Errors
+/// A run that diverges.
+pub fn run_in_steps(
+    plant: &Plant,
+    condition: &OperatingCondition,
+    seed: Option<u64>,
+    rad_per_step: f64,
+) -> Result<Recording, RigError> {
     let rate = condition.sample_rate_hz;
     let settle = (settling_s(plant) * rate).ceil() as usize;
     let count = condition.samples + plant.surplus;
@@ -43,7 +56,7 @@ pub fn run(plant: &Plant, condition: &OperatingCondition, seed: Option<u64>) -> 
         }
         _ => vec![0.0; settle + count],
     };
-    let mut channels = mechanics(plant, rate, settle, &process)?;
+    let mut channels = mechanics(plant, rate, steps(plant, rate, rad_per_step), settle, &process)?;
     for alter in &plant.both {
         alter(rate, &mut channels);
     }
@@ -87,8 +100,13 @@ pub fn run(plant: &Plant, condition: &OperatingCondition, seed: Option<u64>) -> 
 }
 
 /// Accelerations at the two sensors, m/s², from the first sample on.
-fn mechanics(plant: &Plant, rate: f64, settle: usize, process: &[f64]) -> Result<[Vec<f64>; 2], RigError> {
-    let steps = steps(plant, rate);
+fn mechanics(
+    plant: &Plant,
+    rate: f64,
+    steps: usize,
+    settle: usize,
+    process: &[f64],
+) -> Result<[Vec<f64>; 2], RigError> {
     let step_s = 1.0 / (rate * steps as f64);
     let measured = plant.measured();
     let standing = plant.standing_forces();
@@ -265,12 +283,12 @@ fn rest(plant: &Plant) -> Each {
 }
 
 /// Steps a sample that follow the fastest mode and law.
-fn steps(plant: &Plant, rate: f64) -> usize {
+fn steps(plant: &Plant, rate: f64, rad_per_step: f64) -> usize {
     let own = |i: usize| (plant.stiffness[i] / plant.mass[i]).sqrt();
     let coupled = (plant.stiffness[SENSOR_Y] * (1.0 / plant.mass[SENSOR_Y] + 1.0 / plant.mass[OUTER_Y])).sqrt();
     let modes = plant.modes.iter().map(|m| TAU * m.frequency_hz).fold(0.0, f64::max);
     let fastest = (0..DOFS).map(own).fold(coupled.max(plant.fastest).max(modes), f64::max);
-    let steps = (fastest / (rate * SETTINGS.rad_per_step)).ceil();
+    let steps = (fastest / (rate * rad_per_step)).ceil();
     steps.clamp(SETTINGS.steps[0], SETTINGS.steps[1]) as usize
 }
 

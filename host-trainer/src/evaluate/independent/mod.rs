@@ -46,12 +46,6 @@ use settings::StrengthSettings;
 
 const SETTINGS: StrengthSettings = StrengthSettings::DEFAULT;
 const CASES: CaseSettings = CaseSettings::DEFAULT;
-/// Error of an effect that changes next to nothing in its form; another form is drawn.
-const SLIGHT: RigError = RigError::BadCondition {
-    field: "effect",
-    found: String::new(),
-    expected: "an effect that changes what is recorded",
-};
 
 /// Machine of a case, healthy, in each of its recordings.
 pub struct Bench {
@@ -142,11 +136,16 @@ pub fn draw_case(spec: &CaseSpec, seconds: f64, size: f64, seed: u64) -> Result<
 }
 
 /// Error of an effect that only the other simulator has.
-pub(super) const FOREIGN: RigError = RigError::BadCondition {
-    field: "outside",
-    found: String::new(),
-    expected: "an effect of the simulator that makes the case",
-};
+pub(super) fn foreign() -> RigError {
+    let expected = "an effect of the simulator that makes the case";
+    RigError::BadCondition { field: "effect", found: "one of another simulator".into(), expected }
+}
+
+/// Error of an effect that changes next to nothing in its form; another form is drawn.
+fn slight() -> RigError {
+    let expected = "an effect that changes what is recorded";
+    RigError::BadCondition { field: "effect", found: "next to no change in any form".into(), expected }
+}
 
 /// Recordings of the machine with its hidden causes, and the truth.
 fn hide(
@@ -173,8 +172,8 @@ fn hide(
                 let context = Context { share: at + span * rng.random::<f64>(), ..context };
                 let effect = effects::draw(*kind, &context, rng);
                 let target = effects::target(&effect.strength, &context);
-                let size =
-                    strength::reach(&effect.strength, target, &effect.present, &effect.apply, bench)?.ok_or(SLIGHT)?;
+                let size = strength::reach(&effect.strength, target, &effect.present, &effect.apply, bench)?
+                    .ok_or_else(slight)?;
                 truth.accept.extend(effect.accept.map(|kind| kind.to_string()));
                 truth.causes.push(kind.to_string());
                 let present: Vec<usize> = (0..without.len()).filter(|n| effect.present[*n]).map(|n| n + 1).collect();
@@ -193,13 +192,13 @@ fn hide(
             let (how, apply) = outside::draw(*kind, &context, rng);
             let present = vec![true; without.len()];
             let size =
-                strength::reach(&how, effects::target(&how, &context), &present, &apply, bench)?.ok_or(SLIGHT)?;
+                strength::reach(&how, effects::target(&how, &context), &present, &apply, bench)?.ok_or_else(slight)?;
             truth.causes.push("unexplained".into());
             truth.outside = Some(kind.name().into());
             applied.push((size, present, apply));
         }
         // Forms of the shared simulator, which only that one has.
-        Hidden::Outside(_) => return Err(FOREIGN),
+        Hidden::Outside(_) => return Err(foreign()),
     }
     let plants = (0..without.len()).map(|n| {
         let mut plant = bench.plant(n);

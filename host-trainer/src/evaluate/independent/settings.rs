@@ -89,6 +89,8 @@ pub struct StrengthSettings {
     pub lasting: [f64; 2],
     /// The same in the time after an event.
     pub event: [f64; 2],
+    /// Least change of a lasting effect and of an event, where the strength is at its limit; another form is drawn below it.
+    pub least: [f64; 2],
     /// Time after an event in which it is measured, s.
     pub event_s: f64,
     /// Ratio within which a strength is reached.
@@ -110,6 +112,7 @@ impl StrengthSettings {
     pub const DEFAULT: Self = Self {
         lasting: [0.08, 1.6],
         event: [0.3, 6.0],
+        least: [0.03, 0.1],
         event_s: 0.02,
         tolerance: 1.15,
         attempts: 8,

@@ -22,7 +22,7 @@ pub fn rms(recordings: &[Recording], name: &str) -> f64 {
 }
 
 /// Finds the strength at which an effect changes one of its recordings by `target`, as far as its limits let it; 1 for a
-/// strength that is fixed, and `None` where all that it changes is less than the weakest of the range.
+/// strength that is fixed, and `None` where even at its limit it changes next to nothing.
 ///
 /// # Errors
 /// A healthy machine that diverges, or an effect that does at all strengths that were tried.
@@ -38,10 +38,10 @@ pub fn reach(
     let samples = |seconds: f64| ((seconds * stated.sample_rate_hz).ceil() as usize).clamp(1, stated.samples);
     let ([least, most], weakest, from, to) = match strength {
         Strength::Fixed => return Ok(Some(1.0)),
-        Strength::Lasting(limits) => (*limits, SETTINGS.lasting[0], 0, samples(SETTINGS.seconds)),
+        Strength::Lasting(limits) => (*limits, SETTINGS.least[0], 0, samples(SETTINGS.seconds)),
         Strength::Event(limits, times) => {
             let (from, to) = (samples(times[recording]) - 1, samples(times[recording] + SETTINGS.event_s));
-            (*limits, SETTINGS.event[0], from, to)
+            (*limits, SETTINGS.least[1], from, to)
         }
     };
     let Some(target) = target else { return Ok(Some(1.0)) };
@@ -59,7 +59,7 @@ pub fn reach(
     for _ in 0..SETTINGS.attempts {
         let next = match ratio(size) {
             Ok(found) if found.is_finite() => {
-                last = Ok((found >= weakest / SETTINGS.tolerance).then_some(size));
+                last = Ok((found >= weakest).then_some(size));
                 if found > target / SETTINGS.tolerance && found < target * SETTINGS.tolerance {
                     break;
                 }
