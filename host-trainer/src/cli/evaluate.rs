@@ -7,9 +7,10 @@ use serde::Serialize;
 
 use super::{Failure, json, line, write};
 use crate::evaluate::cases::case_spec::{Kind, Severity};
+use crate::evaluate::cases::simulator::Simulator;
 use crate::evaluate::score::Score;
 use crate::evaluate::table::{Summary, confusion, markdown};
-use crate::evaluate::{Config, EvaluateError, evaluate};
+use crate::evaluate::{Config, EvaluateError, evaluate, write_cases};
 
 /// Measure how often `diagnose` is right, on simulated cases with hidden effects
 ///
@@ -33,6 +34,13 @@ pub struct Args {
     /// Repetitions of the list of cases, each with new draws
     #[arg(long, default_value_t = 1)]
     rounds: usize,
+    /// Simulator of the cases: `shared` is the one that the diagnosis searches with; `exact` is another one, with other forms of
+    /// the effects; `real` is that one with machines whose speed, load, slip, balls and noise are not quite as stated
+    #[arg(long, default_value = Simulator::Shared.name(), value_parser = Simulator::ALL.map(Simulator::name))]
+    simulator: String,
+    /// Only write cases and truth, and diagnose nothing
+    #[arg(long)]
+    cases_only: bool,
     /// Length of each of a case's four recordings, s
     #[arg(long, default_value_t = 1.0)]
     seconds: f64,
@@ -71,6 +79,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let config = Config {
         seed: args.seed,
         rounds: args.rounds,
+        simulator: Simulator::parse(&args.simulator).unwrap_or_default(),
         seconds: args.seconds,
         kinds: args.kind.clone(),
         severities: args.severity.clone(),
@@ -81,26 +90,36 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}") {
         bar.set_style(style);
     }
-    let scores = evaluate(&config, &args.out, args.jobs, &|name, done, of| {
+    let progress = |name: &str, done: usize, of: usize| {
         bar.set_length(of as u64);
         bar.set_position(done as u64);
         bar.set_message(name.to_owned());
-    });
-    bar.finish_and_clear();
-    let scores = scores.map_err(|e| match e {
+    };
+    let failure = |e: EvaluateError| match e {
         EvaluateError::Another { .. } | EvaluateError::Nothing => Failure::input(e),
         _ => Failure::other(e),
-    })?;
+    };
+    if args.cases_only {
+        let count = write_cases(&config, &args.out, args.jobs, &progress).map_err(failure)?;
+        bar.finish_and_clear();
+        if args.json {
+            return json(&serde_json::json!({ "config": config, "cases": count }));
+        }
+        return line(format_args!("wrote {count} cases to {}", args.out.join("cases").display()));
+    }
+    let scores = evaluate(&config, &args.out, args.jobs, &progress);
+    bar.finish_and_clear();
+    let scores = scores.map_err(failure)?;
     let summary = Summary::from_scores(&scores);
     let document = Document { config: &config, summary: &summary, scores: &scores };
     let text = serde_json::to_vec_pretty(&document).map_err(Failure::other)?;
     write(&args.out.join("scores.json"), &text)?;
     write(&args.out.join("confusion.csv"), confusion(&scores).as_bytes())?;
-    write(&args.out.join("evaluation.md"), markdown(&scores).as_bytes())?;
+    write(&args.out.join("evaluation.md"), markdown(&scores, args.seed).as_bytes())?;
     if args.json {
         return json(&document);
     }
-    line(markdown(&scores))?;
+    line(markdown(&scores, args.seed))?;
     line(format_args!(
         "wrote {}; cases, diagnoses and truth are in the same folder",
         args.out.join("evaluation.md").display()

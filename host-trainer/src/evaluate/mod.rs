@@ -7,11 +7,17 @@
 //! | module | holds |
 //! |---|---|
 //! | `cases` | rigs, recordings and hidden causes |
+//! | [`independent`] | simulator of its own, which shares nothing with the one that the diagnosis searches with |
 //! | [`score`] | one case: diagnosis against truth |
+//! | [`calibration`] | stated probabilities and held-out signals: Brier score, reliability, distance |
+//! | [`settings`] | seeds for choosing and for scoring |
 //! | `table` | all cases: confusion matrix, severities, intervals, times |
 
+pub mod calibration;
 pub(crate) mod cases;
+pub mod independent;
 pub mod score;
+pub mod settings;
 pub(crate) mod table;
 #[cfg(test)]
 mod tests;
@@ -27,12 +33,13 @@ use serde::{Deserialize, Serialize};
 use crate::diagnose::write::DOCUMENT;
 use crate::diagnose::{Task, diagnose};
 use crate::evaluate::cases::case_spec::{CaseSpec, Hidden, Kind, Severity, round};
+use crate::evaluate::cases::simulator::Simulator;
 use crate::evaluate::cases::{Case, CaseError};
 use crate::recording::atomic_write::write_atomically;
 use crate::recording::load_all;
 use crate::report;
 use crate::rig::Rig;
-use score::Score;
+use score::{Outcome, Score};
 
 /// Selection of the cases.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -41,6 +48,9 @@ pub struct Config {
     pub seed: u64,
     /// Rounds of the list of cases.
     pub rounds: usize,
+    /// Simulator of the cases.
+    #[serde(default)]
+    pub simulator: Simulator,
     /// Length of a recording, s.
     pub seconds: f64,
     /// Kinds of cases; empty for all.
@@ -56,7 +66,7 @@ pub struct Config {
 impl Config {
     /// Selected cases with their numbers in the whole list, by which a part of the list has the same cases.
     pub fn briefs(&self) -> Vec<(usize, CaseSpec)> {
-        let all = (0..self.rounds).flat_map(round).enumerate();
+        let all = (0..self.rounds).flat_map(|n| round(n, self.simulator)).enumerate();
         all.filter(|(_, spec)| self.wants(spec)).step_by(self.every.max(1)).collect()
     }
 
@@ -68,12 +78,13 @@ impl Config {
                 Hidden::Nothing => self.effects.is_empty(),
                 Hidden::Effects(names) => names.iter().any(|(n, s)| among(&self.effects, n.name()) && severity(*s)),
                 Hidden::Outside(kind) => among(&self.effects, kind.name()),
+                Hidden::OutsideIndependent(kind) => among(&self.effects, kind.name()),
             }
     }
 
     fn case(&self, number: usize, spec: &CaseSpec) -> Result<Case, EvaluateError> {
         let seed = self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(number as u64);
-        Case::draw(spec, self.seconds, seed).map_err(|e| EvaluateError::Case(name(number), e.into()))
+        Case::draw(spec, self.simulator, self.seconds, seed).map_err(|e| EvaluateError::Case(name(number), e.into()))
     }
 }
 
@@ -106,7 +117,7 @@ pub enum EvaluateError {
     },
     /// Folder of another evaluation.
     #[error(
-        "{path}: found the cases of another evaluation, expected a new folder or the same seed, rounds and seconds"
+        "{path}: found the cases of another evaluation, expected a new folder or the same simulator, seed, rounds and seconds"
     )]
     Another {
         /// Settings of that evaluation.
@@ -129,17 +140,47 @@ pub struct Ran {
     pub error: Option<String>,
 }
 
-/// Makes, diagnoses and scores the cases, `jobs` at a time. `progress` gets a finished case's name, the number finished, and
-/// the number of cases.
+/// Progress: a finished case's name, the number finished, and the number of cases.
+pub type Progress<'a> = &'a (dyn Fn(&str, usize, usize) + Sync);
+
+/// Makes, diagnoses and scores the cases, `jobs` at a time.
 ///
 /// # Errors
 /// The first error of the files; a diagnosis that ends with an error counts as wrong and does not end the evaluation.
-pub fn evaluate(
+pub fn evaluate(config: &Config, out: &Path, jobs: usize, progress: Progress) -> Result<Vec<Score>, EvaluateError> {
+    let briefs = each(config, out, jobs, progress, &|number, spec| one(config, number, spec, out))?;
+    briefs.iter().map(|(number, spec)| open(config, *number, spec, out)).collect()
+}
+
+/// Writes the cases and their truth without a diagnosis, `jobs` at a time, and returns their number. An evaluation of the
+/// same cases in the same folder goes on from there.
+///
+/// # Errors
+/// The first error of the files.
+pub fn write_cases(config: &Config, out: &Path, jobs: usize, progress: Progress) -> Result<usize, EvaluateError> {
+    make(&out.join("truth"))?;
+    let briefs = each(config, out, jobs, progress, &|number, spec| {
+        let name = name(number);
+        let truth = out.join("truth").join(format!("{name}.json"));
+        if truth.exists() {
+            return Ok(());
+        }
+        let (folder, case) = (out.join("cases").join(&name), config.case(number, spec)?);
+        make(&folder)?;
+        case.write(&folder).map_err(|e| EvaluateError::Case(name, e))?;
+        store(&truth, &case.truth)
+    })?;
+    Ok(briefs.len())
+}
+
+/// Does the same to all cases, and returns them.
+fn each(
     config: &Config,
     out: &Path,
     jobs: usize,
-    progress: &(dyn Fn(&str, usize, usize) + Sync),
-) -> Result<Vec<Score>, EvaluateError> {
+    progress: Progress,
+    act: &(dyn Fn(usize, &CaseSpec) -> Result<(), EvaluateError> + Sync),
+) -> Result<Vec<(usize, CaseSpec)>, EvaluateError> {
     let briefs = config.briefs();
     if briefs.is_empty() {
         return Err(EvaluateError::Nothing);
@@ -154,7 +195,7 @@ pub fn evaluate(
         for pool in &pools {
             scope.spawn(|| {
                 while let Some((number, spec)) = briefs.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let result = pool.install(|| one(config, *number, spec, out));
+                    let result = pool.install(|| act(*number, spec));
                     if let (Err(error), Ok(mut failed)) = (result, failed.lock()) {
                         next.store(briefs.len(), Ordering::Relaxed);
                         failed.get_or_insert(error);
@@ -167,7 +208,7 @@ pub fn evaluate(
     if let Ok(Some(error)) = failed.into_inner() {
         return Err(error);
     }
-    briefs.iter().map(|(number, spec)| open(config, *number, spec, out)).collect()
+    Ok(briefs)
 }
 
 /// Writes the settings that fix the cases, or checks that the folder has the same ones.
@@ -189,8 +230,10 @@ fn one(config: &Config, number: usize, spec: &CaseSpec, out: &Path) -> Result<()
     if ran.exists() {
         return Ok(());
     }
-    make(&case)?;
-    config.case(number, spec)?.write(&case).map_err(|e| EvaluateError::Case(name, e))?;
+    if !out.join("truth").join(format!("{name}.json")).exists() {
+        make(&case)?;
+        config.case(number, spec)?.write(&case).map_err(|e| EvaluateError::Case(name, e))?;
+    }
     make(&diagnosis)?;
     let start = Instant::now();
     let error = diagnosed(&case, &diagnosis).err();
@@ -219,7 +262,8 @@ fn open(config: &Config, number: usize, spec: &CaseSpec, out: &Path) -> Result<S
     let diagnosis = out.join("diagnoses").join(&name);
     let ran: Ran = read(&diagnosis.join("run.json"))?;
     let said = if ran.error.is_none() { Some(read(&diagnosis.join(DOCUMENT))?) } else { None };
-    Ok(Score::new(name, spec, truth, said.as_ref(), &ran))
+    let distance = calibration::distance(&diagnosis);
+    Ok(Score::new(name, spec, truth, &Outcome { said: said.as_ref(), distance, ran: &ran }))
 }
 
 fn make(folder: &Path) -> Result<(), EvaluateError> {

@@ -5,7 +5,9 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
+use super::calibration::{Bin, brier, reliability, sure_and_wrong};
 use super::score::{Checked, Score};
+use super::settings::EvaluationSettings;
 use crate::evaluate::cases::case_spec::{Kind, Severity};
 
 /// Share of cases.
@@ -53,8 +55,27 @@ pub struct Summary {
     pub intervals: Share,
     /// Diagnosed causes whose held-out error falls.
     pub improved: Share,
+    /// Single effects and pairs with a right cause, with nothing wrong beside it.
+    pub nothing_beside: Share,
+    /// Brier score of all stated probabilities; `None` if no cause was named.
+    pub brier: Option<f64>,
+    /// Wrong names that were sure, against the number of cases.
+    pub sure_and_wrong: Share,
+    /// Reliability diagram of all stated probabilities.
+    pub reliability: Vec<Bin>,
+    /// Mean share of the mismatch that is left, over right causes; `None` if no diagnosis states it.
+    pub left: Option<f64>,
+    /// Right causes after which the held-out signals are nearer by their log-spectral distance.
+    pub nearer: Share,
+    /// Mean log-spectral distance of these, dB: before, after.
+    pub distance: Option<[f64; 2]>,
     /// Wall time of a case, s: median, slowest.
     pub seconds: [f64; 2],
+}
+
+/// Mean; `None` of nothing.
+fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 impl Summary {
@@ -65,7 +86,20 @@ impl Summary {
         seconds.sort_by(f64::total_cmp);
         let stated: Vec<bool> = scores.iter().flat_map(|s| &s.parameters).filter_map(|p| p.held).collect();
         let improved = scores.iter().filter_map(|s| s.held_out);
+        let said: Vec<_> = scores.iter().flat_map(|s| &s.probabilities).collect();
+        let hidden = || scores.iter().filter(|s| [Kind::Single.name(), Kind::Pair.name()].contains(&s.kind));
+        let right = || hidden().filter(|s| s.nothing_beside.is_some());
+        let left: Vec<f64> = right().filter_map(|s| s.left).collect();
+        let distances: Vec<[f64; 2]> = right().filter_map(|s| s.distance).collect();
+        let distance = |n: usize| mean(&distances.iter().map(|d| d[n]).collect::<Vec<_>>());
         Self {
+            nothing_beside: Share::count(right(), |s| s.nothing_beside == Some(true)),
+            brier: brier(said.iter().copied()),
+            sure_and_wrong: Share { of: sure_and_wrong(said.iter().copied()), all: scores.len() },
+            reliability: reliability(&said),
+            left: mean(&left),
+            nearer: Share { of: distances.iter().filter(|d| d[1] < d[0]).count(), all: distances.len() },
+            distance: distance(0).zip(distance(1)).map(|(before, after)| [before, after]),
             first_right: Share::count(kind(Kind::Single), |s| s.first_right),
             only_right: Share::count(kind(Kind::Single), |s| s.right),
             quiet: Share::count(kind(Kind::Control), |s| s.right),
@@ -82,10 +116,11 @@ impl Summary {
     }
 }
 
-/// All tables as Markdown.
-pub fn markdown(scores: &[Score]) -> String {
+/// All tables as Markdown, of an evaluation of a seed.
+pub fn markdown(scores: &[Score], seed: u64) -> String {
     let summary = Summary::from_scores(scores);
-    let mut out = String::from("| | |\n|---|---|\n");
+    let purpose = EvaluationSettings::DEFAULT.purpose(seed);
+    let mut out = format!("| seed {seed} | {purpose} |\n|---|---|\n");
     let mut row = |what: &str, share: Share| _ = writeln!(out, "| {what} | {share} |");
     row("single effects: first cause right", summary.first_right);
     row("single effects: nothing else said", summary.only_right);
@@ -94,12 +129,25 @@ pub fn markdown(scores: &[Score]) -> String {
     row("pairs: both named", summary.both);
     row("pairs: first is one of them", summary.one_of_two);
     row("95 % intervals that hold the truth", summary.intervals);
+    row("right causes with nothing wrong beside them", summary.nothing_beside);
+    row("wrong names with a probability above 0.9, of all cases", summary.sure_and_wrong);
+    row("right causes after which the held-out signals are nearer", summary.nearer);
     row("named causes whose held-out error falls", summary.improved);
+    let decimals = |of: Option<f64>| of.map_or("–".into(), |v| format!("{v:.3}"));
+    _ = writeln!(out, "| Brier score of the stated probabilities | {} |", decimals(summary.brier));
+    _ = writeln!(out, "| share of the mismatch left beside right causes | {} |", decimals(summary.left));
+    if let Some([before, after]) = summary.distance {
+        _ = writeln!(out, "| their log-spectral distance, before and after | {before:.2} dB, {after:.2} dB |");
+    }
     _ = writeln!(
         out,
         "| time of a case, median and slowest | {:.0} s, {:.0} s |",
         summary.seconds[0], summary.seconds[1]
     );
+    out.push_str("\n| stated probability | names | mean stated | right |\n|---|---|---|---|\n");
+    for Bin { from, to, count, said, right } in &summary.reliability {
+        _ = writeln!(out, "| {from:.1} to {to:.1} | {count} | {said:.3} | {right:.3} |");
+    }
     out.push_str("\n| hidden | slight | plain | severe | called something else |\n|---|---|---|---|---|\n");
     for (hidden, of) in by_hidden(scores, Kind::Single) {
         let at = |severity: Severity| {

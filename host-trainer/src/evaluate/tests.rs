@@ -11,6 +11,7 @@ fn config(kinds: &[&str], effects: &[&str], every: usize) -> Config {
     Config {
         seed: 0,
         rounds: 1,
+        simulator: Simulator::Shared,
         seconds: 0.4,
         kinds: strings(kinds),
         severities: strings(&["severe"]),
@@ -52,7 +53,7 @@ fn truth(causes: &[&str]) -> Truth {
     let effect = |name: &&str| HiddenEffect {
         name: (*name).into(),
         numbers: BTreeMap::from([("force_n".into(), 10.0)]),
-        names: BTreeMap::new(),
+        ..HiddenEffect::default()
     };
     let named = causes.iter().filter(|c| **c != "unexplained");
     let effects = named.map(effect).collect();
@@ -76,7 +77,9 @@ fn said(verdict: &str, causes: &[&str], interval: [f64; 2]) -> Diagnosis {
 
 fn scored(hidden: Hidden, causes: &[&str], said: &Diagnosis) -> Score {
     let spec = CaseSpec { hidden, loud: false, tachometer: false, guessed: false };
-    Score::new("case000".into(), &spec, truth(causes), Some(said), &Ran { seconds: 1.0, error: None })
+    let ran = Ran { seconds: 1.0, error: None };
+    let outcome = Outcome { said: Some(said), distance: Some([9.0, 8.0]), ran: &ran };
+    Score::new("case000".into(), &spec, truth(causes), &outcome)
 }
 
 #[test]
@@ -108,6 +111,13 @@ fn a_score_tells_right_from_first_right_from_wrong() {
     assert_eq!((summary.first_right.of, summary.first_right.all), (2, 3));
     assert_eq!((summary.only_right.of, summary.quiet.of, summary.honest.of, summary.both.of), (1, 1, 1, 1));
     assert_eq!((summary.improved.of, summary.improved.all), (7, 7));
-    assert!(markdown(&all).contains("| misalignment | – | 2/3 | – | misalignment + shock (case000, plain)"));
+    assert!(markdown(&all, 100).contains("| misalignment | – | 2/3 | – | misalignment + shock (case000, plain)"));
+    assert_eq!((summary.nothing_beside.of, summary.nothing_beside.all), (3, 4));
+    assert_eq!((summary.sure_and_wrong.of, summary.sure_and_wrong.all), (0, 9));
+    assert_eq!((summary.nearer.of, summary.nearer.all), (4, 4));
+    // Probability 0.9: right in 5 of 9 names.
+    let brier = (5.0 * 0.01 + 4.0 * 0.81) / 9.0;
+    assert!((summary.brier.unwrap() - brier).abs() < 1e-12, "{:?}", summary.brier);
+    assert!(markdown(&all, 100).contains("seed 100 | scoring"));
     assert!(confusion(&all).starts_with("hidden,misalignment,misalignment + shock,no-mismatch"));
 }

@@ -7,6 +7,8 @@ use rand_chacha::ChaCha8Rng;
 use super::effects;
 use super::outside::Outside;
 use super::settings::CaseSettings;
+use super::simulator::Simulator;
+use crate::evaluate::independent;
 use crate::rig::effect::EffectKind;
 
 const SETTINGS: CaseSettings = CaseSettings::DEFAULT;
@@ -33,6 +35,8 @@ pub enum Hidden {
     Effects(Vec<(EffectKind, Severity)>),
     /// An effect outside the vocabulary.
     Outside(Outside),
+    /// An effect outside the vocabulary, of the independent simulator.
+    OutsideIndependent(independent::outside::Outside),
 }
 
 /// Severity of an effect, in thirds of its range.
@@ -100,13 +104,13 @@ impl CaseSpec {
             Hidden::Nothing => Kind::Control,
             Hidden::Effects(names) if names.len() == 1 => Kind::Single,
             Hidden::Effects(_) => Kind::Pair,
-            Hidden::Outside(_) => Kind::Outside,
+            Hidden::Outside(_) | Hidden::OutsideIndependent(_) => Kind::Outside,
         }
     }
 }
 
-/// Cases of one round. Another round has the same kinds under other circumstances.
-pub fn round(number: usize) -> Vec<CaseSpec> {
+/// Cases of one round of a simulator. Another round has the same kinds under other circumstances.
+pub fn round(number: usize, simulator: Simulator) -> Vec<CaseSpec> {
     let mut hidden = vec![Hidden::Nothing; SETTINGS.controls];
     for severity in Severity::ALL {
         hidden.extend(EffectKind::ALL.iter().map(|kind| Hidden::Effects(vec![(*kind, severity)])));
@@ -114,7 +118,13 @@ pub fn round(number: usize) -> Vec<CaseSpec> {
     hidden.extend(
         pairs(number).into_iter().map(|[a, b]| Hidden::Effects(vec![(a, Severity::Plain), (b, Severity::Plain)])),
     );
-    hidden.extend(Outside::ALL.into_iter().flat_map(|kind| vec![Hidden::Outside(kind); SETTINGS.outside_each]));
+    let outside: Vec<Hidden> = match simulator {
+        Simulator::Shared => Outside::ALL.map(Hidden::Outside).to_vec(),
+        Simulator::Exact | Simulator::Real => {
+            independent::outside::Outside::ALL.map(Hidden::OutsideIndependent).to_vec()
+        }
+    };
+    hidden.extend(outside.into_iter().flat_map(|kind| vec![kind; SETTINGS.outside_each]));
     // Drawn, so that any step through the list has all circumstances.
     let mut rng = ChaCha8Rng::seed_from_u64(number as u64);
     let mut one_in = |of: f64| rng.random_bool(1.0 / of);

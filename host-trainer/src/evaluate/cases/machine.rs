@@ -119,6 +119,18 @@ fn scale(rig: &mut Rig, key: ModelKey, factor: f64) {
     }
 }
 
+/// Draws masses, springs and dampers again, up to a factor from what they are.
+///
+/// # Errors
+/// None that a positive factor can give.
+pub fn widen(drawn: &mut Drawn, factor: f64, rng: &mut ChaCha8Rng) -> Result<(), RigError> {
+    for key in SUPPORTS {
+        scale(&mut drawn.rig, key, log_uniform(1.0 / factor, factor, rng));
+    }
+    drawn.machine = bearing_of(&drawn.rig.model)?;
+    Ok(())
+}
+
 /// Makes guesses of a support's stiffness, a damping and the noise.
 ///
 /// # Errors

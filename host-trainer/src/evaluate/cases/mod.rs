@@ -11,12 +11,14 @@
 //! | [`effects`] | strengths of the effects of the vocabulary |
 //! | [`outside`] | effects outside the vocabulary |
 //! | [`settings`] | counts, and ranges of the draws |
+//! | [`simulator`] | simulators that cases are made with |
 
 pub mod case_spec;
 pub mod effects;
 pub mod machine;
 pub mod outside;
 pub mod settings;
+pub mod simulator;
 #[cfg(test)]
 mod tests;
 
@@ -26,6 +28,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
+use super::independent;
 use crate::recording::Recording;
 use crate::recording::write::{WriteError, folder};
 use crate::rig::simulate::{simulate, simulate_altered};
@@ -34,6 +37,7 @@ use crate::rig::{OperatingCondition, Start};
 use case_spec::{CaseSpec, Hidden};
 use machine::Drawn;
 use settings::CaseSettings;
+use simulator::Simulator;
 
 const SETTINGS: CaseSettings = CaseSettings::DEFAULT;
 
@@ -51,7 +55,7 @@ pub struct Case {
 }
 
 /// Hidden causes of a case.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct Truth {
     /// Names of the vocabulary; none in a control, `unexplained` for an effect outside the vocabulary.
     pub causes: Vec<String>,
@@ -66,7 +70,7 @@ pub struct Truth {
 }
 
 /// An effect with its numbers and names.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct HiddenEffect {
     /// Name of the effect.
     pub name: String,
@@ -74,6 +78,12 @@ pub struct HiddenEffect {
     pub numbers: std::collections::BTreeMap<String, f64>,
     /// Component and channel by key.
     pub names: std::collections::BTreeMap<String, String>,
+    /// Form in words, where the numbers do not say it.
+    #[serde(default)]
+    pub form: String,
+    /// Recordings that have it, from 1; empty for all.
+    #[serde(default)]
+    pub recordings: Vec<usize>,
 }
 
 impl HiddenEffect {
@@ -85,16 +95,23 @@ impl HiddenEffect {
                 Value::Text(text) => _ = names.insert(key.to_string(), text.clone()),
             }
         }
-        Self { name: entry.kind.to_string(), numbers, names }
+        Self { name: entry.kind.to_string(), numbers, names, ..Self::default() }
     }
 }
 
 impl Case {
-    /// Draws a case. The same spec and seed give the same samples.
+    /// Draws a case. The same spec, simulator and seed give the same samples.
     ///
     /// # Errors
     /// The last draw's error if no draw of the effect can be simulated.
-    pub fn draw(spec: &CaseSpec, seconds: f64, seed: u64) -> Result<Self, RigError> {
+    pub fn draw(spec: &CaseSpec, simulator: Simulator, seconds: f64, seed: u64) -> Result<Self, RigError> {
+        match simulator.imperfections() {
+            Some(size) => independent::draw_case(spec, seconds, size, seed),
+            None => Self::draw_shared(spec, seconds, seed),
+        }
+    }
+
+    fn draw_shared(spec: &CaseSpec, seconds: f64, seed: u64) -> Result<Self, RigError> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let CaseSettings { recordings: count, baseline: healthy_count, attempts, .. } = SETTINGS;
         let drawn = machine::draw(spec.loud, seconds, count + healthy_count, &mut rng)?;
@@ -157,7 +174,7 @@ fn hide(
     rng: &mut ChaCha8Rng,
 ) -> Result<(Vec<Recording>, Truth), RigError> {
     let conditions: &[OperatingCondition] = &drawn.conditions[..without.len()];
-    let mut truth = Truth { causes: Vec::new(), accept: Vec::new(), effects: Vec::new(), outside: None, change: 0.0 };
+    let mut truth = Truth::default();
     let mut rig = drawn.rig.clone();
     let mut alter = None;
     match &spec.hidden {
@@ -178,6 +195,8 @@ fn hide(
             truth.outside = Some(kind.name().into());
             alter = Some(outside::draw(*kind, drawn, without, rng));
         }
+        // Forms of the independent simulator, which only that one has.
+        Hidden::OutsideIndependent(_) => return Err(independent::foreign()),
     }
     let run = |(n, condition): (usize, &OperatingCondition)| match &alter {
         Some(alter) => simulate_altered(&rig, condition, &start(n), &|assembly| alter(n, assembly)),
@@ -186,7 +205,8 @@ fn hide(
     Ok((conditions.iter().enumerate().map(run).collect::<Result<_, _>>()?, truth))
 }
 
-fn change(without: &[Recording], with: &[Recording]) -> f64 {
+/// RMS of the change in both channels over the RMS without it.
+pub(super) fn change(without: &[Recording], with: &[Recording]) -> f64 {
     let (mut difference, mut power) = (0.0, 0.0);
     for (a, b) in without.iter().zip(with) {
         for name in ["ax", "ay"] {

@@ -12,7 +12,7 @@ fn spec(hidden: Hidden) -> CaseSpec {
 }
 
 fn draw(hidden: Hidden, seed: u64) -> Case {
-    Case::draw(&spec(hidden), 0.2, seed).unwrap()
+    Case::draw(&spec(hidden), Simulator::Shared, 0.2, seed).unwrap()
 }
 
 #[test]
@@ -78,7 +78,8 @@ fn what_is_random_outside_the_vocabulary_is_another_in_every_recording() {
 fn what_is_written_holds_nothing_of_the_truth() {
     let folder = tempfile::tempdir().unwrap();
     let hidden = Hidden::Effects(vec![(EffectKind::SensorGain, Severity::Severe)]);
-    let case = Case::draw(&CaseSpec { tachometer: false, guessed: true, ..spec(hidden) }, 0.2, 4).unwrap();
+    let case =
+        Case::draw(&CaseSpec { tachometer: false, guessed: true, ..spec(hidden) }, Simulator::Shared, 0.2, 4).unwrap();
     case.write(folder.path()).unwrap();
     let mut names: Vec<String> =
         std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
@@ -91,7 +92,7 @@ fn what_is_written_holds_nothing_of_the_truth() {
 
 #[test]
 fn a_round_has_every_effect_at_every_severity_and_pairs_of_two_groups() {
-    let briefs = round(0);
+    let briefs = round(0, Simulator::Shared);
     let of = |kind: Kind| briefs.iter().filter(|b| b.kind() == kind).count();
     assert_eq!(of(Kind::Single), 3 * EffectKind::ALL.len());
     assert_eq!((of(Kind::Control), of(Kind::Pair), of(Kind::Outside)), (20, 10, 16));
@@ -100,5 +101,5 @@ fn a_round_has_every_effect_at_every_severity_and_pairs_of_two_groups() {
         let group = |kind: EffectKind| effects::GROUPS.iter().position(|g| g.contains(&kind));
         assert_ne!(group(names[0].0), group(names[1].0));
     }
-    assert_ne!(briefs, round(1));
+    assert_ne!(briefs, round(1, Simulator::Shared));
 }
