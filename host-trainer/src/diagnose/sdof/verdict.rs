@@ -1,0 +1,281 @@
+//! The gate that every cause passes, and the verdict.
+
+use super::acquire::Acquired;
+use super::causes::{self, Cause};
+use super::faults::Fault;
+use super::nominal::Nominal;
+use super::select::Selection;
+use super::settings::SdofSettings;
+use super::table::Table;
+use super::validate::{self, Comparison, SimulatedFit, Windows, compare};
+use crate::diagnose::Task;
+use crate::diagnose::result::Verdict;
+use crate::identify::force_balance::shooting::Span;
+use crate::rig::Rig;
+use crate::rig::effect::{EffectKind, ParameterKey};
+
+const SETTINGS: SdofSettings = SdofSettings::DEFAULT;
+
+/// Inputs of a verdict.
+pub struct Case<'a> {
+    /// Rig and recordings.
+    pub task: &'a Task<'a>,
+    /// The rig with its unknown parameters.
+    pub nominal: &'a Nominal,
+    /// Recordings, faults marked or taken off.
+    pub acquired: &'a Acquired,
+    /// Recordings before that.
+    pub original: &'a Acquired,
+    /// Columns.
+    pub table: &'a Table,
+}
+
+/// What stands.
+pub struct Judged {
+    /// Verdict.
+    pub verdict: Verdict,
+    /// Selection behind it.
+    pub selection: Selection,
+    /// Causes that stand, as fitted by the regression.
+    pub causes: Vec<Cause>,
+    /// Faults that stand.
+    pub faults: Vec<Fault>,
+    /// The rig without causes, by simulation; `None` if it diverges.
+    pub before: Option<SimulatedFit>,
+    /// The rig with causes, by simulation.
+    pub after: Option<SimulatedFit>,
+    /// Held-out errors.
+    pub comparison: Comparison,
+    /// Windows of the simulation.
+    pub windows: Windows,
+    /// Held-out stretches: measured, before, after.
+    pub stretches: Vec<Stretch>,
+}
+
+/// A window as measured and as simulated.
+#[derive(Clone, Debug)]
+pub struct Stretch {
+    /// Recording, as the caller counts them.
+    pub origin: usize,
+    /// Measured samples.
+    pub measured: Vec<f64>,
+    /// Simulated without the causes.
+    pub before: Vec<f64>,
+    /// Simulated with them.
+    pub after: Vec<f64>,
+}
+
+impl Case<'_> {
+    /// Judges a selection.
+    pub fn judge(&self, mut selection: Selection, faults: Vec<Fault>) -> Judged {
+        let (plain, plain_keys) = validate::with_causes(&self.rig(&selection.nothing), &[], self.free());
+        loop {
+            let causes = causes::causes(self.table, &selection.chosen, &self.machine(&selection.chosen), self.acquired);
+            let (rig, keys) = validate::with_causes(&self.rig(&selection.chosen), &causes, self.free());
+            let (windows, rig) = validate::longest_windows(&rig, &keys, self.acquired);
+            let before = validate::fit(&plain, &plain_keys, self.acquired, &windows);
+            let after = validate::fit(&rig, &keys, self.acquired, &windows);
+            let Some((comparison, faults, stretches)) =
+                self.compare(before.as_ref(), after.as_ref().or(before.as_ref()), &windows, &faults)
+            else {
+                if causes.is_empty() {
+                    return self.unsimulated(selection, faults, windows);
+                }
+                selection = self.narrower(selection);
+                continue;
+            };
+            let improved = comparison.p_value < SETTINGS.significance && comparison.after < comparison.before;
+            if !causes.is_empty() && !improved {
+                selection = self.narrower(selection);
+                continue;
+            }
+            let verdict = self.verdict(&selection, &causes, &faults, &comparison, before.as_ref());
+            let stand = verdict == Verdict::Mismatch;
+            return Judged {
+                verdict,
+                causes: if stand { causes } else { Vec::new() },
+                faults,
+                before,
+                after,
+                comparison,
+                windows,
+                stretches,
+                selection,
+            };
+        }
+    }
+
+    fn verdict(
+        &self,
+        selection: &Selection,
+        causes: &[Cause],
+        faults: &[Fault],
+        comparison: &Comparison,
+        before: Option<&SimulatedFit>,
+    ) -> Verdict {
+        // What a simulation of the rig leaves is numerical, or the sensor's noise.
+        let spread = self.acquired.spread();
+        let clean = before.map_or(f64::INFINITY, |b| b.rms) < SETTINGS.numerical * spread;
+        let nothing = selection.nothing.total();
+        let share = (selection.chosen.total() - selection.rich.total()) / nothing;
+        let structured = selection.rich_p_value < SETTINGS.significance / 4.0 && share > SETTINGS.unexplained && !clean;
+        let _ = comparison;
+        match (causes.is_empty(), structured) {
+            (false, true) if selection.explained() < SETTINGS.explains => Verdict::Unexplained,
+            (false, _) if !clean => Verdict::Mismatch,
+            (true, true) if faults.is_empty() => Verdict::Unexplained,
+            _ if !faults.is_empty() => Verdict::Mismatch,
+            _ => Verdict::NoMismatch,
+        }
+    }
+
+    /// A selection with one cause less.
+    fn narrower(&self, selection: Selection) -> Selection {
+        let mut parts = selection.chosen.parts.clone();
+        parts.pop();
+        if parts.is_empty() {
+            let mut bare = selection;
+            bare.chosen = bare.nothing.clone();
+            bare.rich = self.table.flexible(&bare.nothing);
+            bare.rich_p_value = super::select::gain_p(&bare.nothing, &bare.rich);
+            return bare;
+        }
+        let terms: Vec<usize> = parts.iter().map(|(t, _)| *t).collect();
+        let variants = vec![parts.iter().map(|(_, v)| *v).collect()];
+        let chosen = self.table.model(&terms, &variants).unwrap_or_else(|| selection.nothing.clone());
+        let rich = self.table.flexible(&chosen);
+        let rich_p_value = super::select::gain_p(&chosen, &rich);
+        let rivals = selection.singles.iter().filter_map(|t| t.model.clone()).collect();
+        Selection { chosen, rich, rich_p_value, rivals, ..selection }
+    }
+
+    fn unsimulated(&self, selection: Selection, faults: Vec<Fault>, windows: Windows) -> Judged {
+        let share = (selection.nothing.total() - selection.rich.total()) / selection.nothing.total();
+        let structured = selection.rich_p_value < SETTINGS.significance / 4.0 && share > SETTINGS.unexplained;
+        Judged {
+            verdict: if structured { Verdict::Unexplained } else { Verdict::NoMismatch },
+            causes: Vec::new(),
+            faults,
+            before: None,
+            after: None,
+            comparison: Comparison { before: 0.0, after: 0.0, p_value: 1.0 },
+            windows,
+            stretches: Vec::new(),
+            selection,
+        }
+    }
+
+    /// Parameters that the simulation fits; with a healthy baseline the regression's values stand.
+    fn free(&self) -> &[crate::identify::force_balance::equation::Parameter] {
+        if self.task.baseline.is_some() { &[] } else { &self.nominal.unknown }
+    }
+
+    /// Machine with the parameters of a model.
+    pub fn machine(&self, model: &super::table::TermModel) -> crate::rig::config::SdofRig {
+        let mut nominal = self.nominal.clone();
+        for ((parameter, ..), value) in self.table.library.own.iter().zip(&model.values) {
+            nominal.add(*parameter, *value);
+        }
+        nominal.machine
+    }
+
+    fn rig(&self, model: &super::table::TermModel) -> Rig {
+        let machine = self.machine(model);
+        let mut rig = self.task.rig.clone();
+        for parameter in &self.nominal.unknown {
+            let _ = rig.set(parameter.key(), parameter.value_in(&machine));
+        }
+        rig
+    }
+
+    /// Errors of the rig and the corrected rig on what neither was fitted to, with the faults that improve them.
+    fn compare(
+        &self,
+        before: Option<&SimulatedFit>,
+        after: Option<&SimulatedFit>,
+        windows: &Windows,
+        faults: &[Fault],
+    ) -> Option<(Comparison, Vec<Fault>, Vec<Stretch>)> {
+        let after = after?.held_out(self.acquired, windows)?;
+        let cut = faults.iter().any(|f| !f.lasts());
+        let ends: Vec<(usize, usize, usize)> = windows.spans.iter().map(|span| self.end(*span)).collect();
+        let measured: Vec<Vec<f64>> =
+            windows.spans.iter().map(|s| self.acquired.tracks[s.track].raw[s.first..s.last].to_vec()).collect();
+        let before = match before {
+            Some(fit) if cut => self.across(fit, windows, &ends)?,
+            Some(fit) => fit.held_out(self.acquired, windows)?,
+            None => measured.iter().map(|m| vec![m.iter().sum::<f64>() / m.len() as f64; m.len()]).collect(),
+        };
+        let mut stand: Vec<Fault> = Vec::new();
+        let mut corrected = after;
+        for fault in faults {
+            let with = if fault.lasts() { self.faulty(fault, &corrected, windows) } else { corrected.clone() };
+            let gained =
+                if fault.lasts() { compare(&measured, &corrected, &with) } else { compare(&measured, &before, &with) };
+            // A single event is in one window: what the other windows gain is no replicate of it.
+            if gained.after < gained.before && (!fault.lasts() || gained.p_value < SETTINGS.significance) {
+                corrected = with;
+                stand.push(fault.clone());
+            }
+        }
+        let comparison = compare(&measured, &before, &corrected);
+        let stretches = measured.into_iter().zip(before).zip(corrected).zip(&ends);
+        let stretches = stretches.map(|(((measured, before), after), (origin, ..))| Stretch {
+            origin: *origin,
+            measured,
+            before,
+            after,
+        });
+        Some((comparison, stand, stretches.collect()))
+    }
+
+    /// Recording of a window, and its first and last sample there.
+    fn end(&self, span: Span) -> (usize, usize, usize) {
+        let track = &self.acquired.tracks[span.track];
+        (track.origin, track.offset + span.first, track.offset + span.last)
+    }
+
+    /// Simulations that know nothing of a cut: windows on either side of it are one.
+    fn across(&self, fit: &SimulatedFit, windows: &Windows, ends: &[(usize, usize, usize)]) -> Option<Vec<Vec<f64>>> {
+        let mut spans: Vec<Span> = Vec::new();
+        let mut parts: Vec<Vec<usize>> = Vec::new();
+        for (n, (origin, first, last)) in ends.iter().enumerate() {
+            let joined = n > 0 && windows.spans[n - 1].track != windows.spans[n].track && ends[n - 1].0 == *origin;
+            if let (true, Some(span)) = (joined, spans.last_mut()) {
+                span.last = *last;
+                parts.last_mut()?.push(last - first);
+            } else {
+                spans.push(Span { track: *origin, first: *first, last: *last });
+                parts.push(vec![last - first]);
+            }
+        }
+        let mut original = self.original.clone();
+        original.interpolation = self.acquired.interpolation;
+        let runs = crate::identify::force_balance::shooting::follow(&fit.rig, &original.observed(), &spans)?;
+        let mut out = Vec::new();
+        for (run, lengths) in runs.into_iter().zip(parts) {
+            let mut rest = run.as_slice();
+            for length in lengths {
+                let (head, tail) = rest.split_at(length.min(rest.len()));
+                out.push(head.to_vec());
+                rest = tail;
+            }
+        }
+        Some(out)
+    }
+
+    /// Simulations as the faulty acquisition would have recorded them.
+    fn faulty(&self, fault: &Fault, simulated: &[Vec<f64>], windows: &Windows) -> Vec<Vec<f64>> {
+        let level = fault.entry.number(ParameterKey::Value).unwrap_or_default().abs();
+        let one = |(run, span): (&Vec<f64>, &Span)| -> Vec<f64> {
+            let track = &self.acquired.tracks[span.track];
+            let line = (span.first..span.last).map(|k| track.raw[k] - track.sensed[k]);
+            let pairs = run.iter().zip(line);
+            match fault.entry.kind {
+                EffectKind::SensorClipping => pairs.map(|(x, _)| x.clamp(-level, level)).collect(),
+                _ => pairs.map(|(x, line)| x + line).collect(),
+            }
+        };
+        simulated.iter().zip(&windows.spans).map(one).collect()
+    }
+}
