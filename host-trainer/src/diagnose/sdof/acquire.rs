@@ -191,6 +191,23 @@ impl Acquired {
         Ok(())
     }
 
+    /// The first parts of all recordings, of about so many samples together.
+    pub fn beginning(&self, samples: usize) -> Self {
+        let total: usize = self.tracks.iter().map(Track::len).sum();
+        let share = (samples as f64 / total.max(1) as f64).min(1.0);
+        let part = |track: &Track| {
+            let kept = ((track.len() as f64 * share) as usize).max(SETTINGS.min_recording.min(track.len()));
+            let points = (kept - 1) * track.fine + 1;
+            let mut track = track.clone();
+            [&mut track.input, &mut track.sensed, &mut track.raw].into_iter().for_each(|x| x.truncate(kept));
+            track.bad.truncate(kept);
+            let Smoothed { position, velocity, acceleration, .. } = &mut track.states;
+            [position, velocity, acceleration].into_iter().for_each(|x| x.truncate(points));
+            track
+        };
+        Self { tracks: self.tracks.iter().map(part).collect(), ..self.clone() }
+    }
+
     /// The recordings as the simulation takes them.
     pub fn observed(&self) -> Observed<'_> {
         Observed {

@@ -22,9 +22,10 @@ const EQUAL: f64 = 0.02;
 const LINE: f64 = 40.0;
 
 /// Robust standard deviations beyond which a row belongs to a shock.
-const BURST: f64 = 8.0;
-/// Most bursts in a recording, and most rows and least squares that they hold together.
-const BURSTS: (usize, f64, f64) = (2, 0.03, 0.3);
+const BURST: f64 = 12.0;
+/// Most bursts in a recording, most of its rows that they are, and least share of the squares of all recordings that they
+/// hold.
+const BURSTS: (usize, f64, f64) = (1, 0.01, 0.5);
 /// Least ratio of a jump of lost samples to the typical one, and to the next largest.
 const JUMP: (f64, f64) = (8.0, 2.5);
 /// Samples of a recording below which it is not searched for faults.
@@ -70,6 +71,7 @@ pub fn clean(acquired: &mut Acquired) -> Result<Vec<Fault>, BalanceError> {
 /// A shock in the residual of a model, at which the recording is cut.
 pub fn shock(acquired: &mut Acquired, table: &Table, model: &TermModel) -> Option<Fault> {
     let left = table.residual(model);
+    let total: f64 = left.iter().map(|r| r * r).sum();
     let mut start = 0;
     let mut found: Option<(usize, usize, f64)> = None;
     for (index, track) in acquired.tracks.iter().enumerate() {
@@ -81,7 +83,6 @@ pub fn shock(acquired: &mut Acquired, table: &Table, model: &TermModel) -> Optio
         let mut sizes: Vec<f64> = rows.iter().map(|r| r.abs()).collect();
         sizes.sort_by(f64::total_cmp);
         let scale = sizes[sizes.len() / 2] / 0.6745;
-        let total: f64 = sizes.iter().map(|r| r * r).sum();
         let loud: Vec<usize> = (4..rows.len()).filter(|k| rows[*k].abs() > BURST * scale).collect();
         let held: f64 = loud.iter().map(|k| rows[*k].powi(2)).sum();
         let apart = loud.windows(2).filter(|w| w[1] - w[0] > track.len() / 50 + 8).count() + 1;

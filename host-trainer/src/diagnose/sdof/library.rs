@@ -228,6 +228,10 @@ impl<'a> Builder<'a> {
             if parameter == Parameter::Mass && !nominal.anchors(self.acquired.driven).any(|p| p != parameter) {
                 continue;
             }
+            // Of a body that only falls, another mass and a constant force are one.
+            if parameter == Parameter::Mass && !self.acquired.driven && nominal.machine.stiffness_n_per_m == 0.0 {
+                continue;
+            }
             // Damping absent from the nominal model is friction.
             let (kind, meaning, sign) = if parameter == Parameter::Damping && value == 0.0 {
                 (EffectKind::ViscousFriction, Meaning::Strength(ParameterKey::DampingNSPerM), Sign::Positive)
@@ -314,7 +318,9 @@ impl<'a> Builder<'a> {
         // All that scales with q must be known, or a wrong gain is a change of it.
         let scales = [Parameter::Mass, Parameter::Damping, Parameter::Stiffness];
         let anchored = self.nominal.anchors(self.acquired.driven).any(|p| !scales.contains(&p));
-        if anchored && !self.nominal.unknown.iter().any(|p| scales.contains(p)) {
+        let machine = &self.nominal.machine;
+        let apart = machine.stiffness_n_per_m > 0.0 || machine.damping_n_s_per_m > 0.0;
+        if anchored && apart && !self.nominal.unknown.iter().any(|p| scales.contains(p)) {
             let entry = EffectEntry::new(EffectKind::SensorGain, &[]);
             let source = Source::Sensor(Box::new(|t: &Track| t.sensed.clone()));
             let (kind, meaning) = (EffectKind::SensorGain, Meaning::Gain);

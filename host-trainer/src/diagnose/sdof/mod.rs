@@ -91,6 +91,7 @@ fn fit_nominal(task: &Task, nominal: &mut Nominal, acquired: &mut Acquired) -> R
     use crate::rig::sdof::Interpolation;
     let (low, high, count) = SETTINGS.force_noise;
     let noise = acquired.noise_std.powi(2);
+    let mut part = acquired.beginning(SETTINGS.noise_samples);
     let mut best: Option<(f64, f64, Interpolation)> = None;
     for round in 0..2 {
         let force = mean_square_force(nominal, acquired);
@@ -104,10 +105,10 @@ fn fit_nominal(task: &Task, nominal: &mut Nominal, acquired: &mut Acquired) -> R
         };
         let mut change = Vec::new();
         for interpolation in courses {
-            acquired.interpolation = *interpolation;
+            part.interpolation = *interpolation;
             for cell in 0..count {
                 let log = low + (high - low) * cell as f64 / (count - 1) as f64;
-                let library = Builder::new(task.rig, nominal, acquired, ratio(log)).rough();
+                let library = Builder::new(task.rig, nominal, &part, ratio(log)).rough();
                 let rows = library.columns[0].len();
                 let gram = Gram::new(&library.columns, &[rows], &[0], 0);
                 let columns: Vec<usize> = (1..library.columns.len()).collect();

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::settings::SdofSettings;
 use super::table::{Table, TermModel};
-use crate::stats::significance::{one_sided_mean, shares};
+use crate::stats::significance::{one_sided_gain, shares};
 
 const SETTINGS: SdofSettings = SdofSettings::DEFAULT;
 /// Variants of each term that are tried in pairs.
@@ -17,7 +17,7 @@ pub struct Trial {
     pub term: usize,
     /// Best model; `None` if it is not distinguishable from the rig's unknown parameters, or only the wrong sign fits.
     pub model: Option<TermModel>,
-    /// p-value against no cause, by Student's t of the blocks' gains.
+    /// p-value against no cause, by the blocks' gains.
     pub p_value: f64,
 }
 
@@ -36,12 +36,14 @@ pub struct Selection {
     pub rich: TermModel,
     /// p-value of the flexible columns against the chosen model.
     pub rich_p_value: f64,
+    /// p-value at which a gain is beyond chance, among so many terms.
+    pub level: f64,
 }
 
 /// p-value of a model against another, by the gains of blocks that it was not fitted to.
 pub fn gain_p(before: &TermModel, after: &TermModel) -> f64 {
     let gains: Vec<f64> = before.left.iter().zip(&after.left).map(|(b, a)| b - a).collect();
-    one_sided_mean(&gains)
+    one_sided_gain(&gains)
 }
 
 /// Selects causes; `None` if the rig's own parameters cannot be fitted.
@@ -103,7 +105,7 @@ pub fn select(table: &Table) -> Option<Selection> {
     }
     let rich = table.flexible(&chosen);
     let rich_p_value = gain_p(&chosen, &rich);
-    Some(Selection { nothing, singles, rivals, chosen, rich, rich_p_value })
+    Some(Selection { nothing, singles, rivals, chosen, rich, rich_p_value, level })
 }
 
 fn first(mut variants: Vec<usize>) -> Vec<usize> {

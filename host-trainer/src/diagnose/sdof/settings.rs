@@ -26,10 +26,13 @@ pub struct SdofSettings {
     pub folds: usize,
     /// p-value at which a cause is beyond chance, before division by the number of terms tried. Not tuned: chosen by hand.
     pub significance: f64,
-    /// Share of the held-out error that a first cause must take away. Chosen on synthetic cases (seeds 1 to 40).
+    /// Share of the held-out error that a first cause must take away. Chosen on synthetic cases (seeds 1 to 3).
     pub worth: f64,
-    /// Share of what is explained that a further cause must add. Chosen on synthetic cases (seeds 1 to 40).
+    /// Share of what is explained that a further cause must add. Chosen on synthetic cases (seeds 1 to 3).
     pub worth_further: f64,
+    /// Share of the mean square error of held-out simulations that each cause must take away. Chosen on synthetic cases (seeds
+    /// 1 to 3).
+    pub worth_simulated: f64,
     /// Most causes. Not tuned: chosen by hand.
     pub max_causes: usize,
     /// Most columns of the flexible model. Not tuned: chosen by hand.
@@ -40,7 +43,7 @@ pub struct SdofSettings {
     /// hysteresis no name has.
     pub explains: f64,
     /// Share of the held-out error that a flexible model must take away for a mismatch without a name. Chosen on synthetic
-    /// cases (seeds 1 to 40).
+    /// cases (seeds 1 to 3).
     pub unexplained: f64,
     /// Error of a simulation as a share of the motion's spread that is numerical: of the interpolation of the input and of
     /// the states between samples.
@@ -54,8 +57,15 @@ pub struct SdofSettings {
     /// Growth of the error up to which a longer window is preferred, and its ratio to the sensor's noise. Not tuned: chosen
     /// by hand.
     pub window_error: (f64, f64),
+    /// Ratio of a simulation's error to the sensor's noise from which forces disturb the machine, and the regression's
+    /// parameters stand. Not tuned: chosen by hand.
+    pub disturbed: f64,
+    /// Most samples that the noise is estimated from. Chosen for 10 s a case.
+    pub noise_samples: usize,
     /// Most samples that are simulated in a fit. Chosen for 10 s a case.
     pub simulated_samples: usize,
+    /// Most samples that are simulated to be judged. Chosen for 10 s a case.
+    pub judged_samples: usize,
     /// Most probability that is given to a cause.
     pub most_probability: f64,
     /// Points of a term's curve. Not tuned: chosen by hand.
@@ -75,11 +85,12 @@ impl SdofSettings {
         max_fine: 6,
         force_noise: (-9.0, 0.0, 10),
         blocks: 32,
-        min_block: 5,
+        min_block: 4,
         folds: 4,
         significance: 0.02,
         worth: 0.004,
-        worth_further: 0.02,
+        worth_further: 0.01,
+        worth_simulated: 0.005,
         max_causes: 3,
         flexible_columns: 8,
         flexible_worth: 0.004,
@@ -89,8 +100,11 @@ impl SdofSettings {
         min_window: 16,
         window_periods: 1.5,
         window_growth: 4,
-        window_error: (1.5, 2.0),
+        window_error: (1.3, 2.0),
+        disturbed: 5.0,
+        noise_samples: 12_000,
         simulated_samples: 6000,
+        judged_samples: 60_000,
         most_probability: 0.98,
         curve_points: 25,
         traces: 12,

@@ -51,18 +51,22 @@ impl Table {
         let questioned = healthy.iter().filter(|h| !**h).count().max(1);
         let length = (tested / SETTINGS.blocks).max(SETTINGS.min_block).max(1);
         let (mut blocks, mut fold, mut under_test) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut start, mut number) = (0, 0);
+        let (mut start, mut number, mut seen) = (0, 0, 0);
         for (track, (rows, healthy)) in library.rows.iter().zip(healthy).enumerate() {
             let count = (rows / length).max(usize::from(*rows > 0));
             for block in 0..count {
                 blocks.push((start + block * rows / count, start + (block + 1) * rows / count, track));
-                let in_turn = if questioned >= SETTINGS.folds { number } else { under_test.len() };
+                let place = (seen + block * rows / count) as f64 / tested.max(1) as f64;
+                let in_turn = in_turn(questioned, number, place);
                 if !*healthy {
                     under_test.push(fold.len());
                 }
-                fold.push(if *healthy { SETTINGS.folds } else { in_turn % SETTINGS.folds });
+                fold.push(if *healthy { SETTINGS.folds } else { in_turn });
             }
-            number += usize::from(!*healthy);
+            if !*healthy {
+                number += 1;
+                seen += rows;
+            }
             start += rows;
         }
         let ends: Vec<usize> = blocks.iter().map(|(_, end, _)| *end).collect();
@@ -101,6 +105,23 @@ impl Table {
         }
         let left = self.under_test.iter().map(|b| left[*b]).collect();
         Some(TermModel { parts, columns, values, left })
+    }
+
+    /// Coefficients of a model fitted without each fold.
+    pub fn without_folds(&self, model: &TermModel) -> Vec<TermModel> {
+        let one = |number: usize| match self.fit(&model.parts, Rows::Without(number)) {
+            Some((columns, values)) => TermModel { columns, values, ..model.clone() },
+            None => model.clone(),
+        };
+        (0..SETTINGS.folds).map(one).collect()
+    }
+
+    /// Half the width of each coefficient's 95 % interval, by the scatter of the blocks' scores.
+    pub fn half_widths(&self, model: &TermModel) -> Option<Vec<f64>> {
+        let all: Vec<usize> = (0..model.columns.len()).collect();
+        let covariance = self.deviations(&model.columns, &model.values, &all)?;
+        let t = crate::stats::significance::t975(self.blocks.len().saturating_sub(1));
+        Some(all.iter().map(|i| t * covariance[*i][*i].max(0.0).sqrt()).collect())
     }
 
     /// Least squares with the rig's parameters within their domain; `None` where a term has the wrong sign.
@@ -213,6 +234,13 @@ impl Table {
         }
         Some(target.iter().map(|i| target.iter().map(|j| covariance[*i][*j]).collect()).collect())
     }
+}
+
+/// Fold of a place: of the recording, where there are as many as folds, else of the block of time, whose place is a share of
+/// all recordings one after the other.
+pub fn in_turn(recordings: usize, recording: usize, place: f64) -> usize {
+    let number = if recordings >= SETTINGS.folds { recording } else { (place * (2 * SETTINGS.folds) as f64) as usize };
+    number % SETTINGS.folds
 }
 
 /// Relative ridge for flexible columns, which are nearly dependent.

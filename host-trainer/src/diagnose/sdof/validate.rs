@@ -9,12 +9,13 @@ use rayon::prelude::*;
 use super::acquire::{Acquired, frequency_hz};
 use super::causes::Cause;
 use super::settings::SdofSettings;
+use super::table::in_turn;
 use crate::identify::force_balance::equation::Parameter;
 use crate::identify::force_balance::regression::Fit;
 use crate::identify::force_balance::shooting::{self, Observed, Refined, Span};
 use crate::rig::Rig;
 use crate::rig::config::RigKey;
-use crate::stats::significance::{Z975, one_sided_mean, t975};
+use crate::stats::significance::{Z975, one_sided_gain, t975};
 
 const SETTINGS: SdofSettings = SdofSettings::DEFAULT;
 
@@ -46,12 +47,12 @@ pub struct Windows {
 }
 
 impl Windows {
-    /// Windows of about `length` samples at the first recording's rate; of each recording as much as the budget allows.
-    pub fn new(acquired: &Acquired, length: usize, budget: usize) -> Self {
+    /// Windows of about `length` samples at the first recording's rate; of each recording as much as is judged.
+    pub fn new(acquired: &Acquired, length: usize) -> Self {
         let count = acquired.under_test().count();
         let rate = acquired.tracks[0].sample_rate_hz;
         let total: usize = acquired.under_test().map(|t| t.len()).sum();
-        let share = (budget as f64 / total.max(1) as f64).min(1.0);
+        let share = (SETTINGS.judged_samples as f64 / total.max(1) as f64).min(1.0);
         let by_recording = count >= SETTINGS.folds;
         let (mut spans, mut tracks) = (Vec::new(), Vec::new());
         for (index, track) in acquired.tracks.iter().enumerate().filter(|(_, t)| !t.healthy) {
@@ -63,26 +64,51 @@ impl Windows {
             spans.extend((0..windows).map(|k| Span { track: index, first: cut(k), last: cut(k + 1) }));
             tracks.push(index);
         }
-        let parts = (2 * SETTINGS.folds).min(spans.len().max(1));
-        let fold = |(n, span): (usize, &Span)| {
-            let number = if by_recording { span.track } else { n * parts / spans.len() };
-            number % SETTINGS.folds
+        let starts: Vec<usize> = tracks
+            .iter()
+            .scan(0, |sum, n| {
+                let start = *sum;
+                *sum += acquired.tracks[*n].len();
+                Some(start)
+            })
+            .collect();
+        let fold = |span: &Span| {
+            let number = tracks.iter().position(|n| *n == span.track).unwrap_or_default();
+            let middle = starts[number] + (span.first + span.last) / 2;
+            in_turn(count, number, middle as f64 / total.max(1) as f64)
         };
-        let folds = spans.iter().enumerate().map(fold).collect();
+        let folds = spans.iter().map(fold).collect();
         Self { spans, folds, length, by_recording }
     }
 
     fn outside(&self, fold: usize) -> Vec<Span> {
-        self.spans.iter().zip(&self.folds).filter(|(_, f)| **f != fold).map(|(s, _)| *s).collect()
+        thinned(self.spans.iter().zip(&self.folds).filter(|(_, f)| **f != fold).map(|(s, _)| *s).collect())
     }
+}
+
+/// Evenly spread windows of which there are no more samples than a fit takes, but at least one a fold.
+fn thinned(spans: Vec<Span>) -> Vec<Span> {
+    let total: usize = spans.iter().map(|s| s.last - s.first).sum();
+    let share = (SETTINGS.simulated_samples as f64 / total.max(1) as f64).min(1.0);
+    let count = ((share * spans.len() as f64) as usize).clamp(SETTINGS.folds.min(spans.len()), spans.len());
+    (0..count).map(|n| spans[n * spans.len() / count]).collect()
 }
 
 /// Shortest window, samples of the first recording: some periods of the motion.
 pub fn shortest(acquired: &Acquired) -> usize {
     let hz = acquired.under_test().map(|t| frequency_hz(&t.states)).fold(f64::INFINITY, f64::min);
     let rate = acquired.tracks[0].sample_rate_hz;
-    let longest = acquired.under_test().map(|t| t.len()).max().unwrap_or(1);
-    ((SETTINGS.window_periods * rate / hz.max(1e-9)) as usize).clamp(SETTINGS.min_window.min(longest), longest)
+    let most = longest(acquired);
+    ((SETTINGS.window_periods * rate / hz.max(1e-9)) as usize).clamp(SETTINGS.min_window.min(most), most)
+}
+
+/// Longest window: at least one a fold, and several in a fit.
+fn longest(acquired: &Acquired) -> usize {
+    let total: usize = acquired.under_test().map(|t| t.len()).sum();
+    let whole = acquired.under_test().map(|t| t.len()).max().unwrap_or(1);
+    let each = if acquired.under_test().count() >= SETTINGS.folds { whole } else { total / SETTINGS.folds };
+    let fitted = if total > SETTINGS.simulated_samples { SETTINGS.simulated_samples / SETTINGS.folds } else { whole };
+    each.min(fitted).min(whole).max(SETTINGS.min_block)
 }
 
 /// Rig with causes, and the keys that a fit changes.
@@ -100,15 +126,17 @@ pub fn with_causes(rig: &Rig, causes: &[Cause], unknown: &[Parameter]) -> (Rig, 
 /// Longest windows over which a rig still follows the recordings, refitted from one length to the next.
 pub fn longest_windows(rig: &Rig, keys: &[RigKey], acquired: &Acquired) -> (Windows, Rig) {
     let observed = acquired.observed();
-    let whole = acquired.under_test().map(|t| t.len()).max().unwrap_or(1);
+    let whole = longest(acquired);
     let mut length = shortest(acquired);
-    let mut windows = Windows::new(acquired, length, SETTINGS.simulated_samples);
-    let Some(first) = refined(rig, keys, &observed, &windows.spans) else { return (windows, rig.clone()) };
+    let mut windows = Windows::new(acquired, length);
+    let Some(first) = refined(rig, keys, &observed, &thinned(windows.spans.clone())) else {
+        return (windows, rig.clone());
+    };
     let (mut rig, mut rms) = (first.rig, first.rms);
     while length < whole {
         length = (length * SETTINGS.window_growth).min(whole);
-        let wider = Windows::new(acquired, length, SETTINGS.simulated_samples);
-        let Some(next) = refined(&rig, keys, &observed, &wider.spans) else { break };
+        let wider = Windows::new(acquired, length);
+        let Some(next) = refined(&rig, keys, &observed, &thinned(wider.spans.clone())) else { break };
         let (growth, noise) = SETTINGS.window_error;
         if next.rms > (growth * rms).max(noise * acquired.noise_std) {
             break;
@@ -126,12 +154,12 @@ fn refined(rig: &Rig, keys: &[RigKey], observed: &Observed, spans: &[Span]) -> O
 /// Fits a rig to the windows, and to those outside each fold.
 pub fn fit(rig: &Rig, keys: &[RigKey], acquired: &Acquired, windows: &Windows) -> Option<SimulatedFit> {
     let observed = acquired.observed();
-    let all = refined(rig, keys, &observed, &windows.spans)?;
+    let all = refined(rig, keys, &observed, &thinned(windows.spans.clone()))?;
     let folds: Vec<Rig> = (0..SETTINGS.folds)
         .into_par_iter()
         .map(|fold| {
             let spans = windows.outside(fold);
-            if keys.is_empty() || spans.is_empty() || spans.len() == windows.spans.len() {
+            if keys.is_empty() || spans.is_empty() {
                 return all.rig.clone();
             }
             refined(&all.rig, keys, &observed, &spans).map_or_else(|| all.rig.clone(), |r| r.rig)
@@ -149,11 +177,41 @@ pub fn fit(rig: &Rig, keys: &[RigKey], acquired: &Acquired, windows: &Windows) -
 /// Half the width of a 95 % interval: by the residual's correlation, or, where it is wider, by the folds (jackknife), whose
 /// scatter holds what differs between recordings too.
 fn half_width(index: usize, key: RigKey, value: f64, fit: &Fit, folds: &[Rig]) -> f64 {
-    let within = Z975 * fit.covariance[index][index].max(0.0).sqrt();
+    (Z975 * fit.covariance[index][index].max(0.0).sqrt()).max(scatter(key, value, folds))
+}
+
+/// Half the width of a 95 % interval by the jackknife.
+fn scatter(key: RigKey, value: f64, folds: &[Rig]) -> f64 {
     let count = folds.len() as f64;
     let squares: f64 = folds.iter().filter_map(|r| r.get(key)).map(|v| (v - value).powi(2)).sum();
-    let between = t975(folds.len() - 1) * ((count - 1.0) / count * squares).sqrt();
-    within.max(between)
+    t975(folds.len() - 1) * ((count - 1.0) / count * squares).sqrt()
+}
+
+/// A fit whose parameters are the regression's: where forces disturb the machine, a simulation adds up what they do, and its
+/// fit is the worse one. `widths` are half the widths of the regression's intervals, of keys that it has.
+pub fn by_regression(
+    rig: &Rig,
+    keys: &[RigKey],
+    folds: Vec<Rig>,
+    widths: &[Option<f64>],
+    acquired: &Acquired,
+    windows: &Windows,
+) -> Option<SimulatedFit> {
+    let rms = shooting::error(rig, &acquired.observed(), &windows.spans)?;
+    let values = keys.iter().zip(widths).map(|(key, width)| {
+        let value = rig.get(*key).unwrap_or(f64::NAN);
+        (value, width.map(|width| width.max(scatter(*key, value, &folds))))
+    });
+    Some(SimulatedFit { values: values.collect(), keys: keys.to_vec(), folds, rms, rig: rig.clone() })
+}
+
+/// Whether forces disturb the machine: a simulation from fitted starts errs by far more than the sensor. Returns the shortest
+/// windows too.
+pub fn is_disturbed(rig: &Rig, acquired: &Acquired) -> (bool, Windows) {
+    let windows = Windows::new(acquired, shortest(acquired));
+    let error = shooting::error(rig, &acquired.observed(), &thinned(windows.spans.clone()));
+    let least = (SETTINGS.disturbed * acquired.noise_std).max(SETTINGS.numerical * acquired.spread());
+    (error.is_none_or(|error| error > least), windows)
 }
 
 impl SimulatedFit {
@@ -196,5 +254,5 @@ pub fn compare(measured: &[Vec<f64>], before: &[Vec<f64>], after: &[Vec<f64>]) -
     let length = (b.len() / SETTINGS.blocks).max(SETTINGS.min_block);
     let gains: Vec<f64> = b.iter().zip(&a).map(|(b, a)| b - a).collect();
     let gains: Vec<f64> = gains.chunks(length).map(|c| c.iter().sum()).collect();
-    Comparison { before: root(&b), after: root(&a), p_value: one_sided_mean(&gains) }
+    Comparison { before: root(&b), after: root(&a), p_value: one_sided_gain(&gains) }
 }

@@ -6,15 +6,19 @@ use super::faults::Fault;
 use super::nominal::Nominal;
 use super::select::Selection;
 use super::settings::SdofSettings;
-use super::table::Table;
+use super::table::{Table, TermModel};
 use super::validate::{self, Comparison, SimulatedFit, Windows, compare};
 use crate::diagnose::Task;
 use crate::diagnose::result::Verdict;
 use crate::identify::force_balance::shooting::Span;
 use crate::rig::Rig;
+use crate::rig::config::RigKey;
 use crate::rig::effect::{EffectKind, ParameterKey};
 
 const SETTINGS: SdofSettings = SdofSettings::DEFAULT;
+
+/// Effects with a number that places them, of which the regression has a grid only.
+const PLACED: [EffectKind; 3] = [EffectKind::EndStopContact, EffectKind::Backlash, EffectKind::StructuralResonance];
 
 /// Inputs of a verdict.
 pub struct Case<'a> {
@@ -72,9 +76,19 @@ impl Case<'_> {
         loop {
             let causes = causes::causes(self.table, &selection.chosen, &self.machine(&selection.chosen), self.acquired);
             let (rig, keys) = validate::with_causes(&self.rig(&selection.chosen), &causes, self.free());
-            let (windows, rig) = validate::longest_windows(&rig, &keys, self.acquired);
-            let before = validate::fit(&plain, &plain_keys, self.acquired, &windows);
-            let after = validate::fit(&rig, &keys, self.acquired, &windows);
+            // A place within a term is fitted by simulation only.
+            let placed = causes.iter().any(|c| PLACED.contains(&c.entry.kind));
+            let (disturbed, shortest) = validate::is_disturbed(&rig, self.acquired);
+            let (windows, before, after) = if disturbed && !placed {
+                let by = |model: &TermModel| self.by_regression(model, &shortest);
+                let (before, after) = (by(&selection.nothing), by(&selection.chosen));
+                (shortest, before, after)
+            } else {
+                let (windows, rig) = validate::longest_windows(&rig, &keys, self.acquired);
+                let before = validate::fit(&plain, &plain_keys, self.acquired, &windows);
+                let after = validate::fit(&rig, &keys, self.acquired, &windows);
+                (windows, before, after)
+            };
             let Some((comparison, faults, stretches)) =
                 self.compare(before.as_ref(), after.as_ref().or(before.as_ref()), &windows, &faults)
             else {
@@ -87,6 +101,14 @@ impl Case<'_> {
             let improved = comparison.p_value < SETTINGS.significance && comparison.after < comparison.before;
             if !causes.is_empty() && !improved {
                 selection = self.narrower(selection);
+                continue;
+            }
+            if causes.len() > 1
+                && let (Some(before), Some(after)) = (&before, &after)
+                && let Some(fewer) =
+                    self.without_idle(&selection, [before.rms, after.rms], &windows, disturbed && !placed)
+            {
+                selection = fewer;
                 continue;
             }
             let verdict = self.verdict(&selection, &causes, &faults, &comparison, before.as_ref());
@@ -118,7 +140,7 @@ impl Case<'_> {
         let clean = before.map_or(f64::INFINITY, |b| b.rms) < SETTINGS.numerical * spread;
         let nothing = selection.nothing.total();
         let share = (selection.chosen.total() - selection.rich.total()) / nothing;
-        let structured = selection.rich_p_value < SETTINGS.significance / 4.0 && share > SETTINGS.unexplained && !clean;
+        let structured = selection.rich_p_value < selection.level && share > SETTINGS.unexplained && !clean;
         let _ = comparison;
         match (causes.is_empty(), structured) {
             (false, true) if selection.explained() < SETTINGS.explains => Verdict::Unexplained,
@@ -129,10 +151,43 @@ impl Case<'_> {
         }
     }
 
+    /// The selection without the cause that improves the simulation least, if that is too little.
+    fn without_idle(
+        &self,
+        selection: &Selection,
+        [before, after]: [f64; 2],
+        windows: &Windows,
+        by_regression: bool,
+    ) -> Option<Selection> {
+        let explained = before.powi(2) - after.powi(2);
+        let one = |part: usize| {
+            let mut parts = selection.chosen.parts.clone();
+            parts.remove(part);
+            let fewer = self.of_parts(selection.clone(), parts);
+            let fit = if by_regression {
+                self.by_regression(&fewer.chosen, windows)
+            } else {
+                let machine = self.machine(&fewer.chosen);
+                let causes = causes::causes(self.table, &fewer.chosen, &machine, self.acquired);
+                let (rig, keys) = validate::with_causes(&self.rig(&fewer.chosen), &causes, self.free());
+                validate::fit(&rig, &keys, self.acquired, windows)
+            };
+            let rms = fit.map_or(f64::INFINITY, |fit| fit.rms);
+            (rms, fewer)
+        };
+        let least = (0..selection.chosen.parts.len()).map(one).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        (least.0.powi(2) - after.powi(2) < SETTINGS.worth_simulated * explained).then_some(least.1)
+    }
+
     /// A selection with one cause less.
     fn narrower(&self, selection: Selection) -> Selection {
         let mut parts = selection.chosen.parts.clone();
         parts.pop();
+        self.of_parts(selection, parts)
+    }
+
+    /// A selection with these parts.
+    fn of_parts(&self, selection: Selection, parts: Vec<(usize, usize)>) -> Selection {
         if parts.is_empty() {
             let mut bare = selection;
             bare.chosen = bare.nothing.clone();
@@ -151,7 +206,7 @@ impl Case<'_> {
 
     fn unsimulated(&self, selection: Selection, faults: Vec<Fault>, windows: Windows) -> Judged {
         let share = (selection.nothing.total() - selection.rich.total()) / selection.nothing.total();
-        let structured = selection.rich_p_value < SETTINGS.significance / 4.0 && share > SETTINGS.unexplained;
+        let structured = selection.rich_p_value < selection.level && share > SETTINGS.unexplained;
         Judged {
             verdict: if structured { Verdict::Unexplained } else { Verdict::NoMismatch },
             causes: Vec::new(),
@@ -165,13 +220,40 @@ impl Case<'_> {
         }
     }
 
+    /// Fit of the regression.
+    fn by_regression(&self, model: &TermModel, windows: &Windows) -> Option<SimulatedFit> {
+        let rig_of = |model: &TermModel| {
+            let causes = causes::causes(self.table, model, &self.machine(model), self.acquired);
+            validate::with_causes(&self.rig(model), &causes, &self.nominal.unknown)
+        };
+        let (rig, keys) = rig_of(model);
+        let folds = self.table.without_folds(model).iter().map(|m| rig_of(m).0).collect();
+        let widths = self.table.half_widths(model);
+        let own = self.table.library.own.len();
+        let mut seen = Vec::new();
+        let width = |key: &RigKey| {
+            // The first number of a cause is its strength.
+            let column = match key {
+                RigKey::Model(_) => self.table.library.own.iter().position(|(p, ..)| RigKey::from(p.key()) == *key)?,
+                RigKey::Effect { index, .. } if seen.contains(index) => return None,
+                RigKey::Effect { index, .. } => {
+                    seen.push(*index);
+                    own + index - self.task.rig.effects.len()
+                }
+            };
+            widths.as_ref()?.get(column).copied()
+        };
+        let widths: Vec<Option<f64>> = keys.iter().map(width).collect();
+        validate::by_regression(&rig, &keys, folds, &widths, self.acquired, windows)
+    }
+
     /// Parameters that the simulation fits; with a healthy baseline the regression's values stand.
     fn free(&self) -> &[crate::identify::force_balance::equation::Parameter] {
         if self.task.baseline.is_some() { &[] } else { &self.nominal.unknown }
     }
 
     /// Machine with the parameters of a model.
-    pub fn machine(&self, model: &super::table::TermModel) -> crate::rig::config::SdofRig {
+    pub fn machine(&self, model: &TermModel) -> crate::rig::config::SdofRig {
         let mut nominal = self.nominal.clone();
         for ((parameter, ..), value) in self.table.library.own.iter().zip(&model.values) {
             nominal.add(*parameter, *value);
@@ -179,7 +261,7 @@ impl Case<'_> {
         nominal.machine
     }
 
-    fn rig(&self, model: &super::table::TermModel) -> Rig {
+    fn rig(&self, model: &TermModel) -> Rig {
         let machine = self.machine(model);
         let mut rig = self.task.rig.clone();
         for parameter in &self.nominal.unknown {

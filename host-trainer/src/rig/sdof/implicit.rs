@@ -9,9 +9,9 @@ use super::Law;
 /// γ = 1 − 1/√2.
 pub(super) const GAMMA: f64 = 0.292_893_218_813_452_5;
 /// Most evaluations of a stage's bracketing.
-const MAX_EVALUATIONS: usize = 80;
+const MAX_EVALUATIONS: usize = 60;
 /// Error of a stage's velocity at which it is solved, relative to its change.
-const TOLERANCE: f64 = 1e-10;
+const TOLERANCE: f64 = 1e-8;
 
 impl Law {
     /// One implicit step of length `h` from `time_s`; the input is a line through `u`, its values at the stages.
