@@ -25,13 +25,29 @@ pub struct Cause {
 
 /// Causes of a model, for a machine with the model's own parameters.
 pub fn causes(table: &Table, model: &TermModel, machine: &SdofRig, acquired: &Acquired) -> Vec<Cause> {
-    (0..model.parts.len()).map(|part| cause(table, model, part, machine, acquired)).collect()
+    // With another mass m all other forces were regressed on as m₀/m of theirs.
+    let own = table.library.own.len();
+    let is_mass = |(term, _): &(usize, usize)| table.library.terms[*term].meaning == Meaning::Change(Parameter::Mass);
+    let mass = model.parts.iter().position(is_mass);
+    let factor = mass.map_or(1.0, |part| 1.0 / (1.0 - model.values[own + part] / machine.mass_kg).max(0.05));
+    (0..model.parts.len()).map(|part| cause(table, model, part, factor, machine, acquired)).collect()
 }
 
-fn cause(table: &Table, model: &TermModel, part: usize, machine: &SdofRig, acquired: &Acquired) -> Cause {
+fn cause(
+    table: &Table,
+    model: &TermModel,
+    part: usize,
+    factor: f64,
+    machine: &SdofRig,
+    acquired: &Acquired,
+) -> Cause {
     let (index, variant) = model.parts[part];
     let term = &table.library.terms[index];
-    let value = model.values[table.library.own.len() + part];
+    let value = match term.meaning {
+        Meaning::Change(Parameter::Mass) => (factor - 1.0) * machine.mass_kg,
+        Meaning::Gain | Meaning::Mode => model.values[table.library.own.len() + part],
+        _ => factor * model.values[table.library.own.len() + part],
+    };
     let mut entry = term.variants[variant].entry.clone();
     let mut free = Vec::new();
     match term.meaning {

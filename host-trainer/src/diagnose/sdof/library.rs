@@ -236,13 +236,33 @@ impl<'a> Builder<'a> {
             let (kind, meaning, sign) = if parameter == Parameter::Damping && value == 0.0 {
                 (EffectKind::ViscousFriction, Meaning::Strength(ParameterKey::DampingNSPerM), Sign::Positive)
             } else {
-                let most = if parameter == Parameter::Mass { 9.0 * value } else { f64::INFINITY };
-                (kind, Meaning::Change(parameter), Sign::Within(-0.9 * value, most))
+                let most = if parameter == Parameter::Mass { 0.9 * value } else { f64::INFINITY };
+                let least = if parameter == Parameter::Mass { -9.0 } else { -0.9 };
+                (kind, Meaning::Change(parameter), Sign::Within(least * value, most))
             };
             let sign = if value == 0.0 { Sign::Positive } else { sign };
-            let variants = vec![(EffectEntry::new(kind, &[]), self.unit(parameter))];
+            let source = if parameter == Parameter::Mass { self.other_mass() } else { self.unit(parameter) };
+            let variants = vec![(EffectEntry::new(kind, &[]), source)];
             jobs.push((Term { kind, meaning, sign, state, variants: Vec::new() }, variants));
         }
+    }
+
+    /// Minus the acceleration that the rig's own forces give its mass. Unlike the smoothed acceleration it has hardly any
+    /// noise: with it m q̈ = F is m₀ q̈ = F − θ F/m₀, where m = m₀/(1 − θ/m₀).
+    fn other_mass<'b>(&'b self) -> Source<'b> {
+        let nominal = self.nominal;
+        let machine = &nominal.machine;
+        let own = [Parameter::Damping, Parameter::Stiffness, Parameter::Gravity];
+        let force = move |t: &Track| {
+            let mut sum = t.signal(|q, v, a| {
+                own.iter().map(|p| p.value_in(machine) * nominal.unit_force(*p, q, v, a)).sum::<f64>()
+            });
+            let input = t.grid_input(self.acquired.interpolation);
+            sum.iter_mut().zip(input).for_each(|(f, u)| *f += machine.input_gain_n_per_unit * u);
+            sum.iter_mut().for_each(|f| *f /= -machine.mass_kg);
+            sum
+        };
+        Source::Force(Box::new(force))
     }
 
     fn strength<'b>(
@@ -337,7 +357,7 @@ impl<'a> Builder<'a> {
         }
         let rate = self.acquired.under_test().map(|t| t.sample_rate_hz).fold(f64::INFINITY, f64::min);
         let own = self.acquired.under_test().map(|t| super::acquire::frequency_hz(&t.states)).fold(0.0, f64::max);
-        let (low, high) = ((12.0 / longest).max(0.7 * own), (0.25 * rate).min(20.0 * own));
+        let (low, high) = ((12.0 / longest).max(1.6 * own), (0.25 * rate).min(20.0 * own));
         if high > 2.0 * low {
             let mut variants = Vec::new();
             for k in 0..16 {

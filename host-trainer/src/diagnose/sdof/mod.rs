@@ -90,9 +90,9 @@ fn fit_nominal(task: &Task, nominal: &mut Nominal, acquired: &mut Acquired) -> R
     use crate::identify::force_balance::gram::{Gram, Rows};
     use crate::rig::sdof::Interpolation;
     let (low, high, count) = SETTINGS.force_noise;
-    let noise = acquired.noise_std.powi(2);
+    let mut noise = acquired.noise_std.powi(2);
     let mut part = acquired.beginning(SETTINGS.noise_samples);
-    let mut best: Option<(f64, f64, Interpolation)> = None;
+    let mut best: Option<(f64, f64, Interpolation, f64)> = None;
     for round in 0..2 {
         let force = mean_square_force(nominal, acquired);
         let rate = acquired.tracks[0].sample_rate_hz;
@@ -116,19 +116,22 @@ fn fit_nominal(task: &Task, nominal: &mut Nominal, acquired: &mut Acquired) -> R
                 let left = gram.left_in(&columns, &values, Rows::All).max(f64::MIN_POSITIVE);
                 let value = -(rows as f64 * left.ln() + library.log_variance);
                 if best.is_none_or(|(most, ..)| value > most) {
-                    best = Some((value, ratio(log), *interpolation));
+                    best = Some((value, ratio(log), *interpolation, left / rows as f64));
                     let own: Vec<usize> = library.own.iter().map(|(_, column, _)| *column).collect();
                     let alone = gram.solve(&own, &[], Rows::All, 0.0).unwrap_or_default();
                     change = library.own.iter().zip(alone).map(|((p, ..), v)| (*p, v)).collect();
                 }
             }
         }
+        // The rig's dynamics tell noise from motion where a spline takes fast motion for either.
+        noise = best.map_or(noise, |(.., left)| left);
         if round == 0 {
             change.into_iter().for_each(|(parameter, value): (equation::Parameter, f64)| nominal.add(parameter, value));
         }
     }
-    let (_, ratio, interpolation) = best.unwrap_or((0.0, 1.0, Interpolation::Hold));
+    let (_, ratio, interpolation, _) = best.unwrap_or((0.0, 1.0, Interpolation::Hold, noise));
     acquired.interpolation = interpolation;
+    acquired.noise_std = noise.sqrt();
     Ok(ratio)
 }
 
