@@ -141,8 +141,7 @@ fn friction_is_named_and_the_corrected_rig_simulates_it() {
         .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
         .collect();
     there.sort();
-    let expected =
-        ["diagnosis.json", "heldout", "mine.csv", "notes.txt", "report.html", "rig.corrected.toml"];
+    let expected = ["diagnosis.json", "heldout", "mine.csv", "notes.txt", "report.html", "rig.corrected.toml"];
     let written = ["r01.csv", "r02.csv", "r03.csv", "r04.csv"];
     let mut expected: Vec<&str> = expected.into_iter().chain(written).collect();
     expected.sort_unstable();

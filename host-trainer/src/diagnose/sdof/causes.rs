@@ -33,14 +33,7 @@ pub fn causes(table: &Table, model: &TermModel, machine: &SdofRig, acquired: &Ac
     (0..model.parts.len()).map(|part| cause(table, model, part, factor, machine, acquired)).collect()
 }
 
-fn cause(
-    table: &Table,
-    model: &TermModel,
-    part: usize,
-    factor: f64,
-    machine: &SdofRig,
-    acquired: &Acquired,
-) -> Cause {
+fn cause(table: &Table, model: &TermModel, part: usize, factor: f64, machine: &SdofRig, acquired: &Acquired) -> Cause {
     let (index, variant) = model.parts[part];
     let term = &table.library.terms[index];
     let value = match term.meaning {

@@ -46,6 +46,10 @@ pub struct BalanceSettings {
     pub hold_error_ratio: f64,
     /// Most steps of the shooting's Gauss–Newton iteration, theory (67). Not tuned: chosen by hand.
     pub shooting_steps: usize,
+    /// Most steps where only the windows' starts are fitted. Not tuned: chosen by hand.
+    pub start_steps: usize,
+    /// Relative fall of the error below which such a fit has converged. Not tuned: chosen by hand.
+    pub start_min_fall: f64,
     /// Relative fall of the error below which the shooting has converged. Not tuned: chosen by hand.
     pub shooting_min_fall: f64,
     /// Damping at the start of the shooting, relative to the normal matrix's diagonal. Not tuned: chosen by hand.
@@ -101,6 +105,8 @@ impl BalanceSettings {
         recording_lags: 10,
         hold_error_ratio: 0.995,
         shooting_steps: 25,
+        start_steps: 4,
+        start_min_fall: 1e-3,
         shooting_min_fall: 1e-7,
         shooting_initial_damping: 1e-6,
         shooting_max_damping: 1e6,

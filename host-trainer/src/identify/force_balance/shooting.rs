@@ -121,7 +121,9 @@ pub fn refine(rig: &Rig, keys: &[RigKey], observed: &Observed, spans: &[Span]) -
         singular_growth: 10.0,
         singular_floor: 1e-9,
     };
-    damped_search(&mut shooting, &mut damping, SETTINGS.shooting_steps, SETTINGS.shooting_max_damping).ok()?;
+    // Starts alone are all but linear.
+    let steps = if keys.is_empty() { SETTINGS.start_steps } else { SETTINGS.shooting_steps };
+    damped_search(&mut shooting, &mut damping, steps, SETTINGS.shooting_max_damping).ok()?;
     let Shooting { rig, values, windows, pieces, .. } = shooting;
     let fit = covariance(&pieces, &values)?;
     let count = fit.residual.len().max(1) as f64;
@@ -170,7 +172,8 @@ impl Damped for Shooting<'_> {
         }
         self.pieces = self.run.linearise(&self.rig, &self.values, &self.windows).ok_or(Diverged)?;
         self.cost = cost_of(&self.pieces);
-        Ok(decrease.actual < SETTINGS.shooting_min_fall)
+        let least = if self.run.keys.is_empty() { SETTINGS.start_min_fall } else { SETTINGS.shooting_min_fall };
+        Ok(decrease.actual < least)
     }
 }
 
