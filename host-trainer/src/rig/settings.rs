@@ -54,7 +54,7 @@ impl IntegrationSettings {
         coarse_max_steps: 8.0,
         coarse_max_turning_steps: 3.0,
         sdof_rate_per_step: 0.3,
-        sdof_max_steps: 40.0,
+        sdof_max_steps: 12.0,
         sdof_implicit_steps: 3.0,
         exact_angles_every: 64,
         vector_from_runs: 3,

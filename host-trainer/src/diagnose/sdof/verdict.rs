@@ -98,7 +98,11 @@ impl Case<'_> {
                 selection = self.narrower(selection);
                 continue;
             };
-            let improved = comparison.p_value < SETTINGS.significance && comparison.after < comparison.before;
+            let taken = 1.0 - (comparison.after / comparison.before).powi(2);
+            let (all, mode) = SETTINGS.takes_away;
+            let is_mode = |c: &Cause| c.entry.kind == EffectKind::StructuralResonance;
+            let least = if causes.iter().any(is_mode) { mode } else { all };
+            let improved = comparison.p_value < SETTINGS.significance && taken > least;
             if !causes.is_empty() && !improved {
                 selection = self.narrower(selection);
                 continue;

@@ -50,6 +50,8 @@ pub struct BalanceSettings {
     pub start_steps: usize,
     /// Relative fall of the error below which such a fit has converged. Not tuned: chosen by hand.
     pub start_min_fall: f64,
+    /// Damping at which such a fit ends without gain. Not tuned: chosen by hand.
+    pub start_max_damping: f64,
     /// Relative fall of the error below which the shooting has converged. Not tuned: chosen by hand.
     pub shooting_min_fall: f64,
     /// Damping at the start of the shooting, relative to the normal matrix's diagonal. Not tuned: chosen by hand.
@@ -107,6 +109,7 @@ impl BalanceSettings {
         shooting_steps: 25,
         start_steps: 4,
         start_min_fall: 1e-3,
+        start_max_damping: 1e-2,
         shooting_min_fall: 1e-7,
         shooting_initial_damping: 1e-6,
         shooting_max_damping: 1e6,

@@ -122,8 +122,12 @@ pub fn refine(rig: &Rig, keys: &[RigKey], observed: &Observed, spans: &[Span]) -
         singular_floor: 1e-9,
     };
     // Starts alone are all but linear.
-    let steps = if keys.is_empty() { SETTINGS.start_steps } else { SETTINGS.shooting_steps };
-    damped_search(&mut shooting, &mut damping, steps, SETTINGS.shooting_max_damping).ok()?;
+    let (steps, most) = if keys.is_empty() {
+        (SETTINGS.start_steps, SETTINGS.start_max_damping)
+    } else {
+        (SETTINGS.shooting_steps, SETTINGS.shooting_max_damping)
+    };
+    damped_search(&mut shooting, &mut damping, steps, most).ok()?;
     let Shooting { rig, values, windows, pieces, .. } = shooting;
     let fit = covariance(&pieces, &values)?;
     let count = fit.residual.len().max(1) as f64;
