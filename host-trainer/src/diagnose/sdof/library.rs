@@ -46,6 +46,8 @@ pub struct Library {
     pub rows: Vec<usize>,
     /// Sum of the logarithms of the rows' variances.
     pub log_variance: f64,
+    /// Standard deviation of each row before whitening, in units of the sensor noise's.
+    pub deviations: Vec<f64>,
     /// What each flexible column depends on, in words.
     pub about: Vec<&'static str>,
     /// Knots and columns of the splines of position and of velocity.
@@ -120,6 +122,7 @@ impl<'a> Builder<'a> {
         let mut library = Library {
             columns: vec![target],
             rows: self.acquired.tracks.iter().map(|t| t.bad.iter().filter(|b| !**b).count()).collect(),
+            deviations: self.predictors.iter().flat_map(Predictor::deviations).collect(),
             log_variance: self.predictors.iter().map(|p| p.log_variance).sum(),
             ..Library::default()
         };

@@ -215,11 +215,19 @@ fn fit(case: &Case, judged: &Judged) -> Fit {
     let scheme = if judged.windows.by_recording { "recordings" } else { "blocks of time" };
     let fit = &judged.comparison;
     let after = if judged.verdict == Verdict::Mismatch { fit.after } else { fit.before };
+    let predicted = format!(
+        "RMS of measured minus predicted one sample ahead {}, in the sensor's unit",
+        case.acquired.sensed.channel()
+    );
     Fit {
-        metric: format!(
-            "RMS of measured minus simulated {}, in the sensor's unit, over windows of about {seconds:.3} s from a fitted start",
-            case.acquired.sensed.channel()
-        ),
+        metric: if judged.one_step_ahead {
+            predicted
+        } else {
+            format!(
+                "RMS of measured minus simulated {}, in the sensor's unit, over windows of about {seconds:.3} s from a fitted start",
+                case.acquired.sensed.channel()
+            )
+        },
         held_out: format!("{scheme} in turn, four folds: {}", names.join(", ")),
         before: fit.before,
         after,
@@ -381,7 +389,9 @@ fn caveats(case: &Case, judged: &Judged) -> Vec<String> {
     if judged.faults.iter().any(|f| f.entry.kind == EffectKind::MainsInterference) {
         out.push("The phase of the mains interference was fitted to each held-out recording itself.".into());
     }
-    if judged.stretches.is_empty() {
+    if judged.one_step_ahead {
+        out.push("The mass is too small to show; held-out curves are predictions one sample ahead.".into());
+    } else if judged.stretches.is_empty() {
         out.push("The rig could not be simulated over these recordings; there are no held-out curves.".into());
     } else {
         out.push(

@@ -116,6 +116,20 @@ impl Table {
         (0..SETTINGS.folds).map(one).collect()
     }
 
+    /// Error of the one-step prediction of each row, in the sensor's unit, by the model fitted without the row's fold.
+    pub fn step_errors(&self, model: &TermModel) -> Vec<f64> {
+        let mut errors = vec![0.0; self.library.deviations.len()];
+        for (number, fitted) in self.without_folds(model).iter().enumerate() {
+            let residual = self.residual(fitted);
+            for ((start, end, _), fold) in self.blocks.iter().zip(&self.fold) {
+                if *fold == number {
+                    (*start..*end).for_each(|row| errors[row] = residual[row] * self.library.deviations[row]);
+                }
+            }
+        }
+        errors
+    }
+
     /// Half the width of each coefficient's 95 % interval, by the scatter of the blocks' scores.
     pub fn half_widths(&self, model: &TermModel) -> Option<Vec<f64>> {
         let all: Vec<usize> = (0..model.columns.len()).collect();

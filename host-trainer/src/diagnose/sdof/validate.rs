@@ -188,21 +188,18 @@ fn scatter(key: RigKey, value: f64, folds: &[Rig]) -> f64 {
 }
 
 /// A fit whose parameters are the regression's: where forces disturb the machine, a simulation adds up what they do, and its
-/// fit is the worse one. `widths` are half the widths of the regression's intervals, of keys that it has.
-pub fn by_regression(
-    rig: &Rig,
-    keys: &[RigKey],
-    folds: Vec<Rig>,
-    widths: &[Option<f64>],
-    acquired: &Acquired,
-    windows: &Windows,
-) -> Option<SimulatedFit> {
-    let rms = shooting::error(rig, &acquired.observed(), &windows.spans)?;
+/// fit is the worse one. `widths` are half the widths of the regression's intervals, of keys that it has, `rms` is its error.
+pub fn by_regression(rig: &Rig, keys: &[RigKey], folds: Vec<Rig>, widths: &[Option<f64>], rms: f64) -> SimulatedFit {
     let values = keys.iter().zip(widths).map(|(key, width)| {
         let value = rig.get(*key).unwrap_or(f64::NAN);
         (value, width.map(|width| width.max(scatter(*key, value, &folds))))
     });
-    Some(SimulatedFit { values: values.collect(), keys: keys.to_vec(), folds, rms, rig: rig.clone() })
+    SimulatedFit { values: values.collect(), keys: keys.to_vec(), folds, rms, rig: rig.clone() }
+}
+
+/// RMS error of a rig's simulation of some windows.
+pub fn simulated_rms(rig: &Rig, acquired: &Acquired, windows: &Windows) -> Option<f64> {
+    shooting::error(rig, &acquired.observed(), &windows.spans)
 }
 
 /// Whether forces disturb the machine: a simulation from fitted starts errs by far more than the sensor. Returns the shortest

@@ -54,6 +54,8 @@ pub struct Judged {
     pub windows: Windows,
     /// Held-out stretches: measured, before, after.
     pub stretches: Vec<Stretch>,
+    /// Whether they are predictions one sample ahead, not simulations.
+    pub one_step_ahead: bool,
 }
 
 /// A window as measured and as simulated.
@@ -78,8 +80,14 @@ impl Case<'_> {
             let (rig, keys) = validate::with_causes(&self.rig(&selection.chosen), &causes, self.free());
             // A place within a term is fitted by simulation only.
             let placed = causes.iter().any(|c| PLACED.contains(&c.entry.kind));
-            let (disturbed, shortest) = validate::is_disturbed(&rig, self.acquired);
-            let (windows, before, after) = if disturbed && !placed {
+            let overdamped = self.overdamped();
+            let (disturbed, shortest) = if overdamped {
+                (true, Windows::new(self.acquired, 1))
+            } else {
+                validate::is_disturbed(&rig, self.acquired)
+            };
+            let regressed = overdamped || (disturbed && !placed);
+            let (windows, before, after) = if regressed {
                 let by = |model: &TermModel| self.by_regression(model, &shortest);
                 let (before, after) = (by(&selection.nothing), by(&selection.chosen));
                 (shortest, before, after)
@@ -89,9 +97,12 @@ impl Case<'_> {
                 let after = validate::fit(&rig, &keys, self.acquired, &windows);
                 (windows, before, after)
             };
-            let Some((comparison, faults, stretches)) =
+            let compared = if overdamped {
+                Some(self.one_step_ahead(&selection, faults.clone()))
+            } else {
                 self.compare(before.as_ref(), after.as_ref().or(before.as_ref()), &windows, &faults)
-            else {
+            };
+            let Some((comparison, faults, stretches)) = compared else {
                 if causes.is_empty() {
                     return self.unsimulated(selection, faults, windows);
                 }
@@ -109,8 +120,7 @@ impl Case<'_> {
             }
             if causes.len() > 1
                 && let (Some(before), Some(after)) = (&before, &after)
-                && let Some(fewer) =
-                    self.without_idle(&selection, [before.rms, after.rms], &windows, disturbed && !placed)
+                && let Some(fewer) = self.without_idle(&selection, [before.rms, after.rms], &windows, regressed)
             {
                 selection = fewer;
                 continue;
@@ -127,6 +137,7 @@ impl Case<'_> {
                 windows,
                 stretches,
                 selection,
+                one_step_ahead: overdamped,
             };
         }
     }
@@ -221,7 +232,41 @@ impl Case<'_> {
             windows,
             stretches: Vec::new(),
             selection,
+            one_step_ahead: false,
         }
+    }
+
+    /// Whether the mass is too small to show: its velocity follows the force within half a sample. The position is then the
+    /// integral of the force, which dry friction stops; only predictions from one sample to the next mean anything.
+    fn overdamped(&self) -> bool {
+        let machine = &self.nominal.machine;
+        let step = self.acquired.tracks.iter().map(super::acquire::Track::step_s).fold(f64::INFINITY, f64::min);
+        machine.mass_kg < 0.5 * step * machine.damping_n_s_per_m
+    }
+
+    /// Errors of predictions one sample ahead.
+    fn one_step_ahead(&self, selection: &Selection, faults: Vec<Fault>) -> (Comparison, Vec<Fault>, Vec<Stretch>) {
+        let errors = [&selection.nothing, &selection.chosen].map(|model| self.table.step_errors(model));
+        let (mut row, mut stretches) = (0, Vec::new());
+        for track in &self.acquired.tracks {
+            let measured = track.raw.clone();
+            let (mut before, mut after) = (measured.clone(), measured.clone());
+            let valid = (0..track.len()).filter(|k| !track.bad[*k]);
+            for (count, k) in valid.enumerate() {
+                // The first samples fix the diffuse start.
+                if count >= SETTINGS.min_block {
+                    before[k] -= errors[0][row];
+                    after[k] -= errors[1][row];
+                }
+                row += 1;
+            }
+            if !track.healthy {
+                stretches.push(Stretch { origin: track.origin, measured, before, after });
+            }
+        }
+        let column = |of: fn(&Stretch) -> &Vec<f64>| stretches.iter().map(|s| of(s).clone()).collect::<Vec<_>>();
+        let comparison = compare(&column(|s| &s.measured), &column(|s| &s.before), &column(|s| &s.after));
+        (comparison, faults, stretches)
     }
 
     /// Fit of the regression.
@@ -248,7 +293,13 @@ impl Case<'_> {
             widths.as_ref()?.get(column).copied()
         };
         let widths: Vec<Option<f64>> = keys.iter().map(width).collect();
-        validate::by_regression(&rig, &keys, folds, &widths, self.acquired, windows)
+        let rms = if self.overdamped() {
+            let errors = self.table.step_errors(model);
+            (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt()
+        } else {
+            validate::simulated_rms(&rig, self.acquired, windows)?
+        };
+        Some(validate::by_regression(&rig, &keys, folds, &widths, rms))
     }
 
     /// Parameters that the simulation fits; with a healthy baseline the regression's values stand.

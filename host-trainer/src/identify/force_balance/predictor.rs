@@ -93,6 +93,11 @@ impl Predictor {
         Self { operator, fine: grid.fine, transition, line, held, output, gains, log_variance }
     }
 
+    /// Standard deviation of each valid sample's innovation, in units of the sensor noise's.
+    pub fn deviations(&self) -> Vec<f64> {
+        self.gains.iter().flatten().map(|(_, weight)| 1.0 / weight).collect()
+    }
+
     /// What a force on the grid adds to the whitened predictions, a row for each valid sample.
     pub fn of_force(&self, force: &[f64], is_held: bool) -> Vec<f64> {
         let feed = if self.operator.accelerometer { 1.0 / self.operator.mass } else { 0.0 };
