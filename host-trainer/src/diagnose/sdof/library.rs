@@ -24,12 +24,17 @@ const SPRING: (f64, f64) = (0.6, 1.6);
 /// What drives a column.
 pub enum Source<'a> {
     /// A force on the grid of each recording.
-    Force(Box<dyn Fn(&Track) -> Vec<f64> + Sync + 'a>),
+    Force(Signal<'a>),
     /// The recorded input, at unit gain.
     Input,
     /// A signal at the sensor.
-    Sensor(Box<dyn Fn(&Track) -> Vec<f64> + Sync + 'a>),
+    Sensor(Signal<'a>),
 }
+
+/// A term without its columns yet, and what drives each of its variants.
+type Job<'a> = (Term, Vec<(EffectEntry, Source<'a>)>);
+/// Signal of a recording.
+type Signal<'a> = Box<dyn Fn(&Track) -> Vec<f64> + Sync + 'a>;
 
 /// Columns of the regression with their meaning. Column 0 is the target.
 #[derive(Default)]
@@ -149,7 +154,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Force of effects on the grid.
-    fn forces(&self, entries: Vec<EffectEntry>) -> Box<dyn Fn(&Track) -> Vec<f64> + Sync + 'a> {
+    fn forces(&self, entries: Vec<EffectEntry>) -> Signal<'a> {
         let mut rig = Rig::new(crate::rig::config::Machine::Sdof(self.nominal.machine.clone()));
         rig.effects = entries;
         let assembly = assemble(&rig);
@@ -171,7 +176,7 @@ impl<'a> Builder<'a> {
     /// All columns.
     pub fn library(&self, events: bool) -> Library {
         let mut library = self.own();
-        let mut jobs: Vec<(Term, Vec<(EffectEntry, Source)>)> = Vec::new();
+        let mut jobs: Vec<Job> = Vec::new();
         self.changes(&mut jobs);
         self.springs_and_friction(&mut jobs);
         self.sensor(&mut jobs, events);
@@ -215,7 +220,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Terms of parameters that differ from nominal; unknown ones need healthy recordings.
-    fn changes<'b>(&'b self, jobs: &mut Vec<(Term, Vec<(EffectEntry, Source<'b>)>)>) {
+    fn changes<'b>(&'b self, jobs: &mut Vec<Job<'b>>) {
         let nominal = self.nominal;
         let told = self.acquired.tracks.iter().any(|t| t.healthy);
         for (kind, parameter, state) in [
@@ -270,7 +275,7 @@ impl<'a> Builder<'a> {
 
     fn strength<'b>(
         &'b self,
-        jobs: &mut Vec<(Term, Vec<(EffectEntry, Source<'b>)>)>,
+        jobs: &mut Vec<Job<'b>>,
         kind: EffectKind,
         key: ParameterKey,
         (sign, state): (Sign, State),
@@ -289,7 +294,7 @@ impl<'a> Builder<'a> {
         jobs.push((term, variants.collect()));
     }
 
-    fn springs_and_friction<'b>(&'b self, jobs: &mut Vec<(Term, Vec<(EffectEntry, Source<'b>)>)>) {
+    fn springs_and_friction<'b>(&'b self, jobs: &mut Vec<Job<'b>>) {
         let (either, back) = (Sign::Any, Sign::Positive);
         let [_, largest_v] = self.acquired.amplitudes();
         let mut positions: Vec<f64> = self.acquired.under_test().flat_map(|t| t.states.position.clone()).collect();
@@ -336,7 +341,7 @@ impl<'a> Builder<'a> {
     }
 
     /// A wrong gain of the sensor, a mode between mass and sensor, and the load's step.
-    fn sensor<'b>(&'b self, jobs: &mut Vec<(Term, Vec<(EffectEntry, Source<'b>)>)>, events: bool) {
+    fn sensor<'b>(&'b self, jobs: &mut Vec<Job<'b>>, events: bool) {
         let any = (Sign::Any, State::Time);
         // All that scales with q must be known, or a wrong gain is a change of it.
         let scales = [Parameter::Mass, Parameter::Damping, Parameter::Stiffness];

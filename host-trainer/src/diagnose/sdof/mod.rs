@@ -7,7 +7,8 @@
 //! | `library`, `terms`, `flexible` | columns of a regression: terms with a name, and others without |
 //! | `table`, `select` | cross-validated models of them; none, one, two, seldom three |
 //! | `causes`, `validate` | effects of the vocabulary, fitted by simulation and judged on what they were not fitted to |
-//! | `verdict`, `report`, `curve` | what stands, and in which words |
+//! | `verdict`, `held_out` | the gate that every cause passes, on held-out stretches |
+//! | `report`, `text`, `curve` | what stands, and in which words |
 //! | `settings` | thresholds, lengths and counts |
 
 mod acquire;
@@ -15,6 +16,7 @@ mod causes;
 mod curve;
 mod faults;
 mod flexible;
+mod held_out;
 mod library;
 mod nominal;
 mod report;
@@ -24,6 +26,7 @@ mod table;
 mod terms;
 #[cfg(test)]
 mod tests;
+mod text;
 mod validate;
 mod verdict;
 
