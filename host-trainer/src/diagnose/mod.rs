@@ -5,7 +5,6 @@
 //! | [`result`] | result of a diagnosis |
 //! | [`mod@write`] | a diagnosis as a folder |
 //! | `sdof` | the rig of one degree of freedom |
-//! | `faults` | acquisition faults in held-out recordings of an sdof rig |
 //! | `bearing` | the 5-DoF rig |
 //! | `data_split` | fitted, held-out and screening recordings |
 //! | `envelope` | real recordings, where the structure is unknown |
@@ -34,7 +33,6 @@ pub(crate) mod envelope;
 mod error;
 pub(crate) mod evidence;
 pub(crate) mod explain;
-pub(crate) mod faults;
 mod findings;
 pub(crate) mod hypothesis;
 pub(crate) mod initial_guesses;

@@ -32,7 +32,7 @@ pub fn entries(rig: &Rig, entries: &[Entry], seconds: f64, seed: u64) -> Result<
 }
 
 /// Simulates a rig as each recording was made: a bearing rig at its speed, load and length, an sdof
-/// rig driven by its `u` from rest at its first `q`.
+/// rig driven by its `u` (0 without one) from rest at its first `q`.
 ///
 /// # Errors
 ///
@@ -67,11 +67,8 @@ fn bearing(rig: &Rig, conditions: &[OperatingCondition], seed: u64) -> Result<Ve
 
 fn driven(rig: &Rig, recording: &Recording) -> Result<Recording, RigError> {
     let channel = |name: &str| recording.channel(name).map(|c| c.samples.as_slice());
-    let input = channel("u").ok_or_else(|| RigError::BadCondition {
-        field: "u",
-        found: format!("no such channel in {}", recording.source),
-        expected: "the input that drives an sdof rig",
-    })?;
+    let none = vec![0.0; recording.len()];
+    let input = channel("u").unwrap_or(&none);
     let position = channel("q").and_then(|q| q.first().copied()).unwrap_or(0.0);
     let drive = Drive { input, sample_rate_hz: recording.sample_rate_hz, position, ..Drive::default() };
     sdof::simulate(rig, &drive)

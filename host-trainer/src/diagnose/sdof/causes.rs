@@ -1,12 +1,11 @@
 //! Effects of the vocabulary from fitted coefficients.
 
-use super::{
-    table::{Table, TermModel},
-    terms::Meaning,
-};
-use crate::identify::force_balance::{equation::Parameter, states::States};
-use crate::rig::effect::{EffectKind, ParameterKey};
-use crate::rig::{EffectEntry, Value, config::SdofRig, effect::ValueKind};
+use super::acquire::Acquired;
+use super::table::{Table, TermModel};
+use super::terms::Meaning;
+use crate::identify::force_balance::equation::Parameter;
+use crate::rig::effect::{EffectKind, ParameterKey, ValueKind};
+use crate::rig::{EffectEntry, Value, config::SdofRig};
 
 /// Multiple of the nominal damping from which a damping is called friction that the nominal model has not.
 const FRICTION: f64 = 5.0;
@@ -25,15 +24,23 @@ pub struct Cause {
 }
 
 /// Causes of a model, for a machine with the model's own parameters.
-pub fn causes(table: &Table, model: &TermModel, machine: &SdofRig, states: &States) -> Vec<Cause> {
-    (0..model.parts.len()).map(|part| cause(table, model, part, machine, states)).collect()
+pub fn causes(table: &Table, model: &TermModel, machine: &SdofRig, acquired: &Acquired) -> Vec<Cause> {
+    // With another mass m all other forces were regressed on as m₀/m of theirs.
+    let own = table.library.own.len();
+    let is_mass = |(term, _): &(usize, usize)| table.library.terms[*term].meaning == Meaning::Change(Parameter::Mass);
+    let mass = model.parts.iter().position(is_mass);
+    let factor = mass.map_or(1.0, |part| 1.0 / (1.0 - model.values[own + part] / machine.mass_kg).max(0.05));
+    (0..model.parts.len()).map(|part| cause(table, model, part, factor, machine, acquired)).collect()
 }
 
-fn cause(table: &Table, model: &TermModel, part: usize, machine: &SdofRig, states: &States) -> Cause {
+fn cause(table: &Table, model: &TermModel, part: usize, factor: f64, machine: &SdofRig, acquired: &Acquired) -> Cause {
     let (index, variant) = model.parts[part];
     let term = &table.library.terms[index];
-    let coefficients = table.coefficients(model, part);
-    let value = coefficients[0];
+    let value = match term.meaning {
+        Meaning::Change(Parameter::Mass) => (factor - 1.0) * machine.mass_kg,
+        Meaning::Gain | Meaning::Mode => model.values[table.library.own.len() + part],
+        _ => factor * model.values[table.library.own.len() + part],
+    };
     let mut entry = term.variants[variant].entry.clone();
     let mut free = Vec::new();
     match term.meaning {
@@ -60,20 +67,15 @@ fn cause(table: &Table, model: &TermModel, part: usize, machine: &SdofRig, state
             }
         }
         Meaning::Gain => {
-            entry.set_number(ParameterKey::Value, 1.0 / (1.0 + value));
-            free.push(ParameterKey::Value);
-        }
-        Meaning::Bias => {
-            entry.set_number(ParameterKey::Value, -value);
+            entry.set_number(ParameterKey::Value, 1.0 / (1.0 - value));
             free.push(ParameterKey::Value);
         }
         Meaning::Mode => {
-            let gain = -(coefficients[0].signum()) * 0.1;
-            entry.set_number(ParameterKey::Gain, gain);
+            entry.set_number(ParameterKey::Gain, value);
             free.extend([ParameterKey::FrequencyHz, ParameterKey::DampingRatio, ParameterKey::Gain]);
         }
     }
-    entry = bias_or_force(entry, machine, states);
+    entry = bias_or_force(entry, machine, acquired);
     for parameter in entry.definition().parameters.iter().filter(|p| p.in_vocabulary()) {
         if matches!(parameter.value_kind, ValueKind::Name(_)) {
             entry.parameters.insert(parameter.key, Value::Text("mass".into()));
@@ -89,23 +91,22 @@ fn cause(table: &Table, model: &TermModel, part: usize, machine: &SdofRig, state
 
 /// A constant force and a bias of the position sensor leave the same in the balance of a linear spring. Where the mass
 /// starts tells them apart: from rest at the nominal zero a bias shows in the first sample, a force only later.
-fn bias_or_force(entry: EffectEntry, machine: &SdofRig, states: &States) -> EffectEntry {
+fn bias_or_force(entry: EffectEntry, machine: &SdofRig, acquired: &Acquired) -> EffectEntry {
     let number = |key: ParameterKey| entry.number(key).unwrap_or_default();
     let k = machine.stiffness_n_per_m;
     let bias = match entry.kind {
         EffectKind::ConstantForce if k > 0.0 => number(ParameterKey::ForceN) / k,
-        EffectKind::SensorBias => number(ParameterKey::Value),
         _ => return entry,
     };
     let rest = if k > 0.0 { machine.gravity_n / k } else { 0.0 };
-    let begins = states.tracks.iter().filter(|track| {
+    let begins = acquired.tracks.iter().filter(|track| {
         let first = &track.sensed[..track.len().min(3)];
         let mean = first.iter().sum::<f64>() / first.len() as f64;
         let at_nominal = mean.abs().min((mean - rest).abs());
         let at_bias = (mean - bias).abs().min((mean - rest - bias).abs());
         at_bias < at_nominal && at_bias < AT_REST * bias.abs()
     });
-    if 2 * begins.count() > states.tracks.len() {
+    if 2 * begins.count() > acquired.tracks.len() {
         EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, bias)])
     } else {
         EffectEntry::new(EffectKind::ConstantForce, &[(ParameterKey::ForceN, bias * k)])

@@ -1,199 +1,156 @@
-//! Diagnosis of the rig of one degree of freedom by its force balance ([`identify::force_balance`](crate::identify::force_balance)),
-//! in the form that both kinds of rig share.
+//! Diagnosis of the rig of one degree of freedom.
+//!
+//! | module | stage |
+//! |---|---|
+//! | `acquire`, `faults` | recordings to states; faults of the samples marked, taken off or cut out |
+//! | `nominal` | the rig's own parameters: which are fitted, what sets the scale |
+//! | `library`, `terms`, `flexible` | columns of a regression: terms with a name, and others without |
+//! | `table`, `select` | cross-validated models of them; none, one, two, seldom three |
+//! | `causes`, `validate` | effects of the vocabulary, fitted by simulation and judged on what they were not fitted to |
+//! | `verdict`, `held_out` | the gate that every cause passes, on held-out stretches |
+//! | `report`, `text`, `curve` | what stands, and in which words |
+//! | `settings` | thresholds, lengths and counts |
 
-mod acquisition;
+mod acquire;
 mod causes;
-mod decide;
-mod engine;
-mod events;
-mod finding;
+mod curve;
+mod faults;
 mod flexible;
-mod locate;
+mod held_out;
+mod library;
+mod nominal;
+mod report;
+mod select;
+mod settings;
 mod table;
 mod terms;
+#[cfg(test)]
+mod tests;
 mod text;
+mod validate;
+mod verdict;
 
-use std::collections::BTreeMap;
-
-use super::faults;
-use super::result::{
-    Aspect, Cause, Diagnosis, DiagnosisResult, Fit, HeldOut, Left, Location, Parameter, Rejected, SCHEMA, Test, Verdict,
-};
+use super::result::DiagnosisResult;
 use super::{DiagnoseError, Task};
-use crate::identify::force_balance::HeldOutTrace;
-use crate::recording::Recording;
-use crate::rig::EffectEntry;
-use crate::stats::significance::false_discovery_rates;
-use engine::diagnose_sdof;
-use finding::{CauseParameter, Finding, FoundCause, ResidualTest, Where};
-use terms::{SoughtBy, sought_by};
+use crate::identify::force_balance::equation;
+use acquire::Acquired;
+use library::Builder;
+use nominal::Nominal;
+use settings::SdofSettings;
+use table::Table;
 
-/// Explained share of the explainable error below which a caveat is given.
-const MOST: f64 = 0.97;
+const SETTINGS: SdofSettings = SdofSettings::DEFAULT;
 
-/// Diagnoses a rig of one degree of freedom from at least one recording.
+/// Diagnoses a rig of one degree of freedom: named causes, no mismatch, or a mismatch that no cause of the vocabulary
+/// explains.
+///
+/// `baseline` are recordings of the healthy machine: unknown parameters are fitted to them and to the others alike, effects
+/// act on the others only. Without any, unknown parameters are fitted together with each hypothesis.
 ///
 /// # Errors
-/// As [`diagnose_sdof`].
+///
+/// A rig of another kind, recordings without the needed channels or with too few samples.
 pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult, DiagnoseError> {
-    let Task { rig, baseline, recordings, seed } = *task;
-    progress("selecting causes by the force balance");
-    let finding = diagnose_sdof(rig, baseline, recordings, seed)?;
-    Ok(outcome(baseline.is_some(), recordings, finding, seed))
-}
-
-fn outcome(told: bool, recordings: &[Recording], finding: Finding, seed: u64) -> DiagnosisResult {
-    let channel = if recordings.iter().all(|r| r.channel("q").is_some()) { "q" } else { "qdd" };
-    let mut held_out: Vec<HeldOut> = finding.traces.iter().map(|trace| held_out_of(trace, recordings)).collect();
-    let entries = finding.causes.iter().map(|c| &c.entry);
-    let lasting: Vec<&EffectEntry> = entries.filter(|entry| faults::lasts(entry)).collect();
-    faults::put_back(&mut held_out, channel, recordings, &lasting);
-    let fit = &finding.fit;
-    // An acquisition fault alone does not affect the balance, from which it was removed.
-    let shown = (lasting.len() == finding.causes.len() && !lasting.is_empty())
-        .then(|| faults::fit(&held_out, finding.sensor_noise_std, seed))
-        .flatten();
-    let diagnosis = Diagnosis {
-        schema: SCHEMA.into(),
-        verdict: finding.verdict,
-        causes: finding.causes.iter().map(cause).collect(),
-        rejected: finding.rejected.iter().map(|r| Rejected { name: r.name.clone(), why: r.why.clone() }).collect(),
-        location: match finding.verdict {
-            // The residual is noise, and so is the location of its maximum.
-            Verdict::NoMismatch => Location { channel: channel.into(), ..Location::default() },
-            // An acquisition fault is not in the force residual.
-            _ if shown.is_some() => faults::location(channel, &lasting),
-            _ => location(&finding.location, recordings.len(), channel),
-        },
-        terms: Vec::new(),
-        nuisance: Vec::new(),
-        left: Left::default(),
-        fit: shown.unwrap_or_else(|| Fit {
-            metric: fit.metric.clone(),
-            held_out: fit.held_out.clone(),
-            before: fit.before,
-            after: fit.after,
-            noise_floor: fit.noise_floor,
-            p_value: fit.p_value,
-        }),
+    let machine = equation::machine(task.rig)?;
+    progress("estimating states");
+    let mut acquired = Acquired::new(task.recordings, task.baseline.unwrap_or_default())?;
+    let original = acquired.clone();
+    let mut faults = faults::clean(&mut acquired)?;
+    let unknown = equation::unknown(task.rig);
+    let mut nominal = Nominal::new(machine, unknown.clone(), &acquired);
+    progress("fitting the rig's unknown parameters");
+    let ratio = fit_nominal(task, &mut nominal, &mut acquired)?;
+    let nothing = || crate::identify::force_balance::BalanceError::Nothing {
+        expected: "parameters that the recordings determine".into(),
     };
-    let caveats = caveats(told, &finding);
-    let interval = |p: &CauseParameter| p.interval95.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
-    DiagnosisResult {
-        diagnosis,
-        held_out,
-        tests: tests(finding.tests, channel),
-        fitted: finding.own.iter().map(|p| (p.name.clone(), p.value, interval(p))).collect(),
-        caveats,
-        rig: finding.rig,
-    }
-}
-
-fn tests(found: Vec<ResidualTest>, channel: &'static str) -> Vec<Test> {
-    let p_values: Vec<f64> = found.iter().map(|t| t.p_value).collect();
-    let rates = false_discovery_rates(&p_values).into_iter();
-    let of = |(t, q_value): (ResidualTest, f64)| {
-        let ResidualTest { what, z, p_value } = t;
-        Test { aspect: Aspect::Force, channel, at: None, what, z, p_value, q_value }
+    progress("selecting terms on held-out recordings");
+    let healthy = |acquired: &Acquired| acquired.tracks.iter().map(|t| t.healthy).collect::<Vec<_>>();
+    // A step of the load needs some time before and after it.
+    let events = acquired.under_test().all(|t| t.len() >= SETTINGS.least_for_events);
+    let select = |acquired: &Acquired| {
+        let library = Builder::new(task.rig, &nominal, acquired, ratio).library(events);
+        let table = Table::new(library, &healthy(acquired));
+        let selection = select::select(&table).ok_or_else(nothing)?;
+        Ok::<_, DiagnoseError>((table, selection))
     };
-    found.into_iter().zip(rates).map(of).collect()
+    let (mut table, mut selection) = select(&acquired)?;
+    if faults.is_empty()
+        && let Some(fault) = faults::shock(&mut acquired, &table, &selection.rich)
+    {
+        faults.push(fault);
+        acquired.smooth()?;
+        (table, selection) = select(&acquired)?;
+    }
+    progress("simulating held-out recordings");
+    let case = verdict::Case { task, nominal: &nominal, acquired: &acquired, original: &original, table: &table };
+    let judged = case.judge(selection, faults);
+    Ok(report::result(&case, judged))
 }
 
-fn cause(found: &FoundCause) -> Cause {
-    let mut parameters: BTreeMap<String, Parameter> =
-        found.parameters.iter().map(|p| (p.name.clone(), Parameter::Number(p.value))).collect();
-    for parameter in found.entry.definition().parameters.iter().filter(|p| p.in_vocabulary()) {
-        if let Some(name) = found.entry.text(parameter.key) {
-            parameters.insert(parameter.key.to_string(), Parameter::Name(name.into()));
+/// Fits the unknown parameters roughly, learns the input's course between samples, and the ratio of force noise to sensor
+/// noise of greatest likelihood beside a few nonlinear terms.
+fn fit_nominal(task: &Task, nominal: &mut Nominal, acquired: &mut Acquired) -> Result<f64, DiagnoseError> {
+    use crate::identify::force_balance::gram::{Gram, Rows};
+    use crate::rig::sdof::Interpolation;
+    let (low, high, count) = SETTINGS.force_noise;
+    let mut noise = acquired.noise_std.powi(2);
+    let mut part = acquired.beginning(SETTINGS.noise_samples);
+    let mut best: Option<(f64, f64, Interpolation, f64)> = None;
+    for round in 0..2 {
+        let force = mean_square_force(nominal, acquired);
+        let rate = acquired.tracks[0].sample_rate_hz;
+        let ratio = |log: f64| (10f64.powf(log) * force / rate / noise.max(f64::MIN_POSITIVE)).max(1e-300);
+        best = None;
+        let courses: &[Interpolation] = if acquired.driven {
+            &[Interpolation::Hold, Interpolation::Linear, Interpolation::Smooth]
+        } else {
+            &[Interpolation::Hold]
+        };
+        let mut change = Vec::new();
+        for interpolation in courses {
+            part.interpolation = *interpolation;
+            for cell in 0..count {
+                let log = low + (high - low) * cell as f64 / (count - 1) as f64;
+                let library = Builder::new(task.rig, nominal, &part, ratio(log)).rough();
+                let rows = library.columns[0].len();
+                let gram = Gram::new(&library.columns, &[rows], &[0], 0);
+                let columns: Vec<usize> = (1..library.columns.len()).collect();
+                let Some(values) = gram.solve(&columns, &[], Rows::All, table::RIDGE) else { continue };
+                let left = gram.left_in(&columns, &values, Rows::All).max(f64::MIN_POSITIVE);
+                let value = -(rows as f64 * left.ln() + library.log_variance);
+                if best.is_none_or(|(most, ..)| value > most) {
+                    best = Some((value, ratio(log), *interpolation, left / rows as f64));
+                    let own: Vec<usize> = library.own.iter().map(|(_, column, _)| *column).collect();
+                    let alone = gram.solve(&own, &[], Rows::All, 0.0).unwrap_or_default();
+                    change = library.own.iter().zip(alone).map(|((p, ..), v)| (*p, v)).collect();
+                }
+            }
+        }
+        // The rig's dynamics tell noise from motion where a spline takes fast motion for either.
+        noise = best.map_or(noise, |(.., left)| left);
+        if round == 0 {
+            change.into_iter().for_each(|(parameter, value): (equation::Parameter, f64)| nominal.add(parameter, value));
         }
     }
-    Cause {
-        name: found.name.clone(),
-        probability: found.probability,
-        parameters,
-        interval95: found.parameters.iter().filter_map(|p| Some((p.name.clone(), p.interval95?))).collect(),
-        evidence: found.evidence.clone(),
-        // With one coordinate only, "q = q" is left out.
-        equation: found.equation.trim_end_matches(", q = q").to_owned(),
-    }
+    let (_, ratio, interpolation, _) = best.unwrap_or((0.0, 1.0, Interpolation::Hold, noise));
+    acquired.interpolation = interpolation;
+    acquired.noise_std = noise.sqrt();
+    Ok(ratio)
 }
 
-fn location(found: &Where, recordings: usize, channel: &str) -> Location {
-    // Adjoining stretches are one.
-    let mut spans: Vec<(&str, [f64; 2])> = Vec::new();
-    for (name, [from, to]) in &found.time_s {
-        match spans.last_mut() {
-            Some((last, span)) if last == name && (span[1] - from).abs() <= 0.01 * (to - from) => span[1] = *to,
-            _ => spans.push((name, [*from, *to])),
+/// Mean square of the largest force of the balance, N².
+fn mean_square_force(nominal: &Nominal, acquired: &Acquired) -> f64 {
+    let (mut sums, mut count) = ([0.0f64; 4], 0.0f64);
+    let machine = &nominal.machine;
+    for track in &acquired.tracks {
+        let states = &track.states;
+        for ((q, v), a) in states.position.iter().zip(&states.velocity).zip(&states.acceleration) {
+            let forces = [machine.mass_kg * a, machine.damping_n_s_per_m * v, machine.stiffness_n_per_m * q];
+            (0..3).for_each(|i| sums[i] += forces[i] * forces[i]);
         }
+        count += states.position.len() as f64;
+        let scale = machine.input_gain_n_per_unit.powi(2) * track.fine as f64;
+        sums[3] += scale * track.input.iter().map(|u| u * u).sum::<f64>();
     }
-    let mut state = found.state.clone();
-    if recordings > 1 {
-        // A time needs its recording.
-        let places: Vec<String> =
-            spans.iter().map(|(name, [from, to])| format!("{name} from {from:.2} to {to:.2} s")).collect();
-        if !places.is_empty() {
-            state = format!("{state}; largest in {}", places.join(", "));
-        }
-    }
-    Location {
-        time_s: spans.into_iter().map(|(_, span)| span).collect(),
-        frequency_hz: vec![found.frequency_hz],
-        state,
-        channel: channel.into(),
-        ..Location::default()
-    }
-}
-
-fn held_out_of(trace: &HeldOutTrace, recordings: &[Recording]) -> HeldOut {
-    HeldOut {
-        name: trace.recording.clone(),
-        // All have the same rate, or there would be no balance.
-        sample_rate_hz: recordings[0].sample_rate_hz,
-        measured: trace.measured.clone(),
-        before: trace.before.clone(),
-        after: trace.after.clone(),
-    }
-}
-
-fn caveats(told: bool, finding: &Finding) -> Vec<String> {
-    let mut out = Vec::new();
-    // Acquisition faults do not affect the balance.
-    let forces = finding.fit.after < finding.fit.before;
-    if finding.verdict == Verdict::Mismatch && forces && finding.fit.explained_share < MOST {
-        out.push(format!(
-            "The causes explain {:.0} % of the residual that a flexible model explains; the rest is outside the vocabulary.",
-            100.0 * finding.fit.explained_share
-        ));
-    }
-    let unknown: Vec<&str> = finding.own.iter().map(|p| p.name.as_str()).collect();
-    if !unknown.is_empty() && !told {
-        out.push(format!(
-            "Unknown, and so fitted to these recordings: {}. A change of these parameters would show only in comparison with \
-             recordings of the healthy machine (--baseline).",
-            unknown.join(", ")
-        ));
-    }
-    for cause in finding.causes.iter().filter(|c| c.parameters.iter().all(|p| p.interval95.is_none())) {
-        out.push(format!("{} was read from the samples, not fitted: its parameters have no intervals.", cause.name));
-    }
-    for cause in finding.causes.iter().filter(|c| sought_by(c.entry.kind) == Some(SoughtBy::Events)) {
-        out.push(format!(
-            "{} is a single event: it is not in the corrected rig, and the held-out errors exclude it.",
-            cause.entry.kind
-        ));
-    }
-    if finding.causes.iter().any(|c| c.name == "mains-interference") {
-        out.push("The phase of the mains interference was fitted to each held-out recording itself.".into());
-    }
-    if finding.traces.is_empty() {
-        out.push("The recordings are too short for a held-out part; the errors are cross-validated only.".into());
-    } else {
-        out.push(
-            "Held-out curves are free simulations of the whole stretch, driven by the recorded input alone from the initial \
-             state of the smallest residual: small errors of force add up in them."
-                .into(),
-        );
-    }
-    out
+    sums.iter().fold(0.0f64, |most, s| most.max(*s)) / count.max(1.0)
 }

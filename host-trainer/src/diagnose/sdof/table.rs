@@ -1,42 +1,22 @@
-//! Whitened columns of all hypotheses in blocks, and cross-validated residuals of models of them.
+//! Inner products of all columns, and cross-validated models of them.
 
-use super::flexible;
-use super::terms::{Library, Meaning, Sign};
-use crate::identify::force_balance::{
-    BalanceError,
-    equation::{Equation, Parameter},
-    gram::{Gram, Whitening},
-    regression,
-    states::States,
-};
-use crate::rig::{EffectEntry, Rig};
+use super::library::Library;
+use super::settings::SdofSettings;
+use crate::identify::force_balance::gram::{Gram, Rows};
 
-/// Blocks into which the recordings in question are cut, about.
-const BLOCKS: usize = 32;
-/// Folds of the cross-validation.
-const FOLDS: usize = 4;
-/// Most columns that the richest model takes, and the least that each must bring.
-const RICHEST: usize = 8;
-const BRINGS: f64 = 0.005;
-/// By how much a play's spring may differ from the rig's.
-const SPRING: (f64, f64) = (0.6, 1.6);
+const SETTINGS: SdofSettings = SdofSettings::DEFAULT;
 
 /// Columns of all hypotheses with their cross-validation.
 pub struct Table {
-    /// Candidate library, filtered and not whitened.
+    /// Columns with their meaning.
     pub library: Library,
-    /// Gram matrix of the whitened columns by block.
+    /// Inner products, block by block.
     pub gram: Gram,
-    /// Recording and row of each whitened row.
-    pub places: Vec<(usize, usize)>,
-    /// Whitened columns.
-    pub white: Vec<Vec<f64>>,
-    /// Fold of each block; blocks of healthy recordings have the last number, which is never left out.
-    pub fold: Vec<usize>,
     /// Blocks of the recordings under test.
     pub under_test: Vec<usize>,
-    /// Variance of a whitened row by the sensor's noise alone.
-    pub floor: f64,
+    /// First row, end and recording of each block.
+    pub blocks: Vec<(usize, usize, usize)>,
+    fold: Vec<usize>,
 }
 
 /// Model of one or more terms with their best nonlinear parameters.
@@ -44,11 +24,11 @@ pub struct Table {
 pub struct TermModel {
     /// Term and variant of each part.
     pub parts: Vec<(usize, usize)>,
-    /// Columns, the rig's own first.
+    /// Columns: the rig's own first, then one of each part, then flexible ones.
     pub columns: Vec<usize>,
     /// Coefficients of the columns, from all rows.
     pub values: Vec<f64>,
-    /// Squared residual of each block under test, with coefficients from the other folds.
+    /// Squared residual of each block under test, everything chosen and fitted on the other folds.
     pub left: Vec<f64>,
 }
 
@@ -57,195 +37,225 @@ impl TermModel {
     pub fn total(&self) -> f64 {
         self.left.iter().sum()
     }
+
+    /// Terms of the model.
+    pub fn terms(&self) -> Vec<usize> {
+        self.parts.iter().map(|(term, _)| *term).collect()
+    }
 }
 
 impl Table {
-    /// Table of a rig and recordings, some of them healthy; `unknown` is fitted with every hypothesis, the
-    /// grid is finer around `focus`.
-    ///
-    /// # Errors
-    ///
-    /// A rig of another kind.
-    pub fn new(
-        rig: &Rig,
-        states: &States,
-        healthy: &[bool],
-        unknown: &[Parameter],
-        focus: &[EffectEntry],
-    ) -> Result<Self, BalanceError> {
-        let equation = Equation::new(rig, states)?;
-        let mut library = Library::new(rig, &equation, states, healthy, unknown, focus);
-        flexible::add(states, healthy, &mut library);
-        let machine = &equation.rig;
-        let kernel = states.noise_kernel(machine.mass_kg, machine.damping_n_s_per_m, machine.stiffness_n_per_m);
-        let rows = states.rows().max(1) as f64;
-        let power = |x: &[f64]| regression::norm(x).powi(2) / rows;
-        // As a start, a hundredth of the force is taken for disturbance.
-        let mut disturbance = 1e-4 * power(equation.column(Parameter::Gain)) * machine.input_gain_n_per_unit.powi(2);
-        let sensor = states.band.noise_std.powi(2) * power(&kernel) * rows;
-        let mut table = Self::whitened(library, states, healthy, &kernel, disturbance);
-        for _ in 0..2 {
-            let rich = table.richest(&table.library.own_columns(), RICHEST);
-            let values = table.gram.solve(&rich, &[]).unwrap_or_default();
-            let mut left = table.library.columns[0].clone();
-            for (column, value) in rich.iter().zip(&values) {
-                left.iter_mut().zip(&table.library.columns[*column]).for_each(|(r, x)| *r -= value * x);
-            }
-            disturbance = (power(&left) - sensor).max(0.01 * sensor).max(1e-8 * power(&table.library.columns[0]));
-            let library = std::mem::take(&mut table.library);
-            table = Self::whitened(library, states, healthy, &kernel, disturbance);
-        }
-        Ok(table)
-    }
-
-    fn whitened(library: Library, states: &States, healthy: &[bool], kernel: &[f64], disturbance: f64) -> Self {
-        let whitening = Whitening::new(states, kernel, disturbance);
-        let white: Vec<Vec<f64>> = library.columns.iter().map(|c| whitening.apply(states, c)).collect();
-        let places = whitening.places(states);
+    /// Table of a library; `healthy` recordings are fitted to and never tested.
+    pub fn new(library: Library, healthy: &[bool]) -> Self {
+        let tested: usize = library.rows.iter().zip(healthy).filter(|(_, h)| !**h).map(|(r, _)| r).sum();
         let questioned = healthy.iter().filter(|h| !**h).count().max(1);
-        let each = (BLOCKS / questioned).max(2);
-        let (mut ends, mut fold, mut under_test) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut start, mut number) = (0, 0);
-        for (track, healthy) in healthy.iter().enumerate() {
-            let length = places[start..].iter().take_while(|(t, _)| *t == track).count();
-            let blocks = if length < 4 * each { usize::from(length > 0) } else { each };
-            for block in 0..blocks {
-                ends.push(start + (block + 1) * length / blocks);
-                let in_turn = if questioned >= FOLDS { number } else { under_test.len() };
+        let length = (tested / SETTINGS.blocks).max(SETTINGS.min_block).max(1);
+        let (mut blocks, mut fold, mut under_test) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut start, mut number, mut seen) = (0, 0, 0);
+        for (track, (rows, healthy)) in library.rows.iter().zip(healthy).enumerate() {
+            let count = (rows / length).max(usize::from(*rows > 0));
+            for block in 0..count {
+                blocks.push((start + block * rows / count, start + (block + 1) * rows / count, track));
+                let place = (seen + block * rows / count) as f64 / tested.max(1) as f64;
+                let in_turn = in_turn(questioned, number, place);
                 if !*healthy {
                     under_test.push(fold.len());
                 }
-                fold.push(if *healthy { FOLDS } else { in_turn % FOLDS });
+                fold.push(if *healthy { SETTINGS.folds } else { in_turn });
             }
-            number += usize::from(!*healthy);
-            start += length;
+            if !*healthy {
+                number += 1;
+                seen += rows;
+            }
+            start += rows;
         }
-        let gram = Gram::new(&white, &ends);
-        Self { library, gram, places, white, fold, under_test, floor: whitening.sensor_variance }
-    }
-
-    /// Count of rows under test.
-    pub fn rows(&self) -> usize {
-        self.under_test.iter().map(|b| self.gram.counts[*b]).sum()
-    }
-
-    /// Squared residual of each block under test, predicted from the other folds.
-    pub fn held_out(&self, columns: &[usize]) -> Option<Vec<f64>> {
-        let left = self.gram.held_out(columns, &self.fold, FOLDS)?;
-        Some(self.under_test.iter().map(|b| left[*b]).collect())
+        let ends: Vec<usize> = blocks.iter().map(|(_, end, _)| *end).collect();
+        let gram = Gram::new(&library.columns, &ends, &fold, SETTINGS.folds);
+        Self { library, gram, under_test, blocks, fold }
     }
 
     /// Model of the rig alone, its unknown parameters fitted.
     pub fn nothing(&self) -> Option<TermModel> {
-        let columns = self.library.own_columns();
-        let values = self.gram.solve(&columns, &[])?;
-        let left = self.held_out(&columns)?;
-        Some(TermModel { parts: Vec::new(), columns, values, left })
+        self.model(&[], &[vec![]])
     }
 
-    /// Model of the best variants of some terms, some possibly given; `None` if no variant has the right signs or the columns
-    /// are linearly dependent.
-    pub fn best(&self, terms: &[usize], given: &[(usize, usize)]) -> Option<TermModel> {
-        let own = self.library.own_columns();
-        let mut best: Option<(f64, TermModel)> = None;
-        let sizes: Vec<usize> = terms.iter().map(|t| self.library.terms[*t].variants.len()).collect();
-        let count: usize = sizes.iter().product();
-        for index in 0..count {
-            let mut rest = index;
-            let mut parts = given.to_vec();
-            for (term, size) in terms.iter().zip(&sizes) {
-                parts.push((*term, rest % size));
-                rest /= size;
-            }
-            let mut columns = own.clone();
-            parts.iter().for_each(|(t, v)| columns.extend(&self.library.terms[*t].variants[*v].columns));
-            let Some(values) = self.gram.solve(&columns, &[]) else { continue };
-            if !self.signs_fit(&parts, &columns, &values) {
+    /// Model of terms with the best of some combinations of variants; each fold chooses its own. `None` if none has the
+    /// right signs, or the columns are linearly dependent.
+    pub fn model(&self, terms: &[usize], combinations: &[Vec<usize>]) -> Option<TermModel> {
+        let parts = |variants: &Vec<usize>| -> Vec<(usize, usize)> {
+            terms.iter().copied().zip(variants.iter().copied()).collect()
+        };
+        let best = |rows: Rows| {
+            let fits = combinations.iter().filter_map(|c| {
+                let parts = parts(c);
+                let (columns, values) = self.fit(&parts, rows)?;
+                Some((self.gram.left_in(&columns, &values, rows), parts, columns, values))
+            });
+            fits.min_by(|a, b| a.0.total_cmp(&b.0))
+        };
+        let (_, parts, columns, values) = best(Rows::All)?;
+        let mut left = vec![0.0; self.fold.len()];
+        for number in 0..SETTINGS.folds {
+            let test: Vec<usize> = (0..self.fold.len()).filter(|b| self.fold[*b] == number).collect();
+            if test.is_empty() {
                 continue;
             }
-            let left = self.gram.left_total(&columns, &values);
-            if best.as_ref().is_none_or(|(least, _)| left < *least) {
-                best = Some((left, TermModel { parts, columns, values, left: Vec::new() }));
-            }
+            let (_, _, columns, values) = best(Rows::Without(number))?;
+            test.iter().for_each(|b| left[*b] = self.gram.left(&columns, &values, *b));
         }
-        let (_, model) = best?;
-        let left = self.held_out(&model.columns)?;
-        Some(TermModel { left, ..model })
+        let left = self.under_test.iter().map(|b| left[*b]).collect();
+        Some(TermModel { parts, columns, values, left })
     }
 
-    /// Coefficients of a part of a model.
-    pub fn coefficients<'a>(&self, model: &'a TermModel, part: usize) -> &'a [f64] {
-        let (term, variant) = model.parts[part];
-        let columns = &self.library.terms[term].variants[variant].columns;
-        let first = model.columns.iter().position(|c| *c == columns[0]).unwrap_or(0);
-        &model.values[first..first + columns.len()]
-    }
-
-    fn signs_fit(&self, parts: &[(usize, usize)], columns: &[usize], values: &[f64]) -> bool {
-        parts.iter().all(|(term, variant)| {
-            let term = &self.library.terms[*term];
-            let column = term.variants[*variant].columns[0];
-            let value = columns.iter().position(|c| *c == column).map_or(0.0, |i| values[i]);
-            let sign = term.sign == Sign::Any || value > 0.0;
-            let spring = match term.meaning {
-                Meaning::Spring => {
-                    let k = self.stiffness(columns, values);
-                    (SPRING.0 * k..SPRING.1 * k).contains(&value)
-                }
-                // No sensor measures a tenth or ten times of what there is, or with the wrong sign.
-                Meaning::Gain => (-0.9..9.0).contains(&value),
-                _ => true,
-            };
-            sign && spring
-        })
-    }
-
-    fn stiffness(&self, columns: &[usize], values: &[f64]) -> f64 {
-        let own = self.library.own.iter().find(|(p, _)| *p == Parameter::Stiffness);
-        let fitted = own.and_then(|(_, column)| columns.iter().position(|c| c == column)).map(|i| values[i]);
-        fitted.unwrap_or(self.library.stiffness)
-    }
-
-    /// Columns of the richest model that starts with some, added greedily by the smallest residual.
-    pub fn richest(&self, start: &[usize], most: usize) -> Vec<usize> {
-        let all: Vec<usize> = (1..self.white.len()).collect();
-        self.greedy(start, &all, most)
-    }
-
-    /// Columns with up to `most` candidates added greedily by the smallest residual, while they improve it.
-    pub fn greedy(&self, start: &[usize], candidates: &[usize], most: usize) -> Vec<usize> {
-        let mut columns = start.to_vec();
-        let Some(mut left) = self.gram.solve(&columns, &[]).map(|v| self.gram.left_total(&columns, &v)) else {
-            return columns;
+    /// Coefficients of a model fitted without each fold.
+    pub fn without_folds(&self, model: &TermModel) -> Vec<TermModel> {
+        let one = |number: usize| match self.fit(&model.parts, Rows::Without(number)) {
+            Some((columns, values)) => TermModel { columns, values, ..model.clone() },
+            None => model.clone(),
         };
-        for _ in 0..most {
-            let mut best: Option<(f64, usize)> = None;
-            for candidate in candidates.iter().filter(|c| !start.contains(c)) {
-                if columns.contains(candidate) {
-                    continue;
-                }
-                columns.push(*candidate);
-                if let Some(values) = self.gram.solve(&columns, &[]) {
-                    let now = self.gram.left_total(&columns, &values);
-                    if best.is_none_or(|(least, _)| now < least) {
-                        best = Some((now, *candidate));
-                    }
-                }
-                columns.pop();
-            }
-            let Some((now, candidate)) = best.filter(|(now, _)| *now < (1.0 - BRINGS) * left) else { break };
-            columns.push(candidate);
-            left = now;
-        }
-        columns
+        (0..SETTINGS.folds).map(one).collect()
     }
 
-    /// Residual of each whitened row.
+    /// Error of the one-step prediction of each row, in the sensor's unit, by the model fitted without the row's fold.
+    pub fn step_errors(&self, model: &TermModel) -> Vec<f64> {
+        let mut errors = vec![0.0; self.library.deviations.len()];
+        for (number, fitted) in self.without_folds(model).iter().enumerate() {
+            let residual = self.residual(fitted);
+            for ((start, end, _), fold) in self.blocks.iter().zip(&self.fold) {
+                if *fold == number {
+                    (*start..*end).for_each(|row| errors[row] = residual[row] * self.library.deviations[row]);
+                }
+            }
+        }
+        errors
+    }
+
+    /// Half the width of each coefficient's 95 % interval, by the scatter of the blocks' scores.
+    pub fn half_widths(&self, model: &TermModel) -> Option<Vec<f64>> {
+        let all: Vec<usize> = (0..model.columns.len()).collect();
+        let covariance = self.deviations(&model.columns, &model.values, &all)?;
+        let t = crate::stats::significance::t975(self.blocks.len().saturating_sub(1));
+        Some(all.iter().map(|i| t * covariance[*i][*i].max(0.0).sqrt()).collect())
+    }
+
+    /// Least squares with the rig's parameters within their domain; `None` where a term has the wrong sign.
+    fn fit(&self, parts: &[(usize, usize)], rows: Rows) -> Option<(Vec<usize>, Vec<f64>)> {
+        let own: Vec<usize> = self.library.own.iter().map(|(_, column, _)| *column).collect();
+        let named: Vec<usize> = parts.iter().map(|(t, v)| self.library.terms[*t].variants[*v].column).collect();
+        let mut fixed: Vec<(usize, f64)> = Vec::new();
+        loop {
+            let free: Vec<usize> =
+                own.iter().chain(&named).copied().filter(|c| fixed.iter().all(|(f, _)| f != c)).collect();
+            let values = self.gram.solve(&free, &fixed, rows, 0.0)?;
+            let below = |(_, column, least): &&(_, usize, f64)| {
+                free.iter().position(|c| c == column).is_some_and(|i| values[i] < *least)
+            };
+            if let Some((_, column, least)) = self.library.own.iter().find(below) {
+                fixed.push((*column, *least));
+                continue;
+            }
+            let at = |column: &usize| {
+                let free = free.iter().position(|c| c == column).map(|i| values[i]);
+                free.or_else(|| fixed.iter().find(|(f, _)| f == column).map(|(_, v)| *v)).unwrap_or_default()
+            };
+            if !parts.iter().zip(&named).all(|((t, _), column)| self.library.terms[*t].sign.holds(at(column))) {
+                return None;
+            }
+            let columns: Vec<usize> = own.iter().chain(&named).copied().collect();
+            let values = columns.iter().map(at).collect();
+            return Some((columns, values));
+        }
+    }
+
+    /// Model with flexible columns on top of another, chosen greedily by each fold for itself.
+    pub fn flexible(&self, base: &TermModel) -> TermModel {
+        let (columns, values) = self.greedy(base, Rows::All);
+        let mut left = vec![0.0; self.fold.len()];
+        for number in 0..SETTINGS.folds {
+            let (columns, values) = self.greedy(base, Rows::Without(number));
+            let test = (0..self.fold.len()).filter(|b| self.fold[*b] == number);
+            test.for_each(|b| left[b] = self.gram.left(&columns, &values, b));
+        }
+        let left = self.under_test.iter().map(|b| left[*b]).collect();
+        TermModel { parts: base.parts.clone(), columns, values, left }
+    }
+
+    fn greedy(&self, base: &TermModel, rows: Rows) -> (Vec<usize>, Vec<f64>) {
+        let mut columns = base.columns.clone();
+        let mut values = self.gram.solve(&columns, &[], rows, RIDGE).unwrap_or_else(|| vec![0.0; columns.len()]);
+        let mut left = self.gram.left_in(&columns, &values, rows);
+        for _ in 0..SETTINGS.flexible_columns {
+            let mut best: Option<(f64, usize, Vec<f64>)> = None;
+            for candidate in self.library.flexible.iter().filter(|c| !columns.contains(c)) {
+                let mut wider = columns.clone();
+                wider.push(*candidate);
+                let Some(found) = self.gram.solve(&wider, &[], rows, RIDGE) else { continue };
+                let now = self.gram.left_in(&wider, &found, rows);
+                if best.as_ref().is_none_or(|(least, ..)| now < *least) {
+                    best = Some((now, *candidate, found));
+                }
+            }
+            let worth = (1.0 - SETTINGS.flexible_worth) * left;
+            let Some((now, candidate, found)) = best.filter(|(now, ..)| *now < worth) else { break };
+            columns.push(candidate);
+            (left, values) = (now, found);
+        }
+        (columns, values)
+    }
+
+    /// Variants of a term in the order of their residual beside some parts; those with the wrong sign are left out.
+    pub fn ranked(&self, term: usize, beside: &[(usize, usize)]) -> Vec<usize> {
+        let fits = (0..self.library.terms[term].variants.len()).filter_map(|variant| {
+            let parts: Vec<(usize, usize)> = beside.iter().copied().chain([(term, variant)]).collect();
+            let (columns, values) = self.fit(&parts, Rows::All)?;
+            Some((self.gram.left_in(&columns, &values, Rows::All), variant))
+        });
+        let mut fits: Vec<(f64, usize)> = fits.collect();
+        fits.sort_by(|a, b| a.0.total_cmp(&b.0));
+        fits.into_iter().map(|(_, variant)| variant).collect()
+    }
+
+    /// Residual of each row.
     pub fn residual(&self, model: &TermModel) -> Vec<f64> {
-        let mut left = self.white[0].clone();
+        let mut left = self.library.columns[0].clone();
         for (column, value) in model.columns.iter().zip(&model.values) {
-            left.iter_mut().zip(&self.white[*column]).for_each(|(r, x)| *r -= value * x);
+            left.iter_mut().zip(&self.library.columns[*column]).for_each(|(r, x)| *r -= value * x);
         }
         left
     }
+
+    /// Standard deviation of each coefficient of a model by the scatter of the blocks' scores (H. White, Econometrica 48
+    /// (1980) 817–838; L. P. Hansen, Econometrica 50 (1982) 1029–1054), which holds for a model that is not quite true.
+    pub fn deviations(&self, columns: &[usize], values: &[f64], target: &[usize]) -> Option<Vec<Vec<f64>>> {
+        let p = columns.len();
+        let normal: Vec<Vec<f64>> =
+            (0..p).map(|i| (0..=i).map(|j| self.gram.product(columns[i], columns[j])).collect()).collect();
+        let inverse: Option<Vec<Vec<f64>>> = (0..p)
+            .map(|i| {
+                let unit: Vec<f64> = (0..p).map(|j| f64::from(u8::from(i == j))).collect();
+                crate::identify::force_balance::gram::cholesky_solve(&mut normal.clone(), &unit, RIDGE)
+            })
+            .collect();
+        let inverse = inverse?;
+        let mut covariance = vec![vec![0.0; p]; p];
+        let count = self.blocks.len() as f64;
+        for block in 0..self.blocks.len() {
+            let score = self.gram.score(columns, values, block);
+            let step: Vec<f64> = (0..p).map(|i| (0..p).map(|j| inverse[i][j] * score[j]).sum()).collect();
+            (0..p).for_each(|i| {
+                (0..p).for_each(|j| covariance[i][j] += step[i] * step[j] * count / (count - 1.0).max(1.0))
+            });
+        }
+        Some(target.iter().map(|i| target.iter().map(|j| covariance[*i][*j]).collect()).collect())
+    }
 }
+
+/// Fold of a place: of the recording, where there are as many as folds, else of the block of time, whose place is a share of
+/// all recordings one after the other.
+pub fn in_turn(recordings: usize, recording: usize, place: f64) -> usize {
+    let number = if recordings >= SETTINGS.folds { recording } else { (place * (2 * SETTINGS.folds) as f64) as usize };
+    number % SETTINGS.folds
+}
+
+/// Relative ridge for flexible columns, which are nearly dependent.
+pub const RIDGE: f64 = 1e-8;

@@ -1,90 +1,110 @@
 //! Sentences of a diagnosis of the rig of one degree of freedom.
 
-use super::{
-    causes::Cause,
-    decide::Decision,
-    finding::{Rejected, ResidualTest},
-    table::{Table, TermModel},
-};
-use crate::identify::force_balance::states::States;
-use crate::rig::Rig;
-use crate::rig::config::RigKind;
+use super::causes::Cause;
+use super::select::{Selection, Trial};
+use super::settings::SdofSettings;
+use super::table::{Table, TermModel};
+use super::verdict::{Case, Judged};
+use crate::diagnose::result::{Rejected, Verdict};
 use crate::rig::effect::EffectKind;
-use crate::stats::significance::{paired_z, sign_flip};
 
-/// Equation of an effect of a rig.
-pub fn equation(rig: &Rig, index: usize) -> String {
-    rig.effects.get(index).map_or_else(String::new, |effect| effect.equation(RigKind::Sdof))
-}
+const SETTINGS: SdofSettings = SdofSettings::DEFAULT;
 
-/// Evidence for the cause of this index in the selected model, as checkable numbers.
-pub fn evidence(table: &Table, decision: &Decision, index: usize, name: EffectKind, states: &States) -> String {
-    let (chosen, nothing) = (&decision.chosen, &decision.nothing);
-    let (term, _) = chosen.parts[index];
-    let share = |after: f64, before: f64| 100.0 * (1.0 - after / before);
-    let alone = decision.singles.iter().find(|t| t.term == term);
-    let alone = alone.and_then(|t| t.model.as_ref().map(|m| (share(m.total(), nothing.total()), t.p_value)));
-    let others: Vec<usize> = chosen.parts.iter().map(|(t, _)| *t).filter(|t| *t != term).collect();
-    let cutoff = states.cutoff_hz();
-    let together = share(chosen.total(), nothing.total());
-    let alone = match alone {
-        Some((alone, p)) if alone > 0.0 => {
-            format!(
-                "alone it explains {alone:.1} % of the held-out force-balance residual below {cutoff:.0} Hz (p = {p:.4})"
-            )
+/// Evidence for a cause, as checkable numbers.
+pub fn evidence(table: &Table, selection: &Selection, cause: &Cause, judged: &Judged) -> String {
+    let name = cause.entry.kind;
+    let share = |model: &TermModel| 100.0 * (1.0 - model.total() / selection.nothing.total());
+    let alone = selection.singles.iter().find(|t| t.term == cause.term).and_then(|t| t.model.as_ref());
+    let alone = match alone.map(share) {
+        Some(alone) if alone > 0.0 => {
+            format!("alone it explains {alone:.1} % of the held-out one-step prediction error")
         }
-        _ => format!("alone it explains nothing of the held-out force-balance residual below {cutoff:.0} Hz"),
+        _ => "alone it explains nothing of the held-out one-step prediction error".into(),
     };
+    let others: Vec<&str> = selection
+        .chosen
+        .terms()
+        .into_iter()
+        .filter(|t| *t != cause.term)
+        .map(|t| table.library.terms[t].kind.name())
+        .collect();
+    let fit = &judged.comparison;
+    let simulated = format!(
+        "; simulations of held-out windows err by {:.3} of what they did",
+        if fit.before > 0.0 { fit.after / fit.before } else { 1.0 }
+    );
     if others.is_empty() {
-        return format!("{name}: {alone}, more than any other single cause");
+        return format!("{name}: {alone}, more than any other single cause{simulated}");
     }
-    let names: Vec<&str> = others.iter().map(|t| table.library.terms[*t].kind.name()).collect();
-    format!("{name}: {alone}, together with {} {together:.1} %", names.join(" and "))
+    format!("{name}: {alone}, together with {} {:.1} %{simulated}", others.join(" and "), share(&selection.chosen))
 }
 
 /// Rejected causes with reasons.
-pub fn rejected(table: &Table, decision: &Decision, causes: &[Cause]) -> Vec<Rejected> {
-    let (nothing, chosen) = (decision.nothing.total(), &decision.chosen);
-    let stands = |term: usize| causes.iter().any(|c| c.term == term);
-    let why = |trial: &super::decide::Trial| {
+pub fn rejected(table: &Table, judged: &Judged) -> Vec<Rejected> {
+    let selection = &judged.selection;
+    let (nothing, chosen) = (selection.nothing.total(), selection.chosen.total());
+    let stands: Vec<usize> = judged.causes.iter().map(|c| c.term).collect();
+    let why = |trial: &Trial| {
         let Some(model) = &trial.model else {
             return "fits only with the wrong sign, or is not distinguishable from the rig's unknown parameters"
                 .to_owned();
         };
         let alone = 100.0 * (1.0 - model.total() / nothing);
-        if alone <= 0.0 || trial.p_value > 0.02 {
+        if alone <= 0.0 || trial.p_value > SETTINGS.significance {
             return format!("no significant gain on held-out rows (p = {:.3})", trial.p_value);
         }
-        let together = 100.0 * (1.0 - chosen.total() / nothing);
-        format!("alone it explains {alone:.1} % of the held-out residual, the selected causes {together:.1} %")
+        let together = 100.0 * (1.0 - chosen / nothing);
+        if stands.is_empty() {
+            return format!(
+                "alone it explains {alone:.1} % of the held-out error of prediction, which the gate of held-out \
+                 simulations, or its share of what is explainable, does not bear out"
+            );
+        }
+        format!(
+            "alone it explains {alone:.1} % of the held-out error of prediction, the selected causes {together:.1} %"
+        )
     };
-    let singles = decision.singles.iter().filter(|t| !stands(t.term));
+    let singles = selection.singles.iter().filter(|t| !stands.contains(&t.term));
     singles.map(|t| Rejected { name: table.library.terms[t.term].kind.to_string(), why: why(t) }).collect()
 }
 
-/// Tests of the residual of the rig without causes, the most significant first.
-pub fn tests(table: &Table, decision: &Decision, seed: u64) -> Vec<ResidualTest> {
-    let nothing = &decision.nothing.left;
-    let test = |what: String, model: &TermModel| {
-        let p_value = sign_flip(nothing, &model.left, seed);
-        ResidualTest { what, z: paired_z(nothing, &model.left), p_value }
-    };
-    let singles = decision.singles.iter().filter_map(|trial| {
-        let name = table.library.terms[trial.term].kind;
-        Some(test(format!("force of {name}"), trial.model.as_ref()?))
-    });
-    let any = test("any force of position, speed and time".into(), &decision.rich);
-    let mut tests: Vec<ResidualTest> = std::iter::once(any).chain(singles).collect();
-    tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.z.total_cmp(&a.z)));
-    tests
-}
-
-/// Scheme of cross-validation in words.
-pub fn held_out(states: &States) -> String {
-    let names: Vec<&str> = states.tracks.iter().map(|t| t.name.as_str()).collect();
-    if names.len() >= 4 {
-        format!("recordings in turn, four folds: {}", names.join(", "))
-    } else {
-        format!("blocks in turn, four folds: {}", names.join(", "))
+/// Caveats, a sentence each.
+pub fn caveats(case: &Case, judged: &Judged) -> Vec<String> {
+    let mut out = case.acquired.notes.clone();
+    out.extend(case.nominal.notes.clone());
+    let explained = judged.selection.explained();
+    if judged.verdict == Verdict::Mismatch && !judged.causes.is_empty() && explained < 0.95 {
+        out.push(format!(
+            "The causes explain {:.0} % of what a model without names explains; the rest is another form of the same force, or \
+             outside the vocabulary.",
+            100.0 * explained
+        ));
     }
+    let unknown: Vec<&str> = case.nominal.unknown.iter().map(|p| p.key().name()).collect();
+    if !unknown.is_empty() && case.task.baseline.is_none() {
+        out.push(format!(
+            "Unknown, and so fitted to these recordings: {}. A change of these parameters would show only in comparison with \
+             recordings of the healthy machine (--baseline).",
+            unknown.join(", ")
+        ));
+    }
+    for fault in judged.faults.iter().filter(|f| !f.lasts()) {
+        out.push(format!(
+            "{} is a single event: it is not in the corrected rig, and has no replicate to be tested on.",
+            fault.entry.kind
+        ));
+    }
+    if judged.faults.iter().any(|f| f.entry.kind == EffectKind::MainsInterference) {
+        out.push("The phase of the mains interference was fitted to each held-out recording itself.".into());
+    }
+    if judged.one_step_ahead {
+        out.push("The mass is too small to show; held-out curves are predictions one sample ahead.".into());
+    } else if judged.stretches.is_empty() {
+        out.push("The rig could not be simulated over these recordings; there are no held-out curves.".into());
+    } else {
+        out.push(
+            "Held-out curves are simulations of windows, each from the start of the smallest residual in it.".into(),
+        );
+    }
+    out
 }

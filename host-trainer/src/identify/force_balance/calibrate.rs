@@ -160,13 +160,18 @@ pub fn fit(rig: &Rig, states: &States, unknown: &[Parameter]) -> Result<OwnFit, 
         start.set(parameter.key(), value)?;
     }
     let keys: Vec<RigKey> = determined.iter().map(|p| p.key().into()).collect();
-    let refined = shooting::refine(&start, &keys, states, None).filter(|refined| consistent(refined, states));
+    let refined = refined_whole(&start, &keys, states).filter(|refined| consistent(refined, states));
     let (rig, fit, method) = match refined {
         Some(Refined { rig, fit, .. }) => (rig, fit, Method::Simulation),
         None => (start, balance, Method::ForceBalance),
     };
     undetermined.extend(too_wide(&determined, &fit));
     Ok(OwnFit { rig, determined, fit, method, undetermined })
+}
+
+fn refined_whole(rig: &Rig, keys: &[RigKey], states: &States) -> Option<Refined> {
+    let observed = states.observed();
+    shooting::refine(rig, keys, &observed, &observed.spans(None))
 }
 
 /// Whether a simulation's residual is no more than the sensor's noise, theory (68).
@@ -251,12 +256,14 @@ fn held_out(rig: &Rig, states: &States, unknown: &[Parameter]) -> Option<(HeldOu
     };
     let window = (after.method == Method::ForceBalance).then(|| test.short_window());
     let shortest = test.tracks.iter().map(|t| t.len()).min()?;
+    let observed = test.observed();
+    let spans = observed.spans(window);
     let error = HeldOutError {
         recordings,
         balance_before_n: balance(rig)?,
         balance_after_n: balance(&after.rig)?,
-        simulation_before: shooting::error(rig, &test, window),
-        simulation_after: shooting::error(&after.rig, &test, window),
+        simulation_before: shooting::error(rig, &observed, &spans),
+        simulation_after: shooting::error(&after.rig, &observed, &spans),
         window_s: window.unwrap_or(shortest) as f64 * test.step_s(),
     };
     Some((error, traces::simulated(rig, &after.rig, &test)))

@@ -120,29 +120,6 @@ impl HighPass {
     }
 }
 
-/// Prediction-error filter 1, −a₁, … of an autocovariance by Levinson's recursion (Durbin 1960), and its residual
-/// variance. One lag more than the order must be given.
-pub fn levinson(autocovariance: &[f64]) -> (Vec<f64>, f64) {
-    let order = autocovariance.len() - 1;
-    let mut filter = vec![1.0];
-    // White noise that keeps the inverse of a spectrum with deep gaps finite.
-    let mut left = autocovariance[0] * (1.0 + 1e-9);
-    for m in 1..=order {
-        let product: f64 = filter.iter().enumerate().map(|(j, a)| a * autocovariance[m - j]).sum();
-        if left <= 0.0 {
-            break;
-        }
-        let reflection = -product / left;
-        filter.push(0.0);
-        let before = filter.clone();
-        for (j, a) in filter.iter_mut().enumerate() {
-            *a += reflection * before[m - j];
-        }
-        left *= 1.0 - reflection * reflection;
-    }
-    (filter, left)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -159,14 +136,6 @@ mod tests {
         for (order, expected) in [(0, s), (1, omega * c), (2, -omega * omega * s)] {
             assert!((at(order) - gain * expected).abs() < 1e-6 * omega.powi(order as i32), "{order}");
         }
-    }
-
-    #[test]
-    fn invariant_levinson_whitens_an_autoregression() {
-        // x_k = 0.8 x_(k−1) + e: autocovariance 0.8^l/(1 − 0.64).
-        let autocovariance: Vec<f64> = (0..4).map(|l| 0.8f64.powi(l) / 0.36).collect();
-        let (filter, left) = levinson(&autocovariance);
-        assert!((filter[1] + 0.8).abs() < 1e-6 && filter[2].abs() < 1e-6 && (left - 1.0).abs() < 1e-6);
     }
 
     #[test]

@@ -45,7 +45,9 @@ impl States {
     fn left_of_simulation(&self, rig: &Rig) -> f64 {
         let free = [Parameter::Mass, Parameter::Damping, Parameter::Stiffness];
         let keys: Vec<RigKey> = free.iter().map(|p| p.key().into()).collect();
-        shooting::refine(rig, &keys, self, Some(self.short_window())).map_or(f64::MAX, |refined| refined.rms)
+        let observed = self.observed();
+        let spans = observed.spans(Some(self.short_window()));
+        shooting::refine(rig, &keys, &observed, &spans).map_or(f64::MAX, |refined| refined.rms)
     }
 
     fn left_of_balance(&self, rig: &Rig) -> Result<f64, BalanceError> {

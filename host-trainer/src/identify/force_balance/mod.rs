@@ -13,8 +13,9 @@
 //! | `regression` | estimates, intervals on correlated rows, undetermined combinations, theory (66) |
 //! | `shooting` | the same parameters by simulation, window by window, theory (67) |
 //! | `calibrate` | the choice between both, theory (68) |
-//! | `gram` | whitened columns and held-out errors, theory (69) |
-//! | `refine` | parameters inside the terms of effects |
+//! | `smoother` | states of any sampled position, theory (65) |
+//! | `predictor` | columns of a regression whose rows are white, theory (69) |
+//! | `gram` | inner products of such columns, and held-out errors |
 //! | `traces` | held-out recordings, simulated |
 //! | `settings` | thresholds, lengths and counts |
 
@@ -25,10 +26,11 @@ mod filter;
 pub(crate) mod gram;
 mod held;
 pub(crate) mod noise;
-pub(crate) mod refine;
+pub(crate) mod predictor;
 pub(crate) mod regression;
 pub(crate) mod settings;
 pub(crate) mod shooting;
+pub(crate) mod smoother;
 pub(crate) mod states;
 #[cfg(test)]
 pub(crate) mod testing;

@@ -31,8 +31,6 @@ pub struct BalanceSettings {
     pub segment: usize,
     /// Shortest segment of the spectrum, samples. Not tuned: chosen by hand.
     pub min_segment: usize,
-    /// Order of the whitening filter, rows, theory (69). Not tuned: chosen by hand.
-    pub whitening_order: usize,
     /// Relative pivot below which columns count as dependent: rounding.
     pub min_pivot: f64,
     /// Ratio of singular values of unit columns below which a combination of parameters is not determined, theory (66).
@@ -48,6 +46,12 @@ pub struct BalanceSettings {
     pub hold_error_ratio: f64,
     /// Most steps of the shooting's Gauss–Newton iteration, theory (67). Not tuned: chosen by hand.
     pub shooting_steps: usize,
+    /// Most steps where only the windows' starts are fitted. Not tuned: chosen by hand.
+    pub start_steps: usize,
+    /// Relative fall of the error below which such a fit has converged. Not tuned: chosen by hand.
+    pub start_min_fall: f64,
+    /// Damping at which such a fit ends without gain. Not tuned: chosen by hand.
+    pub start_max_damping: f64,
     /// Relative fall of the error below which the shooting has converged. Not tuned: chosen by hand.
     pub shooting_min_fall: f64,
     /// Damping at the start of the shooting, relative to the normal matrix's diagonal. Not tuned: chosen by hand.
@@ -58,18 +62,6 @@ pub struct BalanceSettings {
     pub shooting_damping_growth: f64,
     /// Relative step of the shooting's difference quotients. Not tuned: chosen by hand.
     pub shooting_difference: f64,
-    /// Most steps of the refinement's Gauss–Newton iteration. Not tuned: chosen by hand.
-    pub refinement_steps: usize,
-    /// Relative fall of the error below which the refinement has converged. Not tuned: chosen by hand.
-    pub refinement_min_fall: f64,
-    /// Damping at the start of the refinement. Not tuned: chosen by hand.
-    pub refinement_initial_damping: f64,
-    /// Damping at which the refinement ends without gain. Not tuned: chosen by hand.
-    pub refinement_max_damping: f64,
-    /// Factor of the refinement's damping after a step without gain. Not tuned: chosen by hand.
-    pub refinement_damping_growth: f64,
-    /// Relative step of the refinement's difference quotients. Not tuned: chosen by hand.
-    pub refinement_difference: f64,
     /// Least damping that is multiplied after a step without gain. Not tuned: chosen by hand.
     pub damping_floor: f64,
     /// Factor of the damping after a step with gain. Not tuned: chosen by hand.
@@ -108,7 +100,6 @@ impl BalanceSettings {
         noise_share: 0.2,
         segment: 2048,
         min_segment: 64,
-        whitening_order: 12,
         min_pivot: 1e-9,
         min_singular_ratio: 1e-6,
         min_direction_share: 0.1,
@@ -116,17 +107,14 @@ impl BalanceSettings {
         recording_lags: 10,
         hold_error_ratio: 0.995,
         shooting_steps: 25,
+        start_steps: 4,
+        start_min_fall: 1e-3,
+        start_max_damping: 1e-2,
         shooting_min_fall: 1e-7,
         shooting_initial_damping: 1e-6,
         shooting_max_damping: 1e6,
         shooting_damping_growth: 8.0,
         shooting_difference: 1e-5,
-        refinement_steps: 15,
-        refinement_min_fall: 1e-8,
-        refinement_initial_damping: 1e-9,
-        refinement_max_damping: 1e4,
-        refinement_damping_growth: 10.0,
-        refinement_difference: 1e-4,
         damping_floor: 1e-7,
         damping_fall: 0.1,
         max_noise_ratio: 1.6,
@@ -136,4 +124,25 @@ impl BalanceSettings {
         window_periods: 8.0,
         min_window: 100,
     };
+}
+
+/// The smoothing spline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SmootherSettings {
+    /// Decimal logarithms of the least and the greatest ratio of variances at one step.
+    pub log_ratios: (f64, f64),
+    /// Cells of the first grid between them. Not tuned: chosen by hand.
+    pub ratios: usize,
+    /// Samples of all recordings that the variances are estimated from. Not tuned: chosen by hand.
+    pub most_samples: usize,
+    /// Least samples of each. Not tuned: chosen by hand.
+    pub least_samples: usize,
+    /// Variance of the start, in units of the noise's. Diffuse; rounding leaves the first steps 1e-6 of it.
+    pub start_variance: f64,
+}
+
+impl SmootherSettings {
+    /// Settings of all smoothers.
+    pub const DEFAULT: Self =
+        Self { log_ratios: (-10.0, 10.0), ratios: 20, most_samples: 12_000, least_samples: 200, start_variance: 1e10 };
 }

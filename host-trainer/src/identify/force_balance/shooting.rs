@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::{
     regression::{self, Fit},
     settings::BalanceSettings,
-    states::{Between, Sensed, States, Track},
+    states::Sensed,
 };
 use crate::rig::{
     Rig,
@@ -35,8 +35,70 @@ pub struct Refined {
     pub starts: Vec<[f64; 2]>,
 }
 
+/// A recording as the shooting sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct Measured<'a> {
+    /// Input u.
+    pub input: &'a [f64],
+    /// Position q or acceleration q̈, as recorded.
+    pub sensed: &'a [f64],
+    /// Whether each sample is invalid.
+    pub bad: &'a [bool],
+    /// Positions from which windows start, on a grid of `fine` points a sample.
+    pub position: &'a [f64],
+    /// Velocities from which windows start, on that grid.
+    pub velocity: &'a [f64],
+    /// Grid points a sample.
+    pub fine: usize,
+    /// Samples per second.
+    pub sample_rate_hz: f64,
+}
+
+/// Recordings for the shooting.
+#[derive(Clone, Debug)]
+pub struct Observed<'a> {
+    /// Recordings.
+    pub tracks: Vec<Measured<'a>>,
+    /// Measured quantity.
+    pub sensed: Sensed,
+    /// Input between its samples.
+    pub interpolation: Interpolation,
+}
+
+impl Observed<'_> {
+    /// Windows of about `length` samples that cover all recordings; `None` takes recordings whole.
+    pub fn spans(&self, length: Option<usize>) -> Vec<Span> {
+        let mut spans = Vec::new();
+        for (track, measured) in self.tracks.iter().enumerate() {
+            let samples = measured.sensed.len();
+            let count = length.map_or(1, |length| (samples / length.max(1)).max(1));
+            let cut = |k: usize| k * samples / count;
+            spans.extend((0..count).map(|k| Span { track, first: cut(k), last: cut(k + 1) }));
+        }
+        spans
+    }
+
+    fn amplitudes(&self) -> [f64; 2] {
+        let largest = |of: for<'b> fn(&Measured<'b>) -> &'b [f64]| {
+            self.tracks.iter().flat_map(of).fold(0.0f64, |largest, x| largest.max(x.abs()))
+        };
+        [largest(|t| t.position), largest(|t| t.velocity)]
+    }
+}
+
+/// A window of a recording: from `first` to before `last`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Span {
+    /// Index of the recording.
+    pub track: usize,
+    /// First sample.
+    pub first: usize,
+    /// Sample after the last.
+    pub last: usize,
+}
+
 struct ShootingWindow<'a> {
-    track: &'a Track,
+    track: &'a Measured<'a>,
     first: usize,
     last: usize,
     /// Start q and q̇ at the first sample.
@@ -44,11 +106,10 @@ struct ShootingWindow<'a> {
 }
 
 /// Fits the numbers named by `keys`, as [`Rig::set`] takes them, and the start of each window, from the rig's values on.
-/// `window` is in samples; `None` takes recordings whole. Returns `None` if the simulation diverges or the keys are not
-/// determined.
-pub fn refine(rig: &Rig, keys: &[RigKey], states: &States, window: Option<usize>) -> Option<Refined> {
-    let windows = cut(states, window);
-    let run = Run { states, keys };
+/// Returns `None` if the simulation diverges or the keys are not determined.
+pub fn refine(rig: &Rig, keys: &[RigKey], observed: &Observed, spans: &[Span]) -> Option<Refined> {
+    let windows = cut(observed, spans);
+    let run = Run { observed, keys };
     let values: Vec<f64> = keys.iter().map(|key| rig.get(*key)).collect::<Option<_>>()?;
     let pieces = run.linearise(rig, &values, &windows)?;
     let mut shooting = Shooting { run, rig: rig.clone(), values, windows, cost: cost_of(&pieces), pieces };
@@ -60,7 +121,13 @@ pub fn refine(rig: &Rig, keys: &[RigKey], states: &States, window: Option<usize>
         singular_growth: 10.0,
         singular_floor: 1e-9,
     };
-    damped_search(&mut shooting, &mut damping, SETTINGS.shooting_steps, SETTINGS.shooting_max_damping).ok()?;
+    // Starts alone are all but linear.
+    let (steps, most) = if keys.is_empty() {
+        (SETTINGS.start_steps, SETTINGS.start_max_damping)
+    } else {
+        (SETTINGS.shooting_steps, SETTINGS.shooting_max_damping)
+    };
+    damped_search(&mut shooting, &mut damping, steps, most).ok()?;
     let Shooting { rig, values, windows, pieces, .. } = shooting;
     let fit = covariance(&pieces, &values)?;
     let count = fit.residual.len().max(1) as f64;
@@ -109,35 +176,31 @@ impl Damped for Shooting<'_> {
         }
         self.pieces = self.run.linearise(&self.rig, &self.values, &self.windows).ok_or(Diverged)?;
         self.cost = cost_of(&self.pieces);
-        Ok(decrease.actual < SETTINGS.shooting_min_fall)
+        let least = if self.run.keys.is_empty() { SETTINGS.start_min_fall } else { SETTINGS.shooting_min_fall };
+        Ok(decrease.actual < least)
     }
 }
 
 /// Root mean square residual of a rig's simulation, over windows whose starts are fitted, in the sensor's unit. `None` if
 /// the simulation diverges.
-pub fn error(rig: &Rig, states: &States, window: Option<usize>) -> Option<f64> {
-    refine(rig, &[], states, window).map(|refined| refined.rms)
+pub fn error(rig: &Rig, observed: &Observed, spans: &[Span]) -> Option<f64> {
+    refine(rig, &[], observed, spans).map(|refined| refined.rms)
 }
 
-/// Simulation of the only recording, from the start of least residual. `None` if the simulation diverges.
-pub fn follow(rig: &Rig, states: &States) -> Option<Vec<f64>> {
-    let start = *refine(rig, &[], states, None)?.starts.first()?;
-    let track = states.tracks.first()?;
-    let window = ShootingWindow { track, first: 0, last: track.len(), start };
-    Run { states, keys: &[] }.signal(rig, &window, start)
+/// Simulation of each window from the start of least residual. `None` if a simulation diverges.
+pub fn follow(rig: &Rig, observed: &Observed, spans: &[Span]) -> Option<Vec<Vec<f64>>> {
+    let starts = refine(rig, &[], observed, spans)?.starts;
+    let run = Run { observed, keys: &[] };
+    cut(observed, spans).par_iter().zip(&starts).map(|(window, start)| run.signal(rig, window, *start)).collect()
 }
 
-fn cut(states: &States, window: Option<usize>) -> Vec<ShootingWindow<'_>> {
-    let mut windows = Vec::new();
-    for track in &states.tracks {
-        let length = window.unwrap_or(track.len()).clamp(20, track.len().max(20));
-        let count = (track.len() / length).max(1);
-        for k in 0..count {
-            let (first, last) = (k * track.len() / count, (k + 1) * track.len() / count);
-            windows.push(ShootingWindow { track, first, last, start: [track.position[first], track.velocity[first]] });
-        }
-    }
-    windows
+fn cut<'a>(observed: &'a Observed, spans: &[Span]) -> Vec<ShootingWindow<'a>> {
+    let one = |span: &Span| {
+        let track = &observed.tracks[span.track];
+        let at = span.first * track.fine;
+        ShootingWindow { track, first: span.first, last: span.last, start: [track.position[at], track.velocity[at]] }
+    };
+    spans.iter().map(one).collect()
 }
 
 /// A window's error and its derivatives.
@@ -148,26 +211,25 @@ struct Piece {
 }
 
 struct Run<'a> {
-    states: &'a States,
+    observed: &'a Observed<'a>,
     keys: &'a [RigKey],
 }
 
 impl Run<'_> {
     fn signal(&self, rig: &Rig, window: &ShootingWindow, start: [f64; 2]) -> Option<Vec<f64>> {
-        let interpolation = match self.states.between {
-            Between::Held => Interpolation::Hold,
-            Between::Straight | Between::Smooth => Interpolation::Linear,
-        };
+        let track = window.track;
         let drive = Drive {
-            input: &window.track.input[window.first..window.last],
-            sample_rate_hz: self.states.sample_rate_hz,
+            input: track.input,
+            sample_rate_hz: track.sample_rate_hz,
             position: start[0],
             velocity: start[1],
-            interpolation,
+            interpolation: self.observed.interpolation,
+            first: window.first,
+            samples: window.last - window.first,
         };
-        let later = later(rig, window.first as f64 * self.states.step_s());
+        let later = later(rig, window.first as f64 / track.sample_rate_hz);
         let mut recording = simulate(later.as_ref().unwrap_or(rig), &drive).ok()?;
-        let channel = recording.channels.iter_mut().find(|c| c.name == self.states.sensed.channel())?;
+        let channel = recording.channels.iter_mut().find(|c| c.name == self.observed.sensed.channel())?;
         Some(std::mem::take(&mut channel.samples))
     }
 
@@ -202,7 +264,7 @@ impl Run<'_> {
     }
 
     fn linearise(&self, rig: &Rig, values: &[f64], windows: &[ShootingWindow]) -> Option<Vec<Piece>> {
-        let (largest_q, largest_v) = self.states.amplitudes();
+        let amplitudes = self.observed.amplitudes();
         windows
             .par_iter()
             .map(|window| {
@@ -216,7 +278,7 @@ impl Run<'_> {
                     moved.set(*key, value + step).ok()?;
                     slopes.push(slope(&error, &self.error(&moved, window, window.start)?, step));
                 }
-                let steps = [largest_q, largest_v].map(|x| SETTINGS.shooting_difference * x.max(1e-12));
+                let steps = amplitudes.map(|x| SETTINGS.shooting_difference * x.max(1e-12));
                 for (axis, step) in steps.into_iter().enumerate() {
                     let mut start = window.start;
                     start[axis] += step;
@@ -224,7 +286,8 @@ impl Run<'_> {
                     slopes.push(slope(&error, &moved, step));
                 }
                 // Accelerations do not determine the position of a rig without a spring.
-                if self.states.sensed == Sensed::Acceleration && slopes.iter().any(|s| s.iter().any(|x| !x.is_finite()))
+                if self.observed.sensed == Sensed::Acceleration
+                    && slopes.iter().any(|s| s.iter().any(|x| !x.is_finite()))
                 {
                     return None;
                 }

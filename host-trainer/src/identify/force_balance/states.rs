@@ -9,8 +9,10 @@ use super::{
     filter::{HighPass, Kernel},
     noise::{self, Band},
     settings::BalanceSettings,
+    shooting::{Measured, Observed},
 };
 use crate::recording::Recording;
+use crate::rig::sdof::Interpolation;
 
 const SETTINGS: BalanceSettings = BalanceSettings::DEFAULT;
 
@@ -44,6 +46,17 @@ pub enum Between {
     Smooth,
 }
 
+impl Between {
+    /// The simulation's interpolation.
+    pub fn interpolation(self) -> Interpolation {
+        match self {
+            Self::Held => Interpolation::Hold,
+            Self::Straight => Interpolation::Linear,
+            Self::Smooth => Interpolation::Smooth,
+        }
+    }
+}
+
 /// One recording's signals at its full rate.
 #[derive(Clone, Debug)]
 pub struct Track {
@@ -69,6 +82,11 @@ impl Track {
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.sensed.len()
+    }
+
+    fn measured(&self, sample_rate_hz: f64) -> Measured<'_> {
+        let Self { input, sensed, bad, position, velocity, .. } = self;
+        Measured { input, sensed, bad, position, velocity, fine: 1, sample_rate_hz }
     }
 
     fn part(&self, range: std::ops::Range<usize>) -> Self {
@@ -239,11 +257,6 @@ impl States {
         (2.0 * 2.0f64.ln()).sqrt() * self.sample_rate_hz / (std::f64::consts::TAU * self.deviation)
     }
 
-    /// Number of rows of all recordings.
-    pub fn rows(&self) -> usize {
-        self.tracks.iter().map(|t| t.rows.len()).sum()
-    }
-
     /// Filtered signal, row by row, of a signal at each recording's full rate.
     pub fn column(&self, signal: impl Fn(&Track) -> Vec<f64>) -> Vec<f64> {
         self.filtered(0, 0.0, 0.0, |track| match self.high_pass {
@@ -294,16 +307,6 @@ impl States {
         self.tracks.iter().flat_map(|track| kernel.at(&signal(track), &track.rows)).collect()
     }
 
-    /// Kernel κ by which a sample's noise enters the balance m q̈ + c q̇ + k q, theory (69).
-    pub fn noise_kernel(&self, mass: f64, damping: f64, stiffness: f64) -> Vec<f64> {
-        let kernel = |order| Kernel::gaussian(self.deviation, order, self.step_s()).taps;
-        if self.sensed == Sensed::Acceleration {
-            return kernel(0).iter().map(|h| h * mass).collect();
-        }
-        let (h, d, dd) = (kernel(0), kernel(1), kernel(2));
-        (0..h.len()).map(|j| mass * dd[j] + damping * d[j] + stiffness * h[j]).collect()
-    }
-
     /// Largest |q| and |q̇| of the smoothed states.
     pub fn amplitudes(&self) -> (f64, f64) {
         let largest = |of: fn(&Track) -> &Vec<f64>| {
@@ -339,16 +342,30 @@ impl States {
         Some((part(of(&train)), part(of(&test)), word))
     }
 
-    /// Cuts a recording in two at a sample, which goes with the later part. Returns whether both parts are long enough.
-    pub fn cut(&mut self, track: usize, at: usize) -> bool {
-        let whole = &self.tracks[track];
-        if at < SETTINGS.min_samples || whole.len() - at < SETTINGS.min_samples {
-            return false;
+    /// Position and velocity by integration of an acceleration behind a high-pass, theory (65), and the standard deviation
+    /// of its noise.
+    ///
+    /// # Errors
+    ///
+    /// A recording too short for a spectrum.
+    pub fn integrated(name: &str, sensed: &[f64], rate: f64) -> Result<(Vec<f64>, Vec<f64>, f64), BalanceError> {
+        let band = noise::band(&[sensed], rate).ok_or_else(|| BalanceError::BadRecording {
+            recording: name.into(),
+            found: format!("{} samples of qdd", sensed.len()),
+            expected: format!("at least {}", SETTINGS.min_segment),
+        })?;
+        let least_hz = SETTINGS.min_corner_periods * rate / sensed.len() as f64;
+        let pass = HighPass { corner_hz: (SETTINGS.corner_share * band.low_hz).max(least_hz), sample_rate_hz: rate };
+        Ok((pass.apply(sensed, 2), pass.apply(sensed, 1), band.noise_std))
+    }
+
+    /// The recordings as the shooting takes them.
+    pub fn observed(&self) -> Observed<'_> {
+        Observed {
+            tracks: self.tracks.iter().map(|track| track.measured(self.sample_rate_hz)).collect(),
+            sensed: self.sensed,
+            interpolation: self.between.interpolation(),
         }
-        let part = |range: std::ops::Range<usize>| whole.part(range);
-        let parts = [part(0..at), part(at..whole.len())];
-        self.tracks.splice(track..=track, parts);
-        true
     }
 
     /// Samples of a window over which a simulation holds in spite of disturbing forces: some periods of the fastest motion.

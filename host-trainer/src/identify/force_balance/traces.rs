@@ -28,7 +28,10 @@ pub fn simulated(before: &Rig, after: &Rig, test: &States) -> Vec<HeldOutTrace> 
     let one = |index: usize| {
         let alone = States { tracks: vec![test.tracks[index].clone()], ..test.clone() };
         let track = &alone.tracks[0];
-        let (before, after) = (shooting::follow(before, &alone)?, shooting::follow(after, &alone)?);
+        let observed = alone.observed();
+        let whole = observed.spans(None);
+        let follow = |rig: &Rig| Some(shooting::follow(rig, &observed, &whole)?.swap_remove(0));
+        let (before, after) = (follow(before)?, follow(after)?);
         Some(HeldOutTrace {
             recording: track.name.clone(),
             channel: alone.sensed.channel(),

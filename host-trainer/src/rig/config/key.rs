@@ -110,6 +110,15 @@ model_keys! {
 const SDOF_NUMBERS: usize = 5;
 
 impl ModelKey {
+    /// Value where the file leaves the key out; `None` for a key that it must have.
+    pub const fn default_value(self) -> Option<f64> {
+        match self {
+            Self::Damping | Self::Stiffness | Self::Gravity => Some(0.0),
+            Self::InputGain => Some(1.0),
+            _ => None,
+        }
+    }
+
     /// The key of this name.
     pub fn parse(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|key| key.name() == name)
@@ -127,6 +136,11 @@ pub(super) const BEARING_TEXTS: &[&str] = &["sensor.vertical", "sensor.horizonta
 
 /// Texts of `kind = "sdof"`.
 pub(super) const SDOF_TEXTS: &[&str] = &["restoring"];
+
+/// Text where the file leaves the key out; `None` for a key that it must have.
+pub(super) fn default_text(key: &str) -> Option<&'static str> {
+    (key == "restoring").then(|| Restoring::Linear.name())
+}
 
 impl Machine {
     /// Kind of the rig.

@@ -5,6 +5,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
 use super::effects::parameter_names;
+use super::key::default_text;
 use super::{EffectEntry, Machine, Rig, RigKind, Value, paths};
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{error::RigError, transfer_path::TransmissionPath};
@@ -81,12 +82,20 @@ impl Read<'_> {
         self.refuse_unknown(document, &model)?;
         for key in model.keys() {
             let expected = key.domain().describe();
-            let item = find(document, key.name()).ok_or_else(|| self.missing(key.name(), &expected))?;
+            let Some(item) = find(document, key.name()) else {
+                let value = key.default_value().ok_or_else(|| self.missing(key.name(), &expected))?;
+                model.set_number(*key, value);
+                continue;
+            };
             let value = number(item).filter(|value| key.domain().holds(*value));
             model.set_number(*key, value.ok_or_else(|| self.bad(key.name(), item, &expected))?);
         }
         for key in model.texts() {
-            let item = find(document, key).ok_or_else(|| self.missing(key, "a name"))?;
+            let Some(item) = find(document, key) else {
+                let text = default_text(key).ok_or_else(|| self.missing(key, "a name"))?;
+                model.set_text(key, text).map_err(|expected| self.missing(key, &expected))?;
+                continue;
+            };
             let text = item.as_str().ok_or_else(|| self.bad(key, item, "a name"))?;
             model.set_text(key, text).map_err(|expected| self.bad(key, item, &expected))?;
         }

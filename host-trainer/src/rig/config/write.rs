@@ -23,6 +23,9 @@ impl Rig {
         }
         for key in self.model.keys() {
             let value = self.get(*key).unwrap_or_default();
+            if !fresh && document.get(key.name()).is_none() && key.default_value() == Some(value) {
+                continue;
+            }
             let value = match key.domain() {
                 super::Domain::Whole(..) => Toml::from(value as i64),
                 _ => Toml::from(value),
@@ -30,6 +33,9 @@ impl Rig {
             put(document.as_table_mut(), key.name(), value);
         }
         for key in self.model.texts() {
+            if !fresh && document.get(key).is_none() && super::key::default_text(key) == self.model.text(key) {
+                continue;
+            }
             put(document.as_table_mut(), key, self.model.text(key).unwrap_or_default().into());
         }
         self.put_effects(document.as_table_mut());

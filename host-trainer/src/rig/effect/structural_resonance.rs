@@ -5,7 +5,7 @@
 //! force that the bearing passes to the housing in the sensor's direction and m_p the housing's mass,
 //! η̈ + 2ζω₀ η̇ + ω₀² η = f/m_p, and the sensor gives a + g η̈. g, the modal constant as a multiple of 1/m_p, has either
 //! sign, as sensor and bearing can be on two sides of a node; the vocabulary leaves it out. The mode does not act back
-//! on the bearing. For an sdof rig f/m_p is q̈. The recurrence is exact for a force that goes in a straight line from
+//! on the bearing. For an sdof rig f/m_p is q̈, and the sensor gives q + g η, q̇ + g η̇ or q̈ + g η̈. The recurrence is exact for a force that goes in a straight line from
 //! one sample to the next.
 
 use std::f64::consts::TAU;
@@ -54,7 +54,7 @@ pub(super) const EFFECT: Definition = Definition {
         assembly.needs_path_force = true;
         assembly.preroll_s = assembly.preroll_s.max(SETTLED / (ratio * TAU * frequency));
         assembly.signal(Stage::Structure, move |at, signal| {
-            if !concerns(at.channel) {
+            if !concerns(at.channel) || at.channel == "u" {
                 return;
             }
             let mode = Mode::new(frequency, ratio, 1.0 / at.sample_rate_hz);
@@ -63,7 +63,12 @@ pub(super) const EFFECT: Definition = Definition {
             let mut state = [last / (mode.omega * mode.omega), 0.0];
             for (value, force) in signal.iter_mut().zip(at.path_force.iter().map(|f| f * per_mass)) {
                 state = mode.step(state, last, force);
-                *value += gain * mode.acceleration(state, force);
+                *value += gain
+                    * match at.channel {
+                        "q" => state[0],
+                        "qd" => state[1],
+                        _ => mode.acceleration(state, force),
+                    };
                 last = force;
             }
         });

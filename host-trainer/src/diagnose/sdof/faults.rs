@@ -1,0 +1,304 @@
+//! Acquisition faults and single events, found in the samples themselves: clipping, mains interference, lost samples, a
+//! shock.
+//!
+//! Clipped samples are marked, a line is taken off, and a recording is cut where samples are lost or a shock strikes; the
+//! search for forces then goes on. Whether a fault is reported is decided by the same gate as of every cause.
+
+use std::f64::consts::TAU;
+
+use super::acquire::{Acquired, Track};
+use super::table::{Table, TermModel};
+use crate::identify::force_balance::{BalanceError, states::Sensed};
+use crate::rig::EffectEntry;
+use crate::rig::effect::{EffectKind, ParameterKey};
+
+/// Minimum count of equal consecutive samples of a plateau.
+const PLATEAU: usize = 3;
+/// Minimum count of plateaus at the maximum of a clipped signal.
+const PLATEAUS: usize = 2;
+/// Share of equal neighbours elsewhere above which plateaus are no evidence (a coarse converter, a machine at rest).
+const EQUAL: f64 = 0.02;
+/// Minimum power of a significant line over the mean of its neighbourhood.
+const LINE: f64 = 40.0;
+
+/// Robust standard deviations beyond which a row belongs to a shock.
+const BURST: f64 = 12.0;
+/// Most bursts in a recording, most of its rows that they are, and least share of the squares of all recordings that they
+/// hold.
+const BURSTS: (usize, f64, f64) = (1, 0.01, 0.5);
+/// Least ratio of a jump of lost samples to the typical one, and to the next largest.
+const JUMP: (f64, f64) = (8.0, 2.5);
+/// Samples of a recording below which it is not searched for faults.
+const SEARCHED: usize = 64;
+
+/// Acquisition fault or single event.
+#[derive(Clone, Debug)]
+pub struct Fault {
+    /// Effect of the fault.
+    pub entry: EffectEntry,
+    /// Evidence in a sentence.
+    pub evidence: String,
+}
+
+impl Fault {
+    /// Whether it is in every recording, and so in the corrected rig.
+    pub fn lasts(&self) -> bool {
+        matches!(self.entry.kind, EffectKind::SensorClipping | EffectKind::MainsInterference)
+    }
+}
+
+/// Finds faults of the recordings under test; marks, subtracts or cuts.
+///
+/// # Errors
+///
+/// As [`Acquired::smooth`].
+pub fn clean(acquired: &mut Acquired) -> Result<Vec<Fault>, BalanceError> {
+    let mut faults = Vec::new();
+    let searched = acquired.under_test().all(|t| t.len() >= SEARCHED);
+    if searched {
+        faults.extend(clipping(&mut acquired.tracks));
+        faults.extend(mains(&mut acquired.tracks));
+    }
+    if searched && faults.is_empty() {
+        faults.extend(lost_samples(acquired));
+    }
+    if !faults.is_empty() {
+        acquired.smooth()?;
+    }
+    Ok(faults)
+}
+
+/// A shock in the residual of a model, at which the recording is cut.
+pub fn shock(acquired: &mut Acquired, table: &Table, model: &TermModel) -> Option<Fault> {
+    let left = table.residual(model);
+    let total: f64 = left.iter().map(|r| r * r).sum();
+    let mut start = 0;
+    let mut found: Option<(usize, usize, f64)> = None;
+    for (index, track) in acquired.tracks.iter().enumerate() {
+        let rows = &left[start..start + table.library.rows[index]];
+        start += rows.len();
+        if track.healthy || track.len() < SEARCHED {
+            continue;
+        }
+        let mut sizes: Vec<f64> = rows.iter().map(|r| r.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        let scale = sizes[sizes.len() / 2] / 0.6745;
+        let loud: Vec<usize> = (4..rows.len()).filter(|k| rows[*k].abs() > BURST * scale).collect();
+        let held: f64 = loud.iter().map(|k| rows[*k].powi(2)).sum();
+        let apart = loud.windows(2).filter(|w| w[1] - w[0] > track.len() / 50 + 8).count() + 1;
+        let (most, share, least) = BURSTS;
+        if loud.is_empty() || apart > most || loud.len() as f64 > share * rows.len() as f64 || held < least * total {
+            continue;
+        }
+        let samples: Vec<usize> = (0..track.len()).filter(|k| !track.bad[*k]).collect();
+        let at = samples[loud[0]];
+        if found.as_ref().is_none_or(|(.., most)| held > *most) {
+            found = Some((index, at, held));
+        }
+    }
+    let (index, at, _) = found?;
+    let time_s = at as f64 * acquired.tracks[index].step_s();
+    let name = acquired.tracks[index].name.clone();
+    cut(acquired, index, at).then(|| Fault {
+        entry: EffectEntry::new(EffectKind::Shock, &[(ParameterKey::TimeS, time_s)]),
+        evidence: format!("a single burst of force at {time_s:.4} s of {name}, without a jump of the position"),
+    })
+}
+
+/// Cuts a recording in two at a sample, which goes with the later part; false where a part would be too short.
+fn cut(acquired: &mut Acquired, index: usize, at: usize) -> bool {
+    let whole = &acquired.tracks[index];
+    if at < SEARCHED / 2 || whole.len() - at < SEARCHED / 2 {
+        return false;
+    }
+    let part = |from: usize, to: usize| Track {
+        input: whole.input[from..to].to_vec(),
+        sensed: whole.sensed[from..to].to_vec(),
+        raw: whole.raw[from..to].to_vec(),
+        bad: whole.bad[from..to].to_vec(),
+        start_s: whole.start_s + from as f64 * whole.step_s(),
+        offset: whole.offset + from,
+        ..whole.clone()
+    };
+    let parts = [part(0, at), part(at, whole.len())];
+    acquired.tracks.splice(index..=index, parts);
+    true
+}
+
+/// Plateaus of equal samples at a recording's largest magnitude.
+fn clipping(tracks: &mut [Track]) -> Option<Fault> {
+    let (mut levels, mut plateaus, mut clipped) = (Vec::new(), 0, 0);
+    for track in tracks.iter_mut().filter(|t| !t.healthy) {
+        let level = track.sensed.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
+        let at = |x: f64| x.abs() >= level * (1.0 - 1e-9);
+        let (mut here, mut run, mut equal) = (0, 0, 0);
+        for pair in track.sensed.windows(2) {
+            equal += usize::from(pair[0] == pair[1] && !at(pair[0]));
+            run = if at(pair[0]) && at(pair[1]) && pair[0] == pair[1] { run + 1 } else { 0 };
+            here += usize::from(run == PLATEAU - 1);
+        }
+        if level == 0.0 || here < PLATEAUS || equal as f64 > EQUAL * track.len() as f64 {
+            continue;
+        }
+        for k in 0..track.len() {
+            track.bad[k] |= at(track.sensed[k]);
+            clipped += usize::from(at(track.sensed[k]));
+        }
+        plateaus += here;
+        levels.push(level);
+    }
+    levels.sort_by(f64::total_cmp);
+    let level = *levels.get(levels.len() / 2)?;
+    Some(Fault {
+        entry: EffectEntry::new(EffectKind::SensorClipping, &[(ParameterKey::Value, level)]),
+        evidence: format!("{clipped} samples in {plateaus} plateaus are at exactly ±{level:.6e}, no sample is beyond"),
+    })
+}
+
+/// Line near 50 or 60 Hz in the sensor's signal that is not in the input.
+fn mains(tracks: &mut [Track]) -> Option<Fault> {
+    let longest = tracks.iter().filter(|t| !t.healthy).max_by_key(|t| t.len())?;
+    let rate = longest.sample_rate_hz;
+    let nominal = [50.0, 60.0].into_iter().filter(|hz| *hz < 0.45 * rate);
+    let step = 0.25 * rate / longest.len() as f64;
+    let steps = ((0.5 / step).ceil() as i32).clamp(1, 200);
+    let mut best: Option<(f64, f64)> = None;
+    for hz in nominal.flat_map(|n| (-steps..=steps).map(move |k| n + f64::from(k) * step)) {
+        let stands = prominence(&longest.sensed, hz, rate);
+        if best.is_none_or(|(_, most)| stands > most) {
+            best = Some((hz, stands));
+        }
+    }
+    let (hz, stands) = best.filter(|(_, stands)| *stands > LINE)?;
+    // The machine may respond to a line of the input there, or to a subharmonic.
+    if prominence(&longest.input, hz, rate) > 0.2 * stands || answers(longest, hz, rate) {
+        return None;
+    }
+    let (size, phase) = line(&longest.sensed, hz, rate);
+    let amplitude = 2.0 * size / longest.len() as f64;
+    for track in tracks.iter_mut().filter(|t| !t.healthy) {
+        for harmonic in [1.0, 3.0, 5.0] {
+            let f = hz * harmonic;
+            let rate = track.sample_rate_hz;
+            if f < 0.45 * rate && (harmonic == 1.0 || prominence(&track.sensed, f, rate) > LINE) {
+                subtract(&mut track.sensed, f, rate);
+            }
+        }
+    }
+    Some(Fault {
+        entry: EffectEntry::new(
+            EffectKind::MainsInterference,
+            &[
+                (ParameterKey::FrequencyHz, hz),
+                (ParameterKey::Amplitude, amplitude),
+                (ParameterKey::PhaseRad, phase + 0.25 * TAU),
+            ],
+        ),
+        evidence: format!(
+            "a line at {hz:.2} Hz has {stands:.0} times the power of its neighbourhood and is not in the input"
+        ),
+    })
+}
+
+/// Magnitude and phase of Σ x e^(−iωk) under a Hann window scaled to weigh like a plain sum; the mean is taken out.
+fn line(signal: &[f64], hz: f64, rate: f64) -> (f64, f64) {
+    let n = signal.len() as f64;
+    let mean = signal.iter().sum::<f64>() / n;
+    let (mut re, mut im) = (0.0, 0.0);
+    for (k, x) in signal.iter().enumerate() {
+        let weight = 1.0 - (TAU * (k as f64 + 0.5) / n).cos();
+        let (s, c) = (TAU * hz * k as f64 / rate).sin_cos();
+        re += weight * (x - mean) * c;
+        im -= weight * (x - mean) * s;
+    }
+    (re.hypot(im), im.atan2(re))
+}
+
+/// Power of a line over the mean of its neighbourhood, 4 to 24 bins away on either side.
+fn prominence(signal: &[f64], hz: f64, rate: f64) -> f64 {
+    let resolution = rate / signal.len() as f64;
+    let around: Vec<f64> = (2..=12)
+        .flat_map(|k| [-2.0 * f64::from(k), 2.0 * f64::from(k)])
+        .map(|offset| line(signal, hz + offset * resolution, rate).0.powi(2))
+        .collect();
+    let mean = around.iter().sum::<f64>() / around.len() as f64;
+    line(signal, hz, rate).0.powi(2) / mean.max(f64::MIN_POSITIVE)
+}
+
+/// Whether the frequency is a small multiple of a strong line of the input.
+fn answers(track: &Track, hz: f64, rate: f64) -> bool {
+    (2..=7).any(|n| {
+        let f = hz / f64::from(n);
+        prominence(&track.input, f, rate) > LINE
+    })
+}
+
+/// Subtracts a tone, fitted by least squares.
+fn subtract(signal: &mut [f64], hz: f64, rate: f64) {
+    let n = signal.len() as f64;
+    // The window leaks a little; the next round corrects it.
+    for _ in 0..3 {
+        let (size, phase) = line(signal, hz, rate);
+        let amplitude = 2.0 * size / n;
+        for (k, x) in signal.iter_mut().enumerate() {
+            *x -= amplitude * (TAU * hz * k as f64 / rate + phase).cos();
+        }
+    }
+}
+
+/// Finds lost samples in the positions, and cuts the recordings there.
+fn lost_samples(acquired: &mut Acquired) -> Option<Fault> {
+    if acquired.sensed != Sensed::Position {
+        return None;
+    }
+    let mut fault = None;
+    for index in (0..acquired.tracks.len()).rev() {
+        let track = &acquired.tracks[index];
+        if track.healthy {
+            continue;
+        }
+        let (at, jump, usual, next) = largest_jump(&track.sensed);
+        if jump.abs() < JUMP.0 * usual || jump.abs() < JUMP.1 * next {
+            continue;
+        }
+        let (time_s, name) = (at as f64 * track.step_s(), track.name.clone());
+        let samples = lost(&track.sensed, at, super::acquire::frequency_hz(&track.states) * track.step_s());
+        if cut(acquired, index, at) {
+            let numbers = [(ParameterKey::TimeS, time_s), (ParameterKey::Count, samples)];
+            fault = Some(Fault {
+                entry: EffectEntry::new(EffectKind::DroppedSamples, &numbers),
+                evidence: format!(
+                    "{name} jumps by {jump:.3e} from one sample to the next at {time_s:.4} s, {:.0} times the typical and \
+                     {:.0} times the next largest jump",
+                    jump.abs() / usual,
+                    jump.abs() / next
+                ),
+            });
+        }
+    }
+    fault
+}
+
+/// Largest jump against the signal's local slope: index after it, its size, the typical size, and the largest one elsewhere.
+fn largest_jump(signal: &[f64]) -> (usize, f64, f64, f64) {
+    // The first difference minus the mean of those two samples away, which a jump does not affect.
+    let course = |k: usize| 0.5 * ((signal[k - 2] - signal[k - 3]) + (signal[k + 2] - signal[k + 1]));
+    let jumps: Vec<(usize, f64)> =
+        (3..signal.len().saturating_sub(2)).map(|k| (k, signal[k] - signal[k - 1] - course(k))).collect();
+    let mut sizes: Vec<f64> = jumps.iter().map(|(_, j)| j.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let usual = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0) / 0.6745;
+    let largest = jumps.iter().copied().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or((0, 0.0));
+    let elsewhere = jumps.iter().filter(|(k, _)| k.abs_diff(largest.0) > 5).map(|(_, j)| j.abs()).fold(0.0, f64::max);
+    (largest.0, largest.1, usual.max(f64::MIN_POSITIVE), elsewhere.max(f64::MIN_POSITIVE))
+}
+
+/// Count of samples lost at a jump, by the slopes over a tenth of the fastest period before and after.
+fn lost(signal: &[f64], at: usize, band: f64) -> f64 {
+    let width = ((0.1 / band.max(1e-9)) as usize).clamp(3, 40);
+    let (before, after) = (at.saturating_sub(width), (at + width).min(signal.len() - 1));
+    let slope = |from: usize, to: usize| (signal[to] - signal[from]) / (to - from).max(1) as f64;
+    let mean = 0.5 * (slope(before, at - 1) + slope(at, after));
+    let jump = signal[at] - signal[at - 1];
+    if mean == 0.0 { 1.0 } else { (jump / mean - 1.0).abs().round().clamp(1.0, 1e6) }
+}

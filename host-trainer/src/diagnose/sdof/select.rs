@@ -1,0 +1,165 @@
+//! Selection of causes by cross-validation: none, one, two, seldom three.
+
+use rayon::prelude::*;
+
+use super::settings::SdofSettings;
+use super::table::{Table, TermModel};
+use crate::stats::significance::{one_sided_gain, shares};
+
+const SETTINGS: SdofSettings = SdofSettings::DEFAULT;
+/// Variants of each term that are tried in pairs.
+const PAIRED: usize = 4;
+
+/// Trial of a single cause.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// Term of the cause.
+    pub term: usize,
+    /// Best model; `None` if it is not distinguishable from the rig's unknown parameters, or only the wrong sign fits.
+    pub model: Option<TermModel>,
+    /// p-value against no cause, by the blocks' gains.
+    pub p_value: f64,
+}
+
+/// Selected causes with their rivals.
+#[derive(Clone, Debug)]
+pub struct Selection {
+    /// Model of the rig alone.
+    pub nothing: TermModel,
+    /// Trials of each cause alone.
+    pub singles: Vec<Trial>,
+    /// Tried models with as many causes as the chosen one.
+    pub rivals: Vec<TermModel>,
+    /// Chosen model; without parts if no cause was found.
+    pub chosen: TermModel,
+    /// Chosen model with flexible columns in addition.
+    pub rich: TermModel,
+    /// p-value of the flexible columns against the chosen model.
+    pub rich_p_value: f64,
+    /// p-value at which a gain is beyond chance, among so many terms.
+    pub level: f64,
+}
+
+/// p-value of a model against another, by the gains of blocks that it was not fitted to.
+pub fn gain_p(before: &TermModel, after: &TermModel) -> f64 {
+    let gains: Vec<f64> = before.left.iter().zip(&after.left).map(|(b, a)| b - a).collect();
+    one_sided_gain(&gains)
+}
+
+/// Selects causes; `None` if the rig's own parameters cannot be fitted.
+pub fn select(table: &Table) -> Option<Selection> {
+    let nothing = table.nothing()?;
+    let count = table.library.terms.len();
+    let level = SETTINGS.significance / count.max(1) as f64;
+    let singles: Vec<Trial> = (0..count)
+        .into_par_iter()
+        .map(|term| {
+            let all: Vec<Vec<usize>> = (0..table.library.terms[term].variants.len()).map(|v| vec![v]).collect();
+            let model = table.model(&[term], &all);
+            let p_value = model.as_ref().map_or(1.0, |m| gain_p(&nothing, m));
+            Trial { term, model, p_value }
+        })
+        .collect();
+    let pairs: Vec<(usize, usize)> = (0..count).flat_map(|a| (0..a).map(move |b| (b, a))).collect();
+    let ranked: Vec<Vec<usize>> = (0..count).into_par_iter().map(|term| first(table.ranked(term, &[]))).collect();
+    let pairs: Vec<TermModel> = pairs
+        .into_par_iter()
+        .filter_map(|(a, b)| {
+            // A term that alone has the wrong sign may have the right one beside another.
+            let all = |term: usize, beside: usize| {
+                let best = ranked[beside].first().copied().unwrap_or(0);
+                let mut variants = ranked[term].clone();
+                variants.extend(first(table.ranked(term, &[(beside, best)])));
+                variants.sort_unstable();
+                variants.dedup();
+                variants
+            };
+            let (of_a, of_b) = (all(a, b), all(b, a));
+            let combinations: Vec<Vec<usize>> =
+                of_a.iter().flat_map(|x| of_b.iter().map(move |y| vec![*x, *y])).collect();
+            (!combinations.is_empty()).then(|| table.model(&[a, b], &combinations)).flatten()
+        })
+        .collect();
+    let alone: Vec<TermModel> = singles.iter().filter_map(|t| t.model.clone()).collect();
+    let least = |models: &[TermModel]| models.iter().min_by(|a, b| a.total().total_cmp(&b.total())).cloned();
+    let (mut chosen, mut rivals) = (nothing.clone(), Vec::new());
+    let single = least(&alone).filter(|m| {
+        let share = 1.0 - m.total() / nothing.total();
+        share > SETTINGS.worth && gain_p(&nothing, m) < level
+    });
+    if let Some(single) = single {
+        (chosen, rivals) = (single, alone.clone());
+    }
+    let pair = least(&pairs).filter(|m| {
+        let share = 1.0 - m.total() / nothing.total();
+        share > SETTINGS.worth && gain_p(&nothing, m) < level && adds(&nothing, &chosen, m, level)
+    });
+    if let Some(pair) = pair.filter(|pair| each_is_needed(&nothing, pair, &alone, level)) {
+        (chosen, rivals) = (pair, pairs);
+        while chosen.parts.len() < SETTINGS.max_causes {
+            let wider: Vec<TermModel> =
+                (0..count).into_par_iter().filter_map(|term| with_one_more(table, &chosen, term)).collect();
+            let Some(best) = least(&wider).filter(|m| adds(&nothing, &chosen, m, level)) else { break };
+            (chosen, rivals) = (best, wider);
+        }
+    }
+    let rich = table.flexible(&chosen);
+    let rich_p_value = gain_p(&chosen, &rich);
+    Some(Selection { nothing, singles, rivals, chosen, rich, rich_p_value, level })
+}
+
+fn first(mut variants: Vec<usize>) -> Vec<usize> {
+    variants.truncate(PAIRED);
+    variants
+}
+
+/// Whether a wider model is better beyond chance and by enough.
+fn adds(nothing: &TermModel, narrow: &TermModel, wide: &TermModel, level: f64) -> bool {
+    let gain = narrow.total() - wide.total();
+    let explained = nothing.total() - wide.total();
+    gain > SETTINGS.worth_further * explained && gain > SETTINGS.worth * narrow.total() && gain_p(narrow, wide) < level
+}
+
+/// Whether neither part of a pair does all that the pair does.
+fn each_is_needed(nothing: &TermModel, pair: &TermModel, alone: &[TermModel], level: f64) -> bool {
+    alone.iter().filter(|m| pair.terms().contains(&m.parts[0].0)).all(|m| adds(nothing, m, pair, level))
+}
+
+fn with_one_more(table: &Table, chosen: &TermModel, term: usize) -> Option<TermModel> {
+    if chosen.terms().contains(&term) {
+        return None;
+    }
+    let mut terms = chosen.terms();
+    terms.push(term);
+    let before: Vec<usize> = chosen.parts.iter().map(|(_, v)| *v).collect();
+    let variants = first(table.ranked(term, &chosen.parts));
+    let combinations: Vec<Vec<usize>> =
+        variants.into_iter().map(|v| before.iter().copied().chain([v]).collect()).collect();
+    (!combinations.is_empty()).then(|| table.model(&terms, &combinations)).flatten()
+}
+
+impl Selection {
+    /// Least held-out error of any model.
+    pub fn attainable(&self) -> f64 {
+        self.rich.total().min(self.chosen.total())
+    }
+
+    /// Share of what any model explains that the chosen one explains.
+    pub fn explained(&self) -> f64 {
+        let (most, own) = (self.nothing.total() - self.attainable(), self.nothing.total() - self.chosen.total());
+        if most > 0.0 { (own / most).clamp(0.0, 1.0) } else { 1.0 }
+    }
+
+    /// Probability of a term: how often a model with it is the best of its rivals when blocks are drawn again.
+    pub fn probability(&self, table: &Table, term: usize, seed: u64) -> f64 {
+        let models: Vec<&[f64]> = self.rivals.iter().map(|m| m.left.as_slice()).collect();
+        let kind = table.library.terms[term].kind;
+        let has = |m: &TermModel| m.parts.iter().any(|(t, _)| table.library.terms[*t].kind == kind);
+        let share: f64 =
+            self.rivals.iter().zip(shares(&models, seed)).filter(|(m, _)| has(m)).map(|(_, share)| share).sum();
+        // With few blocks a bootstrap is too sure of itself; what no name explains could be a rival too.
+        let blocks = self.nothing.left.len() as f64;
+        let few = blocks / (blocks + 2.0);
+        (share * few * self.explained().sqrt()).min(SETTINGS.most_probability)
+    }
+}
