@@ -169,8 +169,9 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
         (None, false) => Verdict::NoMismatch,
     };
     let mut causes: Vec<Cause> = cause.iter().map(|c| named(c, &found, &data, &geometry)).collect();
-    if verdict == Verdict::Unexplained {
-        causes.push(unexplained(&found, &data));
+    // Without a baseline nothing has changed that would need a cause.
+    if verdict == Verdict::Unexplained && !data.baseline.is_empty() {
+        causes.push(unexplained(&found));
     }
     if verdict == Verdict::NoMismatch {
         left.share = 0.0;
@@ -248,13 +249,13 @@ fn named(candidate: &Candidate, found: &Found, data: &Data, geometry: &Geometry)
 }
 
 /// The change that no name explains.
-fn unexplained(found: &Found, data: &Data) -> Cause {
+fn unexplained(found: &Found) -> Cause {
     Cause {
         name: Verdict::Unexplained.name().into(),
         probability: NameSettings::DEFAULT.unexplained,
         parameters: BTreeMap::new(),
         interval95: BTreeMap::new(),
-        evidence: text::unexplained(&found.changes, !data.baseline.is_empty()),
+        evidence: text::unexplained(&found.changes),
         equation: String::new(),
     }
 }

@@ -39,11 +39,17 @@ impl CombNow {
     fn log_odds(&self, all: &[Self]) -> f64 {
         let depth = self.new_depth().max(1e-6);
         if self.is_race() {
-            return SETTINGS.race_slope * (depth / SETTINGS.race_depth).ln() + self.chance();
+            // A defect of a ball modulates at the rates of both races, and at the cage's.
+            let significant = |c: &&Self| c.comb.p_value < SETTINGS.decoy_p_value.sqrt();
+            let others = all.iter().filter(|c| c.comb.pattern != self.comb.pattern && c.comb.pattern != Pattern::Ball);
+            let rival = others.filter(significant).map(Self::new_depth).fold(0.0, f64::max);
+            let pure = if self.healthy_depth.is_some() { SETTINGS.race_depth_now } else { SETTINGS.race_depth };
+            let even = pure + SETTINGS.impure_depth * (rival / depth).min(1.0);
+            return SETTINGS.race_slope * (depth / even).ln() + self.chance();
         }
         let (least, slope) = match self.comb.pattern {
             Pattern::Cage => (SETTINGS.cage_depth, SETTINGS.cage_slope),
-            _ => (SETTINGS.race_depth, SETTINGS.race_slope),
+            _ => (SETTINGS.race_depth + SETTINGS.impure_depth, SETTINGS.race_slope),
         };
         // A race's defect is modulated by the cage as well: balls differ in load.
         let races = all.iter().filter(|c| c.is_race() && c.comb.p_value < SETTINGS.decoy_p_value.sqrt());
@@ -103,7 +109,8 @@ pub fn candidates(combs: &[CombNow], changes: &[(usize, Change)]) -> Vec<Candida
         offer(comb.comb.pattern.defect(), comb.log_odds(&beside), Evidence::Comb(comb.clone()));
     }
     for (channel, change) in changes {
-        let order = |order: usize| change.order_db(order).unwrap_or(f64::NEG_INFINITY);
+        // What the scatter over recordings leaves doubtful does not count.
+        let order = |order: usize| change.order_db(order).map_or(f64::NEG_INFINITY, |[mean, error]| mean - error);
         let (first, second) = (order(1), order(2));
         let odds = |db: f64| SETTINGS.order_slope * (db - SETTINGS.order_db);
         let evidence = |order: usize, change_db: f64| Evidence::Order { channel: *channel, order, change_db };

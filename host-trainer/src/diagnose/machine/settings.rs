@@ -122,8 +122,12 @@ impl ChangeSettings {
 /// of three public sets and their three sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NameSettings {
-    /// Modulation depth of a race at which a defect is as probable as none.
+    /// Modulation depth at the rate of one race only at which its defect is as probable as none.
     pub race_depth: f64,
+    /// The same where the healthy machine's depth is known.
+    pub race_depth_now: f64,
+    /// What a race's depth needs in addition if another part's rate is as deep.
+    pub impure_depth: f64,
     /// Log-odds per ln of the depth over that.
     pub race_slope: f64,
     /// Modulation depth at multiples of the cage's speed at which a ball defect is as probable as none. A healthy bearing has
@@ -155,7 +159,9 @@ pub struct NameSettings {
 impl NameSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self {
-        race_depth: 0.38,
+        race_depth: 0.3,
+        race_depth_now: 0.24,
+        impure_depth: 0.15,
         race_slope: 5.0,
         cage_depth: 0.2,
         cage_slope: 4.0,
@@ -167,7 +173,7 @@ impl NameSettings {
         order_slope: 1.0,
         stands: 0.0,
         most: 0.97,
-        unexplained: 0.7,
+        unexplained: 0.6,
     };
 }
 
@@ -180,6 +186,17 @@ pub struct SynthesisSettings {
     pub least_segments: usize,
     /// Values over which ratios of densities are smoothed.
     pub smooth: usize,
+    /// Excess of a line over the noise from which it is part of the modulation, in means of the noise. By hand: noise alone
+    /// has it once in 20 lines.
+    pub line_excess: f64,
+    /// Turns of the shaft over which a modulation's course is examined: the lines of a bearing are then apart.
+    pub course_turns: f64,
+    /// Least power over its mean: a modulator never stops the noise.
+    pub least_power: f64,
+    /// Rounds and step of the fit of a bounded modulator's lines. By hand: on a train of impacts a line is then met to 5 %.
+    pub rounds: usize,
+    /// Share of a line's error that a round takes off.
+    pub step: f64,
     /// Greatest share of the power that a cause may carry in a band: some noise is always left.
     pub most_share: f64,
     /// Blocks of frequency whose errors give the p-value.
@@ -190,6 +207,17 @@ pub struct SynthesisSettings {
 
 impl SynthesisSettings {
     /// Default settings.
-    pub const DEFAULT: Self =
-        Self { segment: 4096, least_segments: 8, smooth: 5, most_share: 0.95, blocks: 24, p_value: 0.01 };
+    pub const DEFAULT: Self = Self {
+        segment: 4096,
+        least_segments: 8,
+        smooth: 5,
+        line_excess: 2.0,
+        course_turns: 40.0,
+        least_power: 0.02,
+        rounds: 12,
+        step: 0.7,
+        most_share: 0.95,
+        blocks: 24,
+        p_value: 0.05,
+    };
 }

@@ -13,10 +13,10 @@ use realfft::num_complex::Complex;
 use super::comb::Comb;
 use super::modulation::{Modulation, Tones, partition};
 use super::observation::{Observation, neighbours};
-use super::settings::{CombSettings, SynthesisSettings};
+use super::settings::SynthesisSettings;
 use crate::signal::kinematics::Geometry;
 use crate::signal::spectrum::{Spectrum, welch};
-use crate::signal::transform::{forward, inverse_plan};
+use crate::signal::transform::{forward, hann, inverse_plan};
 
 const SETTINGS: SynthesisSettings = SynthesisSettings::DEFAULT;
 
@@ -30,12 +30,46 @@ pub struct Modulator {
 }
 
 impl Modulator {
-    /// Share of the band's power that comes and goes.
+    /// Share of the band's power that comes and goes: what the least power in a few turns lacks to the mean.
     pub fn share(&self) -> f64 {
-        let greatest = self.lines.iter().map(|(_, amplitude)| *amplitude).fold(0.0, f64::max);
-        greatest.min(SETTINGS.most_share)
+        let least = self.course(SETTINGS.course_turns / COURSE as f64).into_iter().fold(1.0, f64::min);
+        (1.0 - least).clamp(0.0, SETTINGS.most_share)
+    }
+
+    /// Power over its mean at steps of `turn` turns of the shaft.
+    fn course(&self, turn: f64) -> Vec<f64> {
+        let at = |i: usize| {
+            let wave = |(order, a): &(f64, f64)| a * (std::f64::consts::TAU * order * turn * i as f64).cos();
+            1.0 + self.lines.iter().map(wave).sum::<f64>()
+        };
+        (0..COURSE).map(at).collect()
+    }
+
+    /// Modulator whose power, never below nothing, has the lines of this one: the bound distorts a deep modulation.
+    fn bounded(&self) -> Self {
+        let turn = SETTINGS.course_turns / COURSE as f64;
+        let waves: Vec<Vec<f64>> = self
+            .lines
+            .iter()
+            .map(|(order, _)| (0..COURSE).map(|i| (std::f64::consts::TAU * order * turn * i as f64).cos()).collect())
+            .collect();
+        let window = hann(COURSE);
+        let weight = 0.5 * window.iter().sum::<f64>();
+        let mut out = self.clone();
+        for _ in 0..SETTINGS.rounds {
+            let course: Vec<f64> = out.course(turn).into_iter().map(|v| v.max(SETTINGS.least_power)).collect();
+            let mean = course.iter().zip(&window).map(|(v, w)| v * w).sum::<f64>() / (2.0 * weight);
+            for ((line, wanted), wave) in out.lines.iter_mut().zip(&self.lines).zip(&waves) {
+                let sum: f64 = course.iter().zip(wave).zip(&window).map(|((v, c), w)| (v / mean - 1.0) * c * w).sum();
+                line.1 += SETTINGS.step * (wanted.1 - sum / weight);
+            }
+        }
+        out
     }
 }
+
+/// Points of a course over a few turns of the shaft.
+const COURSE: usize = 4096;
 
 /// Modulators of a channel in bands as wide as a comb's, mean over recordings.
 pub fn modulators(
@@ -64,7 +98,7 @@ pub fn modulators(
                     continue;
                 }
                 let excess = band.power[at] - band.floor[at];
-                if excess > CombSettings::DEFAULT.line_ratio * band.floor[at] {
+                if excess > SETTINGS.line_excess * band.floor[at] {
                     *sum += excess / fitted.len() as f64;
                 }
             }
@@ -169,12 +203,12 @@ pub fn noise(
     let still = [Modulator { band_hz: 0.0..f64::INFINITY, lines: Vec::new() }];
     for modulator in if modulators.is_empty() { &still } else { modulators } {
         let mut white: Vec<f64> = (0..length).map(|_| StandardNormal.sample(&mut random)).collect();
-        let lines = || modulator.lines.iter().filter(|(_, amplitude)| *amplitude > 0.0);
-        if lines().next().is_some() {
+        if modulator.lines.iter().any(|(_, amplitude)| *amplitude > 0.0) {
+            let bounded = modulator.bounded();
             let gain = |i: usize| {
                 let turns = shaft_hz * i as f64 / sample_rate_hz;
                 let wave = |(order, a): &(f64, f64)| a * (std::f64::consts::TAU * order * turns).cos();
-                (1.0 + lines().map(wave).sum::<f64>()).max(0.02)
+                (1.0 + bounded.lines.iter().map(wave).sum::<f64>()).max(SETTINGS.least_power)
             };
             let gains: Vec<f64> = (0..length).map(gain).collect();
             let mean = gains.iter().sum::<f64>() / length as f64;

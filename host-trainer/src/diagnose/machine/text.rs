@@ -12,7 +12,7 @@ use crate::diagnose::result::{Aspect, Test};
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::signal::kinematics::Geometry;
 use crate::stats::format::by_chance;
-use crate::stats::significance::two_sided;
+use crate::stats::significance::{two_sided, two_sided_of_few};
 
 /// Depth from which a race's comb deserves the verdict `unexplained` where no name stands. By hand: half of what the
 /// deepest healthy bearing lacks to a defect.
@@ -106,9 +106,9 @@ pub fn rejected(candidate: &Candidate, bands: &[Range<f64>]) -> String {
 }
 
 /// Sentence of a change that no name explains.
-pub fn unexplained(changes: &[(usize, Change)], with_baseline: bool) -> String {
+pub fn unexplained(changes: &[(usize, Change)]) -> String {
     let most = changes.iter().max_by(|a, b| a.1.shape_db.total_cmp(&b.1.shape_db));
-    match most.filter(|_| with_baseline) {
+    match most {
         Some((channel, change)) => format!(
             "{}: against the healthy machine the power in third-octave bands changed by {:.1} dB (median) and, around that, by \
              {:.1} dB (root mean square); healthy machines of one make stay below {:.0} dB, and no line that would name the \
@@ -158,9 +158,11 @@ pub fn change_tests(channel: usize, change: &Change) -> Vec<Test> {
         q_value: 1.0,
     };
     let orders = (1..=settings.orders).filter_map(|order| {
-        let db = change.order_db(order)?;
+        let [db, error] = change.order_db(order)?;
         let what = format!("{name}, order {order} against the healthy machine, {db:.1} dB");
-        Some(test(Aspect::Order, [order as f64; 2], what, 2.0 * db / NameSettings::DEFAULT.order_db))
+        let z = db / error.hypot(0.5 * NameSettings::DEFAULT.order_db);
+        let p_value = two_sided_of_few(z, change.orders.len() + 1);
+        Some(Test { p_value, ..test(Aspect::Order, [order as f64; 2], what, z) })
     });
     let bands = change.bands.iter().map(|(at, db)| {
         let around = db - change.gain_db;
