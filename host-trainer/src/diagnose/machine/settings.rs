@@ -148,7 +148,7 @@ pub struct NameSettings {
     pub order_db: f64,
     /// Log-odds per dB above that.
     pub order_slope: f64,
-    /// Log-odds at which a name stands.
+    /// Log-odds above which a name stands. By hand: less is a guess.
     pub stands: f64,
     /// Greatest probability: one case in thirty is of a kind that no map describes.
     pub most: f64,
@@ -171,7 +171,7 @@ impl NameSettings {
         times_baseline: 1.5,
         order_db: 7.0,
         order_slope: 1.0,
-        stands: 0.0,
+        stands: 0.5,
         most: 0.97,
         unexplained: 0.6,
     };
