@@ -18,8 +18,8 @@ use super::findings::{self, Failure};
 use super::result::{Cause, Diagnosis, DiagnosisResult, Left, Location, SCHEMA, Verdict};
 use super::validation::{Validation, shown, validate};
 use super::{DiagnoseError, Task};
-use super::{envelope, locate};
-use crate::identify::calibrate::bearing::{Calibration, Options, calibrate};
+use super::{locate, machine};
+use crate::identify::calibrate::bearing::{Calibration, Options, PathChoice, calibrate};
 use crate::identify::calibrate::estimate::ParameterPrior;
 use crate::identify::calibrate::split::Split;
 use crate::identify::likelihood::observed::Observed;
@@ -43,10 +43,10 @@ const CUT_OFF: &str = "Clipping cut off part of the signal, so no other cause wa
 /// Recordings without acceleration, speed or load; a rig that cannot run.
 pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult, DiagnoseError> {
     let Task { recordings, seed, .. } = *task;
-    let (rig, prior) = match measure(task, progress)? {
-        Measure::Waveforms(rig, prior) => (rig, prior),
-        Measure::Rhythm(rig) => return envelope::diagnose(&Task { rig: &rig, ..*task }, progress),
-    };
+    if machine::is_unknown(task.rig) {
+        return machine::diagnose(task, progress);
+    }
+    let (rig, prior) = calibrated(task, progress)?;
     let acquired = Acquired::detect(&rig, recordings)?;
     let split = DataSplit::new(&acquired.recordings)?;
     progress("fitting the nominal rig");
@@ -65,29 +65,15 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
 const NO_LOAD: &str = "No load is stated (load_n in recordings.toml); the rig was simulated with 0 N, so that what depends on \
                        the load is a guess.";
 
-/// Rig that recordings are compared with.
-enum Measure {
-    /// Rig without transfer path, whose waveforms are compared, and the prior of its parameters.
-    Waveforms(Rig, ParameterPrior),
-    /// Rig with an identified transfer path, of which only envelope lines are compared.
-    Rhythm(Rig),
-}
-
-fn measure(task: &Task, progress: &dyn Fn(&str)) -> Result<Measure, DiagnoseError> {
-    let Task { rig, baseline, recordings, seed } = *task;
-    if let Some(baseline) = baseline {
-        progress("calibrating to the baseline");
-        let Calibration { rig, prior, .. } =
-            calibrate(rig, baseline, &Options { seed, ..Options::default() }, progress)?;
-        return Ok(if rig.paths.is_empty() { Measure::Waveforms(rig, prior) } else { Measure::Rhythm(rig) });
-    }
-    if !rig.unknown.is_empty() {
-        progress("fitting the rig's unknown parameters");
-        if let Some(rig) = envelope::beyond_the_rig(rig, recordings, seed)? {
-            return Ok(Measure::Rhythm(rig));
-        }
-    }
-    Ok(Measure::Waveforms(rig.clone(), ParameterPrior::none()))
+/// Rig that recordings are compared with, calibrated to the baseline where there is one, and the prior of its parameters.
+fn calibrated(task: &Task, progress: &dyn Fn(&str)) -> Result<(Rig, ParameterPrior), DiagnoseError> {
+    let Task { rig, baseline, seed, .. } = *task;
+    let Some(baseline) = baseline else { return Ok((rig.clone(), ParameterPrior::none())) };
+    progress("calibrating to the baseline");
+    // Its waveforms are compared, so that it gets no path of its own.
+    let options = Options { path: PathChoice::None, seed };
+    let Calibration { rig, prior, .. } = calibrate(rig, baseline, &options, progress)?;
+    Ok((rig, prior))
 }
 
 /// Validation and verdict of an explanation.

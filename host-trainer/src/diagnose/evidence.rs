@@ -7,7 +7,7 @@ use super::result::{Aspect, Test};
 use super::statistics::{ResidualView, Statistic, highest_lines, statistics};
 use super::validation::replicate;
 use crate::identify::likelihood::observed::{CHANNELS, Observed};
-use crate::stats::significance::{false_discovery_rates, two_sided, two_sided_of_few};
+use crate::stats::significance::{false_discovery_rates, two_sided};
 
 /// Replicates of the rig that give the null distribution.
 const REPLICATES: u64 = 8;
@@ -32,7 +32,7 @@ pub fn of_residual(null_fit: &NullFit) -> Result<Vec<Test>, DiagnoseError> {
     // Replicates that fail are left out.
     let others: Vec<_> = (1..=REPLICATES).filter_map(|n| replicated(n).ok()).collect();
     let views = views(observed, &null_fit.residuals, Some(&point.angles));
-    let mut tests = against(statistics(&views, &geometry), &others, NullSpread::AtLeastOfNoise);
+    let mut tests = against(statistics(&views, &geometry), &others);
     tests.extend(lines(&views));
     Ok(ranked(tests))
 }
@@ -58,27 +58,15 @@ pub fn views<'a>(
     residuals.iter().filter_map(of).collect()
 }
 
-/// Estimate of the null distribution's spread.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NullSpread {
-    /// Variance of the others, at least 1; normal distribution.
-    AtLeastOfNoise,
-    /// Variance of the others alone; Student's distribution, theory (83).
-    OfTheOthers,
-}
-
 /// Tests of statistics against those of other recordings under the same conditions.
-pub fn against(own: Vec<Statistic>, others: &[Vec<Statistic>], scatter: NullSpread) -> Vec<Test> {
+pub fn against(own: Vec<Statistic>, others: &[Vec<Statistic>]) -> Vec<Test> {
     let count = others.len() as f64;
     let of = |(index, s): (usize, Statistic)| {
         let values = || others.iter().filter_map(|o| o.get(index)).map(|o| o.value);
         let mean = values().sum::<f64>() / count.max(1.0);
         let variance = values().map(|v| (v - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
         let z = (s.value - mean) / (variance.max(1.0) * (1.0 + 1.0 / count.max(1.0))).sqrt();
-        let p_value = match scatter {
-            NullSpread::AtLeastOfNoise => two_sided(z),
-            NullSpread::OfTheOthers => two_sided_of_few(z, others.len()),
-        };
+        let p_value = two_sided(z);
         Test { aspect: s.aspect, channel: s.channel, at: s.at, what: s.what, z, p_value, q_value: 1.0 }
     };
     own.into_iter().enumerate().map(of).collect()
@@ -168,7 +156,7 @@ mod tests {
         };
         let others: Vec<_> = (1..=8).map(|n| of(1000 * seed + n, &|_, _, v| v).0).collect();
         let (own, lines) = of(seed, &change);
-        ranked([against(own, &others, NullSpread::AtLeastOfNoise), lines].concat())
+        ranked([against(own, &others), lines].concat())
     }
 
     #[test]

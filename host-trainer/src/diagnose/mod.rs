@@ -7,7 +7,7 @@
 //! | `sdof` | the rig of one degree of freedom |
 //! | `bearing` | the 5-DoF rig |
 //! | `data_split` | fitted, held-out and screening recordings |
-//! | `envelope` | real recordings, where the structure is unknown |
+//! | `machine` | machines of unknown structure, with or without a baseline |
 //! | `acquisition` | faults between sensor and file |
 //! | `residual` | whitened residual and its lack of fit |
 //! | `initial_guesses` | where a search in time or frequency starts |
@@ -21,15 +21,12 @@
 //! | `validation` | fit of a correction to held-out recordings |
 //! | `statistics` | statistics of a residual |
 //! | `evidence` | significance tests of those statistics |
-//! | `baseline_test` | tests of real recordings against the healthy machine's |
 //! | `locate` | where the mismatch is |
 
 pub(crate) mod acquisition;
-pub(crate) mod baseline_test;
 pub(crate) mod bearing;
 pub(crate) mod causes;
 pub(crate) mod data_split;
-pub(crate) mod envelope;
 mod error;
 pub(crate) mod evidence;
 pub(crate) mod explain;
@@ -37,6 +34,7 @@ mod findings;
 pub(crate) mod hypothesis;
 pub(crate) mod initial_guesses;
 pub(crate) mod locate;
+pub(crate) mod machine;
 pub(crate) mod model_selection;
 pub(crate) mod refine_starts;
 pub(crate) mod residual;

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::held_out::{self, Quantity, Rigs};
+use super::machine;
 use super::settings::ReportSettings;
 use super::{Cell, Document, Section, Tone};
 use crate::diagnose::Task;
@@ -49,6 +50,7 @@ pub fn document(task: &Task, outcome: &DiagnosisResult) -> Result<Document, Draw
     if let Some(section) = seen(before, outcome)? {
         document = document.section(section);
     }
+    document = document.sections(machine::envelopes(task, outcome)?);
     let causes = outcome.diagnosis.causes.iter().enumerate().map(|(index, c)| cause(index, c));
     document = document.sections(causes).section(fit(before, outcome));
     Ok(document.sections(
@@ -95,7 +97,7 @@ pub fn verdict(outcome: &DiagnosisResult) -> (Tone, String) {
                 "No mismatch: the residual of held-out recordings is within chance (error {}, noise floor {}, {chance}).",
                 numbers[0], numbers[2]
             );
-            (Tone::Good, text)
+            (Tone::Good, machine::quiet(&outcome.rig, fit.before).unwrap_or(text))
         }
         Verdict::Unexplained => {
             let text = format!(

@@ -6,6 +6,7 @@
 //! | `model` | sections on a fit: scores, equations, sizes |
 //! | `signal` | sections on recordings: spectra, prediction and residual |
 //! | `held_out` | pictures of a recording before and after |
+//! | `machine` | envelope spectra of a machine of unknown structure |
 //! | `plot` | pictures as SVG |
 //! | `settings` | segment lengths, limits of lists, layout |
 //! | `fit`, `monitor`, `calibrate`, `calibrate_sdof`, [`diagnosis`], `spectra` | documents of these commands |
@@ -18,6 +19,7 @@ pub mod diagnosis;
 pub(crate) mod fit;
 pub(crate) mod held_out;
 pub(crate) mod html;
+pub(crate) mod machine;
 pub(crate) mod model;
 pub(crate) mod monitor;
 pub(crate) mod plot;

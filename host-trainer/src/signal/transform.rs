@@ -24,7 +24,7 @@ pub(crate) fn hann(length: usize) -> Vec<f64> {
 }
 
 /// Fourier bins 0 to n/2 of n real values.
-pub(super) fn forward(values: &mut [f64]) -> Vec<Complex<f64>> {
+pub(crate) fn forward(values: &mut [f64]) -> Vec<Complex<f64>> {
     let transform = forward_plan(values.len());
     let mut bins = transform.make_output_vec();
     transform.process(values, &mut bins).expect("buffers are the plan's own");
@@ -32,7 +32,7 @@ pub(super) fn forward(values: &mut [f64]) -> Vec<Complex<f64>> {
 }
 
 /// Sum over k of `bins[k]` exp(2πi kt/n) for t = 0…n−1, n being the number of bins; no scaling.
-pub(super) fn inverse_complex(bins: &[Complex<f64>]) -> Vec<Complex<f64>> {
+pub(crate) fn inverse_complex(bins: &[Complex<f64>]) -> Vec<Complex<f64>> {
     let n = bins.len();
     if n < 2 {
         return bins.to_vec();
