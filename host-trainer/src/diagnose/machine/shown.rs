@@ -5,7 +5,7 @@ use crate::diagnose::result::{Fit, HeldOut, Left};
 use crate::identify::calibrate::distance::log_spectral;
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::signal::spectrum::welch;
-use crate::stats::significance::sign_flip;
+use crate::stats::significance::sign_flip_of;
 
 const SETTINGS: SynthesisSettings = SynthesisSettings::DEFAULT;
 /// Segment of the distance's densities, theory (61).
@@ -52,7 +52,8 @@ pub fn fit(held: &[HeldOut], described: String, seed: u64) -> (Fit, Left) {
     let all: Vec<(&HeldOut, Errors)> = held.iter().filter_map(|h| Some((h, errors(h)?))).collect();
     let blocks = |of: fn(&Errors) -> &Vec<f64>| all.iter().flat_map(|(_, e)| of(e).clone()).collect::<Vec<_>>();
     let same = held.iter().all(|h| h.before == h.after);
-    let p_value = if same { 1.0 } else { sign_flip(&blocks(|e| &e.before), &blocks(|e| &e.after), seed) };
+    let gains = || blocks(|e| &e.before).iter().zip(blocks(|e| &e.after)).map(|(b, a)| b - a).collect::<Vec<_>>();
+    let p_value = if same { 1.0 } else { sign_flip_of(&gains(), seed) };
     let beyond = |distance: f64| (distance.powi(2) - noise_floor.powi(2)).max(0.0);
     let share = if before > noise_floor { (beyond(after) / beyond(before)).min(1.0) } else { 0.0 };
     let left = |errors: &Errors| errors.after.iter().sum::<f64>();
