@@ -113,12 +113,13 @@ pub fn draw_case(spec: &CaseSpec, seconds: f64, size: f64, seed: u64) -> Result<
     let bench = Bench::draw(spec.loud, seconds, all, size, &mut rng)?;
     let healthy = |from: usize, to: usize| bench.record(&(from..to).map(|n| (n, bench.plant(n))).collect::<Vec<_>>());
     let without = healthy(0, count)?;
-    let mut attempt = hide(spec, &bench, &without, &mut rng);
-    for _ in 1..CASES.attempts {
+    let mut attempt = hide(spec, &bench, &without, 1.0, &mut rng);
+    for n in 1..CASES.attempts {
         if attempt.is_ok() {
             break;
         }
-        attempt = hide(spec, &bench, &without, &mut rng);
+        // The more forms have failed, the weaker an effect may be.
+        attempt = hide(spec, &bench, &without, 1.0 - n as f64 / CASES.attempts as f64, &mut rng);
     }
     let (mut recordings, mut truth) = attempt?;
     truth.change = change(&without, &recordings);
@@ -147,11 +148,13 @@ fn slight() -> RigError {
     RigError::BadCondition { field: "effect", found: "next to no change in any form".into(), expected }
 }
 
-/// Recordings of the machine with its hidden causes, and the truth.
+/// Recordings of the machine with its hidden causes, and the truth; `patience`, from 1 to 0, scales the least change and the
+/// greatest strength.
 fn hide(
     spec: &CaseSpec,
     bench: &Bench,
     without: &[Recording],
+    patience: f64,
     rng: &mut ChaCha8Rng,
 ) -> Result<(Vec<Recording>, Truth), RigError> {
     let mut truth = Truth::default();
@@ -172,7 +175,7 @@ fn hide(
                 let context = Context { share: at + span * rng.random::<f64>(), ..context };
                 let effect = effects::draw(*kind, &context, rng);
                 let target = effects::target(&effect.strength, &context);
-                let size = strength::reach(&effect.strength, target, &effect.present, &effect.apply, bench)?
+                let size = strength::reach(&effect.strength, target, patience, &effect.present, &effect.apply, bench)?
                     .ok_or_else(slight)?;
                 truth.accept.extend(effect.accept.map(|kind| kind.to_string()));
                 truth.causes.push(kind.to_string());
@@ -191,8 +194,8 @@ fn hide(
             let context = Context { share: rng.random(), ..context };
             let (how, apply) = outside::draw(*kind, &context, rng);
             let present = vec![true; without.len()];
-            let size =
-                strength::reach(&how, effects::target(&how, &context), &present, &apply, bench)?.ok_or_else(slight)?;
+            let size = strength::reach(&how, effects::target(&how, &context), patience, &present, &apply, bench)?
+                .ok_or_else(slight)?;
             truth.causes.push("unexplained".into());
             truth.outside = Some(kind.name().into());
             applied.push((size, present, apply));

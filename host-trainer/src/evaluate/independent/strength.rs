@@ -22,13 +22,15 @@ pub fn rms(recordings: &[Recording], name: &str) -> f64 {
 }
 
 /// Finds the strength at which an effect changes one of its recordings by `target`, as far as its limits let it; 1 for a
-/// strength that is fixed, and `None` where even at its limit it changes next to nothing.
+/// strength that is fixed, and `None` where even at its limit it changes next to nothing. `patience`, from 1 to 0, scales the
+/// greatest strength and the least change.
 ///
 /// # Errors
 /// A healthy machine that diverges, or an effect that does at all strengths that were tried.
 pub fn reach(
     strength: &Strength,
     target: Option<f64>,
+    patience: f64,
     present: &[bool],
     apply: &Apply,
     bench: &Bench,
@@ -44,6 +46,7 @@ pub fn reach(
             (*limits, SETTINGS.least[1], from, to)
         }
     };
+    let (weakest, most) = (patience * weakest, (patience * most).max(2.0 * least));
     let Some(target) = target else { return Ok(Some(1.0)) };
     let condition = OperatingCondition { samples: to, ..stated };
     let seed = Some(bench.seeds[recording]);

@@ -47,7 +47,7 @@ pub fn cubic(kind: EffectKind, context: &Context, rng: &mut ChaCha8Rng) -> Effec
     let place = place(rng);
     let radial = place.dofs.len() == 2 && rng.random_range(0..3) == 0;
     let unit = spring(context, place) / (3.0 * context.drawn.static_m().powi(2));
-    let (sign, most) = if kind == EffectKind::HardeningStiffness { (1.0, 5.0) } else { (-1.0, 0.8) };
+    let (sign, most) = if kind == EffectKind::HardeningStiffness { (1.0, 5.0) } else { (-1.0, 0.5) };
     let form = if radial { "force along the displacement, by its cube" } else { "" };
     Effect::new(
         kind,
