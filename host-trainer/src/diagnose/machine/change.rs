@@ -53,7 +53,8 @@ impl Change {
         Some(Self { orders, gain_db, shape_db, spread_db: rms(&of_bands.concat()), bands })
     }
 
-    /// Mean change of an order over recordings, dB, with its standard error; `None` without orders.
+    /// Mean change of an order over recordings, dB, with its standard error, which is at least that of the scatter between
+    /// healthy machines; `None` without orders.
     pub fn order_db(&self, order: usize) -> Option<[f64; 2]> {
         let values: Vec<f64> = self.orders.iter().filter_map(|o| o.get(order - 1).copied()).collect();
         let count = values.len() as f64;
@@ -62,7 +63,7 @@ impl Change {
         }
         let mean = values.iter().sum::<f64>() / count;
         let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-        Some([mean, (variance / count).sqrt()])
+        Some([mean, variance.max(SETTINGS.order_scatter_db.powi(2)).sqrt() / count.sqrt()])
     }
 }
 

@@ -38,7 +38,7 @@ use names::{Candidate, CombNow, Evidence, candidates, is_beyond_healthy};
 use observation::{Observation, held_out};
 use pattern::Pattern;
 use settings::{ModulationSettings, NameSettings, SynthesisSettings};
-use synthesis::{Densities, Modulator, modulators, noise};
+use synthesis::{Densities, Modulator, modulators, noise, passed};
 
 use super::result::{Cause, Diagnosis, DiagnosisResult, HeldOut, Location, Nuisance, Rejected, SCHEMA, Test, Verdict};
 use super::{DiagnoseError, Task, evidence};
@@ -46,6 +46,7 @@ use crate::identify::likelihood::observed::CHANNELS;
 use crate::rig::Rig;
 use crate::rig::config::ModelKey;
 use crate::signal::kinematics::Geometry;
+use crate::stats::significance::two_sided;
 
 /// Whether nothing of a rig's structure is known: `unknown` names the masses and the stiffnesses of every part.
 pub fn is_unknown(rig: &Rig) -> bool {
@@ -136,7 +137,8 @@ impl Found {
 
     /// The leading name, if its log-odds suffice.
     fn leading(&self) -> Option<&Candidate> {
-        self.candidates.first().filter(|c| c.log_odds > NameSettings::DEFAULT.stands)
+        let stands = |c: &&Candidate| c.log_odds > NameSettings::DEFAULT.stands && c.probability > 0.5;
+        self.candidates.first().filter(stands)
     }
 }
 
@@ -157,7 +159,11 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
     let mut held_out = synthesised(&data, &found, cause, &geometry, task.seed);
     let (mut fit, mut left) = shown::fit(&held_out, data.described.clone(), task.seed);
     let mut refuted = None;
-    if cause.is_some() && (fit.p_value > SynthesisSettings::DEFAULT.p_value || fit.after >= fit.before) {
+    if let Some(p_value) = cause.and_then(|c| order_p_value(c, &data)) {
+        fit.p_value = p_value;
+    }
+    let is_line = cause.is_some_and(|c| matches!(c.evidence, Evidence::Order { .. }));
+    if cause.is_some() && (fit.p_value > SynthesisSettings::DEFAULT.p_value || !is_line && fit.after >= fit.before) {
         refuted = cause.take();
         held_out = synthesised(&data, &found, None, &geometry, task.seed);
         (fit, left) = shown::fit(&held_out, data.described.clone(), task.seed);
@@ -210,6 +216,15 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
     })
 }
 
+/// p-value of an order's change in the held-out recording, of which the distance of spectra shows little; `None` for a cause
+/// that is no order.
+fn order_p_value(cause: &Candidate, data: &Data) -> Option<f64> {
+    let Evidence::Order { channel, order, .. } = cause.evidence else { return None };
+    let change = Change::new(std::slice::from_ref(&data.held_out), &data.baseline, channel);
+    let changed = change.and_then(|change| change.order_db(order)).filter(|[db, _]| *db > 0.0);
+    Some(changed.map_or(1.0, |[db, error]| two_sided(db / error)))
+}
+
 /// Held-out channels without the cause and with it; without a cause, the same twice.
 fn synthesised(data: &Data, found: &Found, cause: Option<&Candidate>, geometry: &Geometry, seed: u64) -> Vec<HeldOut> {
     let learned = data.learned();
@@ -230,7 +245,12 @@ fn synthesised(data: &Data, found: &Found, cause: Option<&Candidate>, geometry: 
             noise(measured.len(), held.sample_rate_hz, held.shaft_hz, density, modulators, seed)
         };
         let before = make(&before, &[], seed);
-        let after = if cause.is_some() { make(&after, &modulated, seed.wrapping_add(7)) } else { before.clone() };
+        let after = if cause.is_some() {
+            let seed = seed.wrapping_add(7);
+            make(&after, &passed(&modulated, held, measured.len(), &after, seed), seed)
+        } else {
+            before.clone()
+        };
         let name = format!("{}-{}", held.name, CHANNELS[channel]);
         Some(HeldOut { name, sample_rate_hz: held.sample_rate_hz, measured, before, after })
     };

@@ -28,7 +28,9 @@ impl CombNow {
 
     /// Log-odds lost if decoys have such a comb too.
     fn chance(&self) -> f64 {
-        SETTINGS.decoy_slope * (SETTINGS.decoy_p_value / self.comb.p_value.max(1e-12)).ln().min(0.0)
+        // Its many lines meet those of another machine.
+        let usual = if self.comb.pattern == Pattern::Ball { SETTINGS.ball_p_value } else { SETTINGS.decoy_p_value };
+        SETTINGS.decoy_slope * (usual / self.comb.p_value.max(1e-12)).ln().min(0.0)
     }
 
     fn is_race(&self) -> bool {

@@ -84,6 +84,9 @@ pub struct ChangeSettings {
     pub orders: usize,
     /// Reach around an order that is taken for it, as a share of its frequency: the stated speed may be off.
     pub order_reach: f64,
+    /// Standard deviation of an order's amplitude between healthy machines of one make, dB. Two healthy mountings differ by
+    /// 3 to 6 at a speed.
+    pub order_scatter_db: f64,
     /// Fewest turns of the shaft in a recording for its orders. By hand: three values between two orders.
     pub fewest_turns: f64,
     /// Bands in an octave.
@@ -106,6 +109,7 @@ impl ChangeSettings {
     pub const DEFAULT: Self = Self {
         orders: 4,
         order_reach: 0.004,
+        order_scatter_db: 4.0,
         fewest_turns: 8.0,
         bands_per_octave: 3.0,
         lowest_hz: 20.0,
@@ -139,16 +143,19 @@ pub struct NameSettings {
     pub rival_depth: f64,
     /// p-value of a comb among the decoys above which its log-odds fall.
     pub decoy_p_value: f64,
+    /// The same for the lines of a ball's strikes: one side line that meets another machine's has p = 0.045.
+    pub ball_p_value: f64,
     /// Log-odds lost per ln of the p-value above that.
     pub decoy_slope: f64,
     /// Times the baseline's depth that a comb has to exceed.
     pub times_baseline: f64,
-    /// Change of an order at which its force is as probable a cause as none, dB. Healthy and otherwise faulty machines
-    /// have up to 4.
+    /// Change of an order, less its standard error, at which its force is as probable a cause as none, dB. Healthy and
+    /// otherwise faulty machines have up to 4 over several speeds.
     pub order_db: f64,
     /// Log-odds per dB above that.
     pub order_slope: f64,
-    /// Log-odds above which a name stands. By hand: less is a guess.
+    /// Log-odds against none above which a name stands if it also has more than half of the posterior. By hand: less is a
+    /// guess.
     pub stands: f64,
     /// Greatest probability: one case in thirty is of a kind that no map describes.
     pub most: f64,
@@ -167,9 +174,10 @@ impl NameSettings {
         cage_slope: 4.0,
         rival_depth: 0.12,
         decoy_p_value: 0.03,
+        ball_p_value: 0.002,
         decoy_slope: 2.0,
         times_baseline: 1.5,
-        order_db: 7.0,
+        order_db: 6.0,
         order_slope: 1.0,
         stands: 0.5,
         most: 0.97,
@@ -197,6 +205,12 @@ pub struct SynthesisSettings {
     pub rounds: usize,
     /// Share of a line's error that a round takes off.
     pub step: f64,
+    /// Rounds in which the modulation that passes is fitted to the one that was measured. By hand.
+    pub passes: usize,
+    /// Depth of a band's modulation from which that is done. By hand: less is noise.
+    pub least_depth: f64,
+    /// Greatest amplitude of a line: that of a train of short impacts is 2.
+    pub most_amplitude: f64,
     /// Greatest share of the power that a cause may carry in a band: some noise is always left.
     pub most_share: f64,
     /// Blocks of frequency whose errors give the p-value.
@@ -216,6 +230,9 @@ impl SynthesisSettings {
         least_power: 0.02,
         rounds: 12,
         step: 0.7,
+        passes: 4,
+        least_depth: 0.05,
+        most_amplitude: 1.9,
         most_share: 0.95,
         blocks: 24,
         p_value: 0.05,

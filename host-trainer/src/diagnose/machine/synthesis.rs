@@ -232,6 +232,38 @@ pub fn noise(
     out
 }
 
+/// Modulators with which noise of a density has the modulation of the given ones: where a density has peaks narrower than the
+/// modulation is fast, less of it passes.
+pub fn passed(
+    wanted: &[Modulator],
+    held_out: &Observation,
+    length: usize,
+    density: &Spectrum,
+    seed: u64,
+) -> Vec<Modulator> {
+    let (rate, shaft_hz) = (held_out.sample_rate_hz, held_out.shaft_hz);
+    let bands: Vec<Range<f64>> = wanted.iter().map(|m| m.band_hz.clone()).collect();
+    let orders = || wanted.iter().flat_map(|m| m.lines.iter().map(|(order, _)| *order));
+    let highest_hz = 1.1 * shaft_hz * orders().fold(0.0, f64::max);
+    let mut out = wanted.to_vec();
+    for _ in 0..SETTINGS.passes {
+        let made = noise(length, rate, shaft_hz, density, &out, seed);
+        let Some(found) = Modulation::new(&made, rate, shaft_hz, &bands, highest_hz, Tones::Kept) else { break };
+        for ((modulator, wanted), band) in out.iter_mut().zip(wanted).zip(&found.bands) {
+            let depth: f64 = wanted.lines.iter().map(|(_, a)| a * a).sum();
+            let at = |order: f64| (order / found.order_step).round() as usize;
+            let power = |order: f64| band.power.get(at(order)).copied().unwrap_or_default();
+            let reached: f64 = wanted.lines.iter().filter(|l| l.1 > 0.0).map(|l| power(l.0)).sum();
+            if depth < SETTINGS.least_depth.powi(2) || reached <= 0.0 {
+                continue;
+            }
+            let factor = (depth / reached).sqrt().clamp(0.5, 2.0);
+            modulator.lines.iter_mut().for_each(|(_, a)| *a = (*a * factor).min(SETTINGS.most_amplitude));
+        }
+    }
+    out
+}
+
 /// Density at a frequency, linear between values.
 fn value_at(density: &Spectrum, hz: f64) -> f64 {
     let place = hz / density.step_hz;
