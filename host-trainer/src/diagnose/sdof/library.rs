@@ -327,8 +327,8 @@ impl<'a> Builder<'a> {
         }
         let k = machine.stiffness_n_per_m;
         if k > 0.0 && machine.restoring == Restoring::Linear {
-            let variants = (1..=14).map(|n| {
-                let half = part(&sizes, 0.065 * f64::from(n));
+            let variants = (1..=28).map(|n| {
+                let half = part(&sizes, 0.0325 * f64::from(n));
                 let entry = EffectEntry::new(EffectKind::Backlash, &[(ParameterKey::WidthM, 2.0 * half)]);
                 let force = move |t: &Track| t.signal(|q, _, _| q.clamp(-half, half));
                 (entry, Source::Force(Box::new(force)))
