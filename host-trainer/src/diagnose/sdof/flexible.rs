@@ -7,7 +7,7 @@
 use std::f64::consts::TAU;
 
 use super::acquire::{Acquired, Track};
-use super::library::Source;
+use super::library::{Signal, Source};
 
 /// Knots of a spline.
 const KNOTS: usize = 7;
@@ -17,6 +17,9 @@ const WIDTHS: [f64; 4] = [0.02, 0.08, 0.25, 0.6];
 const MEMORIES: [f64; 3] = [0.1, 0.5, 2.0];
 /// Half periods of the swings with time.
 const SWINGS: i32 = 8;
+
+/// Function of position and velocity, both as shares of their largest values.
+type OfState = fn(f64, f64) -> f64;
 
 /// Knots of a piecewise linear curve of a state: quantiles, so that each piece has samples.
 fn knots(mut values: Vec<f64>, count: usize) -> Vec<f64> {
@@ -64,10 +67,10 @@ pub fn sources(acquired: &Acquired) -> Vec<Flexible<'_>> {
         let source = Source::Force(Box::new(move |t: &Track| t.signal(|_, v, _| hat(&knots, index, v))));
         out.push(Flexible { about: "velocity", knot, source });
     }
-    let mut force = |about, signal: Box<dyn Fn(&Track) -> Vec<f64> + Sync>| {
+    let mut force = |about, signal: Signal<'static>| {
         out.push(Flexible { about, knot: None, source: Source::Force(signal) });
     };
-    let surface: [(&'static str, fn(f64, f64) -> f64); 12] = [
+    let surface: [(&'static str, OfState); 12] = [
         ("position", |q, _| q * q * q),
         ("position", |q, _| q.powi(5)),
         ("velocity", |_, v| v * v * v),

@@ -34,7 +34,7 @@ pub enum Source<'a> {
 /// A term without its columns yet, and what drives each of its variants.
 type Job<'a> = (Term, Vec<(EffectEntry, Source<'a>)>);
 /// Signal of a recording.
-type Signal<'a> = Box<dyn Fn(&Track) -> Vec<f64> + Sync + 'a>;
+pub(super) type Signal<'a> = Box<dyn Fn(&Track) -> Vec<f64> + Sync + 'a>;
 
 /// Columns of the regression with their meaning. Column 0 is the target.
 #[derive(Default)]
