@@ -141,11 +141,11 @@ fn manifests() {
     for (text, expected) in [
         (
             "[[recording]]\nfile = \"r.csv\"\nrpm = 3",
-            "recording[1].rpm: found an unknown key, expected one of file, sample_rate_hz, unit, variable, shaft_hz, load_n, channels, resample_hz",
+            "recording[1].rpm: found an unknown key, expected one of file, sample_rate_hz, unit, variable, shaft_hz, shaft_hz_std, load_n, channels, resample_hz",
         ),
         (
             "[defaults]\nfile = \"a\"",
-            "defaults.file: found an unknown key, expected one of sample_rate_hz, unit, variable, shaft_hz, load_n, channels, resample_hz",
+            "defaults.file: found an unknown key, expected one of sample_rate_hz, unit, variable, shaft_hz, shaft_hz_std, load_n, channels, resample_hz",
         ),
         ("[default]\n", "default: found an unknown key, expected one of defaults, recording"),
         ("[defaults]\nunit = \"g\"", "recording: found nothing, expected at least one [[recording]]"),
