@@ -5,47 +5,27 @@
 //! | [`result`] | result of a diagnosis |
 //! | [`mod@write`] | a diagnosis as a folder |
 //! | `sdof` | the rig of one degree of freedom |
-//! | `bearing` | the 5-DoF rig |
-//! | `data_split` | fitted, held-out and screening recordings |
+//! | `bearing` | the 5-DoF rig: which of its back ends |
+//! | `spectral` | rigs of known structure, by the power spectra of their recordings |
 //! | `machine` | machines of unknown structure, with or without a baseline |
 //! | `acquisition` | faults between sensor and file |
-//! | `residual` | whitened residual and its lack of fit |
-//! | `initial_guesses` | where a search in time or frequency starts |
-//! | `hypothesis` | candidate effects with starts of their search |
-//! | `start_score` | expected gain of a start |
-//! | `screening` | screening of all candidates |
-//! | `refine_starts` | refinement of the screened starts |
-//! | `model_selection` | fits of the best candidates and their gains |
-//! | `explain` | null model, and the one or two causes that explain its residual |
-//! | `findings` | causes, rejected candidates and fit of a diagnosis |
-//! | `validation` | fit of a correction to held-out recordings |
-//! | `statistics` | statistics of a residual |
-//! | `evidence` | significance tests of those statistics |
+//! | `shown` | fit to held-out recordings |
+//! | `evidence` | rank of significance tests |
 //! | `locate` | where the mismatch is |
 
 pub(crate) mod acquisition;
 pub(crate) mod bearing;
 pub(crate) mod causes;
-pub(crate) mod data_split;
 mod error;
 pub(crate) mod evidence;
-pub(crate) mod explain;
-mod findings;
-pub(crate) mod hypothesis;
-pub(crate) mod initial_guesses;
 pub(crate) mod locate;
 pub(crate) mod machine;
-pub(crate) mod model_selection;
-pub(crate) mod refine_starts;
-pub(crate) mod residual;
 pub mod result;
-pub(crate) mod screening;
 pub(crate) mod sdof;
-pub(crate) mod start_score;
-pub(crate) mod statistics;
+pub(crate) mod shown;
+pub(crate) mod spectral;
 #[cfg(test)]
 mod tests;
-pub(crate) mod validation;
 pub mod write;
 
 pub use error::DiagnoseError;

@@ -54,6 +54,8 @@ pub enum Stage {
     Structure,
     /// Sensor; sensor noise is added after it.
     Transducer,
+    /// Amplifier of signal and noise.
+    Amplifier,
     /// Transmission path of the signal, noise included: a `[[path]]` of the file.
     Path,
     /// Cable to the converter.

@@ -31,6 +31,8 @@ pub struct RandomPart {
     /// Responses of `ax` and `ay` to 1 N during one sample, m/s², at sampled instants of the run; S takes the mean of their
     /// powers.
     pub responses: Vec<[Vec<f64>; 2]>,
+    /// Gain of the sensor noise of `ax` and `ay` on its way to the file.
+    pub noise_gain: [f64; 2],
     /// Velocity covariance under the whole process force.
     pub scatter: VelocityCovariance,
 }
@@ -98,7 +100,7 @@ fn random_part(of: &Asked, states: Option<Result<Vec<Visited>, RigError>>) -> Re
         None => vec![impulse(&bearing::at_rest(machine, condition.load_n))],
     };
     let scatter = scatter(machine, condition, &impulses);
-    let chain: Vec<_> = output_chain(assembly).into_iter().filter(|(stage, _)| *stage <= Stage::Transducer).collect();
+    let chain: Vec<_> = output_chain(assembly).into_iter().filter(|(stage, _)| *stage <= Stage::Amplifier).collect();
     let sensed = |(channel, mut signal, path_force): (&str, Vec<f64>, Vec<f64>)| {
         let at = Acquisition { channel, sample_rate_hz: condition.sample_rate_hz, preroll: 0, path_force: &path_force };
         // The chain's output at rest is no response.
@@ -115,7 +117,14 @@ fn random_part(of: &Asked, states: Option<Result<Vec<Visited>, RigError>>) -> Re
         let [ax, ay, fx, fy] = std::mem::take(&mut impulse.signals);
         [("ax", ax, fx), ("ay", ay, fy)].map(sensed)
     });
-    Ok(RandomPart { responses: responses.collect(), scatter })
+    let responses = responses.collect();
+    let noise_gain = ["ax", "ay"].map(|channel| {
+        let at = Acquisition { channel, sample_rate_hz: condition.sample_rate_hz, preroll: 0, path_force: &[0.0] };
+        let mut unit = vec![1.0];
+        chain.iter().filter(|(stage, _)| *stage == Stage::Amplifier).for_each(|(_, alter)| alter(&at, &mut unit));
+        unit[0]
+    });
+    Ok(RandomPart { responses, noise_gain, scatter })
 }
 
 /// Impulse responses at instants of a rig whose force laws depend on the noise: slopes follow from the velocity covariance,

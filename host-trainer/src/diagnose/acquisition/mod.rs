@@ -1,21 +1,27 @@
-//! Faults of the acquisition, found in the samples themselves: clipping, offset, mains interference. They are detected first
-//! and removed if possible.
+//! Faults of the acquisition, found in the samples themselves: clipping, offset, missing samples. They are detected first, and
+//! removed or cut out.
 
-mod mains;
+mod dropped;
 
 use super::DiagnoseError;
+use crate::identify::calibrate::split::part;
 use crate::identify::likelihood::observed::{CHANNELS, Observed, accelerations};
 use crate::recording::Recording;
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{EffectEntry, Rig};
+use crate::signal::transform::hann;
 use crate::stats::significance::two_sided;
 
 /// Minimum count of samples at the maximum of a clipped channel; noise has one, or a few by rounding.
 const TIES: usize = 12;
 /// Standard errors from 0 of a mean that is an offset.
 const OFFSET: f64 = 6.0;
+/// Standard deviation of an offset that a sensor has when nothing is wrong with it, over that of its noise: by hand.
+const OFFSET_OF_NOISE: f64 = 0.3;
 /// Standard errors by which two channels' offsets may differ and count as one.
 const ALIKE: f64 = 3.0;
+/// Samples to either side of missing ones that are left out, too: where they are missing is known no better.
+const MARGIN: usize = 600;
 /// Acquisition fault with its evidence.
 #[derive(Clone, Debug)]
 pub struct Fault {
@@ -32,9 +38,9 @@ pub struct Fault {
 pub struct Acquired {
     /// Recordings without the removed faults.
     pub recordings: Vec<Recording>,
-    /// Removed faults: offsets, mains interference.
+    /// Removed faults: offsets, missing samples.
     pub taken_out: Vec<Fault>,
-    /// Clipping, which cannot be removed.
+    /// Clipping; it stays, as it is rare in time.
     pub clipped: Vec<Fault>,
 }
 
@@ -48,10 +54,7 @@ impl Acquired {
         let noise_std = rig.bearing().map_or(0.0, |machine| machine.sensor.noise_std_m_per_s2);
         let mut taken_out = offset(&Observed::from_recordings(recordings)?, noise_std);
         let mut recordings = without(recordings, &taken_out);
-        if let Some((line, without)) = mains::taken_out(rig, &recordings)? {
-            recordings = without;
-            taken_out.push(line);
-        }
+        taken_out.extend(whole_part(&mut recordings));
         Ok(Self { recordings, taken_out, clipped })
     }
 
@@ -104,11 +107,12 @@ fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
             .iter()
             .filter_map(|o| o.samples[channel].as_ref())
             .map(|s| {
-                let n = s.len() as f64;
-                let mean = s.iter().sum::<f64>() / n;
-                // The change of velocity over the recording gives a mean, too.
-                let largest = s.iter().fold(0.0f64, |l, v| l.max((v - mean).abs()));
-                (mean, noise_std / n.sqrt() + largest / n)
+                // A window, so that turns of the shaft that are not whole leave no mean.
+                let window = hann(s.len());
+                let sum: f64 = window.iter().sum();
+                let mean = s.iter().zip(&window).map(|(v, w)| v * w).sum::<f64>() / sum;
+                let squares: f64 = window.iter().map(|w| w * w).sum();
+                (mean, noise_std * (squares.sqrt() / sum).max(OFFSET_OF_NOISE))
             })
             .collect();
         let weight: f64 = means.iter().map(|(_, d)| d.powi(-2)).sum();
@@ -154,4 +158,34 @@ fn without(recordings: &[Recording], offsets: &[Fault]) -> Vec<Recording> {
         }
     }
     out
+}
+
+/// Cuts recordings where samples are missing, to the longer part, and the fault, if most of them are so.
+fn whole_part(recordings: &mut [Recording]) -> Option<Fault> {
+    let gaps: Vec<Option<dropped::Gap>> = recordings.iter().map(dropped::gap).collect();
+    let mut found: Vec<(dropped::Gap, f64)> =
+        gaps.iter().zip(&*recordings).filter_map(|(gap, r)| Some(((*gap)?, r.sample_rate_hz))).collect();
+    if found.is_empty() {
+        return None;
+    }
+    found.sort_by_key(|(gap, _)| gap.count);
+    let (gap, rate) = found[found.len() / 2];
+    let evidence = format!(
+        "One turn of the shaft is {} samples short at {:.3} s, all others are alike, in {} of {} recordings.",
+        gap.count,
+        gap.sample as f64 / rate,
+        found.len(),
+        recordings.len()
+    );
+    for (gap, recording) in gaps.iter().zip(recordings.iter_mut()) {
+        let Some(gap) = gap else { continue };
+        let (before, after) = (gap.sample.saturating_sub(MARGIN), (gap.sample + MARGIN).min(recording.len()));
+        let kept = if before >= recording.len() - after { 0..before } else { after..recording.len() };
+        *recording = part(recording, kept);
+    }
+    let effect = EffectEntry::new(
+        EffectKind::DroppedSamples,
+        &[(ParameterKey::TimeS, gap.sample as f64 / rate), (ParameterKey::Count, gap.count as f64)],
+    );
+    Some(Fault { effect, evidence, p_value: 1e-6 })
 }

@@ -12,7 +12,6 @@
 //! | `change` | orders of the shaft and power in bands against the baseline |
 //! | `names` | posterior of the names |
 //! | `synthesis` | held-out recordings without the cause and with it |
-//! | `shown` | their fit |
 //! | `text` | sentences |
 
 mod change;
@@ -22,7 +21,6 @@ mod names;
 mod observation;
 mod pattern;
 pub(crate) mod settings;
-mod shown;
 mod synthesis;
 #[cfg(test)]
 mod tests;
@@ -41,7 +39,7 @@ use settings::{ModulationSettings, NameSettings, SynthesisSettings};
 use synthesis::{Densities, Modulator, modulators, noise, passed};
 
 use super::result::{Cause, Diagnosis, DiagnosisResult, HeldOut, Location, Nuisance, Rejected, SCHEMA, Test, Verdict};
-use super::{DiagnoseError, Task, evidence};
+use super::{DiagnoseError, Task, evidence, shown};
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::rig::Rig;
 use crate::rig::config::ModelKey;

@@ -1,6 +1,5 @@
 //! Recordings, a rig and its sought numbers: likelihood, gradient and information at a point, theory (54) to (56).
 
-use crate::rig::effect::ParameterKey;
 use std::iter;
 use std::ops::Range;
 
@@ -96,50 +95,6 @@ impl<'o> Problem<'o> {
         align::angles(rig, self.observed, &self.noise(rig)?)
     }
 
-    /// Angles with which a rig suits the recordings best, given the `known` angles of the rig `without` one of its effects:
-    /// those, moved ones, or new ones. `fitted` are angles of some recordings, by index, that were found with the effect.
-    ///
-    /// # Errors
-    /// Runs that the simulation refuses for all choices.
-    pub fn aligned_given(
-        &self,
-        rig: &Rig,
-        without: &Rig,
-        known: &[[f64; 2]],
-        fitted: &[(usize, [f64; 2])],
-    ) -> Result<Vec<[f64; 2]>, RigError> {
-        let aligned = self.aligned(rig)?;
-        let mut as_fitted = aligned.clone();
-        fitted.iter().for_each(|(n, angles)| as_fitted[*n] = *angles);
-        let mut choices = vec![as_fitted, aligned, known.to_vec()];
-        // A weak effect does not move the angles, a strong one does.
-        choices.extend(self.moved(rig, known));
-        if rig.effects.iter().any(|e| e.number(ParameterKey::TimeS).is_some()) {
-            choices.extend(align::angles_apart(without, rig, self.observed, known));
-        }
-        align::best_of(rig, self.observed, &self.noise(rig)?, &choices)
-    }
-
-    /// Angles moved to where they suit a rig better, by [`align::lag`].
-    fn moved(&self, rig: &Rig, angles: &[[f64; 2]]) -> Result<Vec<[f64; 2]>, RigError> {
-        let noise = self.noise(rig)?;
-        let means = means(&align::noise_free_runs(rig, self.observed, &noise, angles))?;
-        let lags = self.observed.iter().zip(&noise).zip(means);
-        let lags = lags.map(|((o, noise), mean)| Ok(align::lag(rig, o, &noise.variance, &mean?)));
-        let each = self.observed.iter().zip(angles).zip(lags);
-        each.map(|((o, a), lag)| Ok(align::moved_angles(rig, o, lag?, *a))).collect()
-    }
-
-    /// Point with its angles moved by [`align::latched`].
-    ///
-    /// # Errors
-    /// As [`align::latched`].
-    pub fn latched(&self, point: &Point) -> Result<Point, RigError> {
-        let rig = self.rig_at(&point.coordinates)?;
-        let angles = align::latched(&rig, self.observed, &self.noise(&rig)?, point.angles.clone())?;
-        Ok(Point { angles, ..point.clone() })
-    }
-
     /// Rig at the given coordinates.
     ///
     /// # Errors
@@ -183,18 +138,6 @@ impl<'o> Problem<'o> {
     /// Term of a recording's tachometer.
     fn of_tachometer(&self, o: &Observed, adds: impl Fn(Reading) -> f64) -> f64 {
         align::reading(&self.rig, o).map_or(0.0, adds)
-    }
-
-    /// Expansion around a point with `more` numbers of the rig after the coordinates, at their present values.
-    ///
-    /// # Errors
-    /// As [`Problem::predict`].
-    pub fn expand_with(&self, more: &[Coordinate], point: &Point) -> Result<Expansion, RigError> {
-        let rig = self.rig_at(&point.coordinates)?;
-        let with = Self { coordinates: [&self.coordinates, more].concat(), ..self.clone() };
-        let values = more.iter().map(|c| c.to_coordinate(rig.get(c.key).unwrap_or_default()));
-        let coordinates = point.coordinates.iter().copied().chain(values).collect();
-        with.expand(&Point { coordinates, angles: point.angles.clone() })
     }
 
     /// Likelihood, gradient and information, theory (54) to (56), by difference quotients of D and ln S.

@@ -75,11 +75,12 @@ fn seen(rig: &Rig, condition: &OperatingCondition, part: RandomPart) -> Noise {
     let (psd, noise) = rig.bearing().map_or((0.0, 0.0), |machine| {
         (machine.excitation.process_force_psd_n2_per_hz, machine.sensor.noise_std_m_per_s2.powi(2))
     });
-    let RandomPart { responses, scatter } = part;
+    let RandomPart { responses, noise_gain, scatter } = part;
     let force = 0.5 * psd * condition.sample_rate_hz;
     let mut variance = [0, 1].map(|channel| -> Vec<f64> {
         let of_channel: Vec<&[f64]> = responses.iter().map(|r| r[channel].as_slice()).collect();
         let power = mean_power(&of_channel, condition.samples);
+        let noise = noise * noise_gain[channel].powi(2);
         power.iter().map(|power| (noise + force * power).max(f64::MIN_POSITIVE)).collect()
     });
     for path in &rig.paths {

@@ -47,6 +47,7 @@ keys! {
     ImpulseNS = "impulse_n_s", "Impulse, N s.";
     Lobes = "lobes", "Lobes of a race around its circumference.";
     PhaseRad = "phase_rad", "Phase, rad.";
+    PhaseYRad = "phase_y_rad", "Phase of a force's vertical part beyond that of a rotating force, rad.";
     QuadraticNPerM2 = "quadratic_n_per_m2", "Coefficient of a quadratic spring, N/m².";
     RadialClearanceM = "radial_clearance_m", "Radial clearance, m.";
     RatePerS = "rate_per_s", "Relative rate of change, 1/s.";

@@ -1,4 +1,4 @@
-//! A sensor whose sensitivity is off: every sample times the value (ISO 16063-21).
+//! A measuring chain whose gain is off: every sample times the value, noise included (ISO 16063-21).
 
 use super::{Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing};
 use crate::rig::{assembly::Stage, config::Domain};
@@ -19,7 +19,7 @@ pub(super) const EFFECT: Definition = Definition {
     apply: |v, assembly| {
         let (value, concerns) = (v.number(ParameterKey::Value), v.channels());
         if value != 1.0 {
-            assembly.signal(Stage::Transducer, move |at, signal| {
+            assembly.signal(Stage::Amplifier, move |at, signal| {
                 if concerns(at.channel) {
                     signal.iter_mut().for_each(|sample| *sample *= value);
                 }

@@ -10,19 +10,17 @@ mod spin;
 use crate::rig::effect::{EffectKind, ParameterKey};
 use std::f64::consts::TAU;
 
-use rayon::prelude::*;
 use realfft::num_complex::Complex;
 
-use crate::identify::likelihood::observed::{CHANNELS, Coefficients, Observed};
+use crate::identify::likelihood::observed::{CHANNELS, Observed};
 use crate::identify::likelihood::settings::AlignmentSettings;
 use crate::identify::likelihood::tachometer::Reading;
-use crate::identify::likelihood::whittle::{Noise, NoiseFreeRun, Prediction, means, neg_log_likelihood, noises_in};
+use crate::identify::likelihood::whittle::{Noise, NoiseFreeRun, Prediction, means, neg_log_likelihood};
 use crate::recording::Recording;
-use crate::rig::simulate::{assemble, fewest_substeps, shortest_settling_s, simulate_all};
+use crate::rig::simulate::{assemble, fewest_substeps, shortest_settling_s};
 use crate::rig::{EffectEntry, OperatingCondition, Rig, RigError, Run, Start, simulate_many};
 use crate::signal::transform::{forward_plan, inverse_plan};
 
-pub use shift::{correlation, lag, moved_angles, moved_mean};
 use spin::{respin, spins, spun};
 
 const SETTINGS: AlignmentSettings = AlignmentSettings::DEFAULT;
@@ -130,61 +128,6 @@ fn better(one: Judged, other: Judged) -> Judged {
         (Err(_), Ok(_)) => other,
         _ => one,
     }
-}
-
-/// Angles of recordings with an event at a time of its own, a step or an impact: those of the rig `without` it, after
-/// the change that `with` gives at `angles` is subtracted.
-///
-/// # Errors
-/// A run that the simulation refuses, or that diverges.
-pub fn angles_apart(
-    without: &Rig,
-    with: &Rig,
-    observed: &[Observed],
-    angles: &[[f64; 2]],
-) -> Result<Vec<[f64; 2]>, RigError> {
-    let noise = noises_in(&[without], observed)?;
-    let of = |rig| -> Result<Vec<[Coefficients; 2]>, RigError> {
-        means(&noise_free_runs(rig, observed, &noise, angles))?.into_iter().collect()
-    };
-    let (old, new) = (of(without)?, of(with)?);
-    let mut rest = observed.to_vec();
-    for (o, (old, new)) in rest.iter_mut().zip(old.iter().zip(&new)) {
-        for (spectrum, (old, new)) in o.spectra.iter_mut().zip(old.iter().zip(new)) {
-            let Some(spectrum) = spectrum else { continue };
-            spectrum.iter_mut().zip(old.iter().zip(new)).for_each(|(x, (old, new))| *x -= new - old);
-        }
-    }
-    self::angles(without, &rest, &noise)
-}
-
-/// Angles of many rigs side by side, as [`angles`]; `None` for a rig whose simulation diverges. `known` are the angles of the
-/// rig that all are variations of. If the last effect of a rig turns with the shaft, its angle is still unknown, and the
-/// tachometer is ignored.
-///
-/// # Errors
-/// A run that the simulation refuses before it starts.
-pub fn angles_of_many(
-    rigs: &[&Rig],
-    observed: &[Observed],
-    noise: &[Noise],
-    known: &[[f64; 2]],
-) -> Result<Vec<Option<Vec<[f64; 2]>>>, RigError> {
-    let even: Vec<(Rig, f64)> = rigs.iter().map(|rig| at_even_speed(rig)).collect();
-    let runs: Vec<Run> = even.iter().flat_map(|(rig, _)| long_runs(rig, observed, noise)).collect();
-    let long = simulate_all(&runs)?;
-    let of = |((rig, rate_per_s), runs): (&(Rig, f64), &[Result<Recording, RigError>])| {
-        let anywhere = rig.effects.last().is_some_and(EffectEntry::is_on_shaft);
-        let of = |((o, v), run): ((&Observed, &Noise), &Result<Recording, RigError>)| {
-            let reading = reading(rig, o).filter(|_| !anywhere);
-            Some(of_long_run(&o.at_even_speed(*rate_per_s), v, run.as_ref().ok()?, cage_per_shaft(rig), reading))
-        };
-        let long: Vec<_> = observed.iter().zip(noise).zip(runs).map(of).collect::<Option<_>>()?;
-        let mut found = if anywhere { long } else { marked(rig, observed, &long) };
-        respin(rig, &mut found, known);
-        Some(found)
-    };
-    Ok(even.par_iter().zip(long.par_chunks(observed.len().max(1))).map(of).collect())
 }
 
 /// Rig without speed drift, and its rate, 1/s: recordings are resampled to an even speed instead.

@@ -1,7 +1,7 @@
 //! Fit of the synthesis to held-out recordings.
 
-use super::settings::SynthesisSettings;
-use crate::diagnose::result::{Fit, HeldOut, Left};
+use super::machine::settings::SynthesisSettings;
+use super::result::{Fit, HeldOut, Left};
 use crate::identify::calibrate::distance::log_spectral;
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::signal::spectrum::welch;

@@ -1,0 +1,211 @@
+//! Events: a shock or a step of the load, once in a recording, at a time of its own.
+//!
+//! A power spectrum has no time. An event is found in the whitened samples by the rig's response to it, shifted to every time
+//! (a matched filter: G. L. Turin, IRE Trans. Inf. Theory 6 (1960) 311–329).
+
+use rayon::prelude::*;
+use realfft::num_complex::Complex;
+
+use super::observation::{Observation, Power};
+use super::settings::EventSettings;
+use crate::identify::likelihood::observed::{CHANNELS, padded};
+use crate::rig::effect::{EffectKind, ParameterKey};
+use crate::rig::simulate::{fewest_substeps, shortest_settling_s, simulate_all};
+use crate::rig::{EffectEntry, OperatingCondition, Rig, RigError, Run, Start};
+use crate::signal::transform::{inverse_plan, median};
+
+const SETTINGS: EventSettings = EventSettings::DEFAULT;
+
+/// Event as a recording shows it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Happening {
+    /// Time, s.
+    pub time_s: f64,
+    /// Amplitude over the template's.
+    pub amplitude: f64,
+    /// Decrease of −ln L.
+    pub gain: f64,
+    /// Gain over that of the next greatest elsewhere in the recording.
+    pub isolation: f64,
+}
+
+impl Happening {
+    /// Whether it happened once, and not by chance.
+    pub fn is_event(&self) -> bool {
+        self.gain > SETTINGS.gain && self.isolation > SETTINGS.isolation
+    }
+}
+
+/// Event of a kind, as all recordings show it.
+#[derive(Clone, Debug)]
+pub struct Event {
+    /// Effect of the template with its own time.
+    pub effect: EffectEntry,
+    /// What each recording shows.
+    pub each: Vec<Happening>,
+}
+
+impl Event {
+    /// Gain of the recordings in which it happened.
+    pub fn gain(&self) -> f64 {
+        self.each.iter().filter(|h| h.is_event()).map(|h| h.gain).sum()
+    }
+
+    /// Effect as a recording shows it.
+    pub fn effect_in(&self, recording: usize) -> Option<EffectEntry> {
+        let happening = self.each.get(recording).filter(|h| h.is_event())?;
+        Some(self.scaled(happening).with_number(ParameterKey::TimeS, happening.time_s))
+    }
+
+    /// Effect of the mean size, at the time of the recording that shows it best.
+    pub fn mean(&self) -> EffectEntry {
+        let events: Vec<&Happening> = self.each.iter().filter(|h| h.is_event()).collect();
+        let best = events.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
+        let weight: f64 = events.iter().map(|h| h.gain).sum();
+        let amplitude = events.iter().map(|h| h.gain * h.amplitude).sum::<f64>() / weight.max(1e-9);
+        let Some(best) = best else { return self.effect.clone() };
+        self.scaled(&Happening { amplitude, ..**best }).with_number(ParameterKey::TimeS, best.time_s)
+    }
+
+    fn scaled(&self, happening: &Happening) -> EffectEntry {
+        let key = if self.effect.kind == EffectKind::Shock { ParameterKey::ImpulseNS } else { ParameterKey::ChangeN };
+        let size = self.effect.number(key).unwrap_or_default();
+        self.effect.clone().with_number(key, size * happening.amplitude)
+    }
+}
+
+/// Events of every kind, the one with the greatest gain first; those that no recording shows are left out.
+///
+/// # Errors
+/// What the simulation refuses.
+pub fn events(rig: &Rig, observations: &[Observation], noise: &[Power]) -> Result<Vec<Event>, RigError> {
+    let load = observations.iter().map(|o| o.condition.load_n.abs()).fold(1.0, f64::max);
+    let templates = templates(load);
+    let whitened: Vec<Whitened> = observations.iter().zip(noise).map(|(o, s)| Whitened::new(o, s)).collect();
+    let responses = responses(rig, observations, &templates)?;
+    let event = |(effect, responses): (&EffectEntry, &Vec<Responses>)| {
+        let each = whitened.iter().zip(responses).map(|(w, response)| w.matched(response)).collect();
+        Event { effect: effect.clone(), each }
+    };
+    let mut events: Vec<Event> = templates.par_iter().zip(&responses).map(event).collect();
+    events.retain(|e| e.each.iter().any(Happening::is_event));
+    events.sort_by(|a, b| b.gain().total_cmp(&a.gain()));
+    Ok(events)
+}
+
+/// Time at which the templates' events happen, s.
+const AT_S: f64 = 0.02;
+
+fn templates(load_n: f64) -> Vec<EffectEntry> {
+    use ParameterKey::{ChangeN, Component, DurationS, ImpulseNS, RiseS, TimeS};
+    let step =
+        |rise: f64| EffectEntry::new(EffectKind::LoadStep, &[(TimeS, AT_S), (ChangeN, 0.02 * load_n), (RiseS, rise)]);
+    let shock = |duration: f64, component: &str| {
+        EffectEntry::new(EffectKind::Shock, &[(TimeS, AT_S), (ImpulseNS, 1e-3), (DurationS, duration)])
+            .with_text(Component, component)
+    };
+    let places = SETTINGS.places.into_iter();
+    let shocks = places.flat_map(|place| SETTINGS.durations_s.into_iter().map(move |d| shock(d, place)));
+    SETTINGS.rises_s.into_iter().map(step).chain(shocks).collect()
+}
+
+/// Responses of both channels, from the event's time less [`AT_S`].
+type Responses = [Vec<f64>; 2];
+
+/// Response of each recording's rig to each template.
+fn responses(
+    rig: &Rig,
+    observations: &[Observation],
+    templates: &[EffectEntry],
+) -> Result<Vec<Vec<Responses>>, RigError> {
+    let rigs: Vec<Rig> = templates.iter().map(|effect| rig.clone().with_effect(effect.clone())).collect();
+    let mut runs = Vec::new();
+    for o in observations {
+        let samples = ((AT_S + SETTINGS.response_s) * o.condition.sample_rate_hz) as usize;
+        let condition = OperatingCondition { samples: samples.min(o.condition.samples), ..o.condition };
+        for rig in std::iter::once(rig).chain(&rigs) {
+            let start = Start {
+                substeps: Some(fewest_substeps(rig, None, &condition)),
+                settle_s: shortest_settling_s(rig),
+                ..Start::noise_free(0.4, 1.1)
+            };
+            runs.push(Run { rig, condition, start });
+        }
+    }
+    let made = simulate_all(&runs)?.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let signals: Vec<Responses> = made
+        .iter()
+        .map(|r| CHANNELS.map(|name| r.channel(name).map_or_else(Vec::new, |c| c.samples.clone())))
+        .collect();
+    let of = |template: usize| {
+        let each = signals.chunks(1 + templates.len());
+        each.map(|chunk| {
+            let (still, moved) = (&chunk[0], &chunk[1 + template]);
+            [0, 1].map(|c| moved[c].iter().zip(&still[c]).map(|(m, s)| m - s).collect())
+        })
+        .collect()
+    };
+    Ok((0..templates.len()).map(of).collect())
+}
+
+/// Spectra of a recording over its noise.
+struct Whitened {
+    /// X/S of each channel.
+    spectra: [Option<Vec<Complex<f64>>>; 2],
+    noise: Power,
+    samples: usize,
+    sample_rate_hz: f64,
+}
+
+impl Whitened {
+    fn new(o: &Observation, noise: &Power) -> Self {
+        let n = o.condition.samples;
+        let scale = 1.0 / (n as f64).sqrt();
+        let spectra = [0, 1].map(|c| {
+            let spectrum = padded(o.samples[c].as_deref()?, n, scale);
+            let last = spectrum.len() - 1;
+            let of =
+                |(k, x): (usize, Complex<f64>)| if k == 0 || k == last { Complex::default() } else { x / noise[c][k] };
+            Some(spectrum.into_iter().enumerate().map(of).collect())
+        });
+        Self { spectra, noise: noise.clone(), samples: n, sample_rate_hz: o.condition.sample_rate_hz }
+    }
+
+    /// Best time and size of a response.
+    fn matched(&self, response: &Responses) -> Happening {
+        let (n, scale) = (self.samples, 1.0 / (self.samples as f64).sqrt());
+        let mut energy = 0.0;
+        let mut product = vec![Complex::default(); n / 2 + 1];
+        for ((spectrum, noise), response) in self.spectra.iter().zip(&self.noise).zip(response) {
+            let Some(spectrum) = spectrum else { continue };
+            let template = padded(response, n, scale);
+            for k in 1..template.len().min(product.len()).saturating_sub(1) {
+                energy += template[k].norm_sqr() / noise[k];
+                product[k] += spectrum[k] * template[k].conj();
+            }
+        }
+        let inverse = inverse_plan(n);
+        let mut correlation = inverse.make_output_vec();
+        // Both buffers have the transform's length; twice the sum over positive frequencies comes out.
+        inverse.process(&mut product, &mut correlation).unwrap_or_default();
+        let gain = |value: f64| (0.5 * value).powi(2) / energy.max(1e-300);
+        let reach = (SETTINGS.response_s * self.sample_rate_hz) as usize;
+        let best =
+            (0..n.saturating_sub(reach / 4)).max_by(|a, b| correlation[*a].abs().total_cmp(&correlation[*b].abs()));
+        let best = best.unwrap_or_default();
+        // The greatest gain of each stretch away from it.
+        let guard = (SETTINGS.guard_s * self.sample_rate_hz) as usize;
+        let stretches = correlation.chunks(guard.max(1)).enumerate();
+        let away = stretches.filter(|(n, _)| (*n * guard).abs_diff(best) > 2 * guard);
+        let mut others: Vec<f64> =
+            away.map(|(_, values)| values.iter().map(|v| gain(*v)).fold(0.0, f64::max)).collect();
+        let most = others.iter().copied().fold(0.0, f64::max);
+        let usual = median(&mut others).unwrap_or(0.0);
+        Happening {
+            time_s: best as f64 / self.sample_rate_hz + AT_S,
+            amplitude: 0.5 * correlation[best] / energy.max(1e-300),
+            gain: gain(correlation[best]) - usual,
+            isolation: gain(correlation[best]) / most.max(1e-9),
+        }
+    }
+}

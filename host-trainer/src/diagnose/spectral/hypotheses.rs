@@ -1,0 +1,396 @@
+//! Hypotheses: the lasting effects of the vocabulary that a bearing rig can have, with starts of their search.
+//!
+//! Sizes follow from the rig: a defect's depth from the contact's deflection, a spring's curvature from its static
+//! deflection. Phases are no part of a power spectrum and are not sought.
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+
+use crate::rig::config::{BearingRig, Machine};
+use crate::rig::effect::component::Component;
+use crate::rig::effect::{EffectKind, ParameterKey};
+use crate::rig::{EffectEntry, Rig};
+
+/// Effect at one component or channel, with starts of its search.
+#[derive(Clone, Debug)]
+pub struct Hypothesis {
+    /// Effect.
+    pub kind: EffectKind,
+    /// Component, channel or lobes such as `outer`, `ay`, `5 lobes`; empty if there is no choice.
+    pub place: String,
+    /// Parameters that are fitted.
+    pub free: &'static [ParameterKey],
+    /// Starts of the search.
+    pub starts: Vec<EffectEntry>,
+}
+
+/// Numbers from one to another, even in the logarithm.
+fn ladder(from: f64, to: f64, count: u32) -> Vec<f64> {
+    (0..count).map(|k| from * (to / from).powf(f64::from(k) / f64::from(count.max(2) - 1))).collect()
+}
+
+/// The same with both signs.
+fn both_ways(from: f64, to: f64, count: u32) -> Vec<f64> {
+    ladder(from, to, count).into_iter().flat_map(|v| [v, -v]).collect()
+}
+
+/// Starts that the recordings show.
+#[derive(Clone, Debug, Default)]
+pub struct Guesses {
+    /// Frequencies near which each channel's power differs most from the prediction, Hz.
+    pub peaks_hz: [Vec<f64>; 2],
+    /// Shares by which the cage may be slow.
+    pub slips: Vec<f64>,
+    /// Rates at which the speed may drift, 1/s.
+    pub drifts_per_s: Vec<f64>,
+    /// Frequencies and amplitudes of lines that stay where they are while the speed changes, Hz and m/s².
+    pub mains: Vec<(f64, f64)>,
+}
+
+/// All lasting hypotheses for a rig under a load, N.
+pub fn all(rig: &Rig, load_n: f64, guesses: &Guesses) -> Vec<Hypothesis> {
+    let Some(machine) = rig.bearing() else { return Vec::new() };
+    let mut list = List { machine, load: load_n.abs().max(1.0), out: Vec::new() };
+    list.defects();
+    list.races();
+    list.forces();
+    list.springs();
+    list.parts();
+    list.dissipation();
+    list.sensors(guesses);
+    list.rotation(guesses);
+    list.out
+}
+
+struct List<'r> {
+    machine: &'r BearingRig,
+    load: f64,
+    out: Vec<Hypothesis>,
+}
+
+impl List<'_> {
+    fn add(
+        &mut self,
+        kind: EffectKind,
+        place: impl Into<String>,
+        free: &'static [ParameterKey],
+        starts: Vec<EffectEntry>,
+    ) {
+        self.out.push(Hypothesis { kind, place: place.into(), free, starts });
+    }
+
+    /// Deflection of the most loaded contact, m.
+    fn contact(&self) -> f64 {
+        let bearing = &self.machine.bearing;
+        (self.load / bearing.contact_stiffness_n_per_m1_5).powf(1.0 / bearing.contact_exponent)
+    }
+
+    /// Static deflection of either support, m.
+    fn support(&self) -> f64 {
+        self.load / (self.machine.inner.stiffness_n_per_m + self.machine.outer.stiffness_n_per_m).max(1.0)
+    }
+
+    fn defects(&mut self) {
+        use ParameterKey::{AngleRad, DepthM, SpinRad, WidthRad};
+        let sizes: Vec<(f64, f64)> =
+            ladder(0.03, 0.6, 5).iter().flat_map(|d| [0.03, 0.06, 0.12].map(|w| (d * self.contact(), w))).collect();
+        let of = |kind: EffectKind, key: ParameterKey, angle: f64| {
+            sizes.iter().map(move |(d, w)| EffectEntry::new(kind, &[(DepthM, *d), (WidthRad, *w), (key, angle)]))
+        };
+        let outer = [-0.4, 0.0, 0.4].into_iter().flat_map(|a| of(EffectKind::OuterRaceDefect, AngleRad, FRAC_PI_2 + a));
+        let outer = outer.collect();
+        let inner = of(EffectKind::InnerRaceDefect, AngleRad, 0.0).collect();
+        let ball = of(EffectKind::BallDefect, SpinRad, 0.0).collect();
+        self.add(EffectKind::OuterRaceDefect, "", &[DepthM, WidthRad, AngleRad], outer);
+        self.add(EffectKind::InnerRaceDefect, "", &[DepthM, WidthRad], inner);
+        self.add(EffectKind::BallDefect, "", &[DepthM, WidthRad], ball);
+    }
+
+    fn races(&mut self) {
+        use ParameterKey::{AmplitudeM, Exponent, Lobes, RadialClearanceM};
+        for kind in [EffectKind::OuterRaceWaviness, EffectKind::InnerRaceWaviness] {
+            for lobes in 2..=(2 * self.machine.bearing.balls + 3) {
+                let of =
+                    |share: f64| EffectEntry::new(kind, &[(AmplitudeM, share * self.contact()), (Lobes, lobes as f64)]);
+                let starts = vec![of(0.03)];
+                self.add(kind, format!("{lobes} lobes"), &[AmplitudeM], starts);
+            }
+        }
+        let clearance = self.machine.bearing.radial_clearance_m;
+        let of = |more: f64| {
+            let value = clearance + more * self.contact();
+            EffectEntry::new(EffectKind::ExcessClearance, &[(RadialClearanceM, value)])
+        };
+        let starts = ladder(0.05, 4.0, 9).into_iter().map(of).collect();
+        self.add(EffectKind::ExcessClearance, "", &[RadialClearanceM], starts);
+        let exponent = self.machine.bearing.contact_exponent;
+        let of = |by: f64| EffectEntry::new(EffectKind::ContactExponent, &[(Exponent, exponent + by)]);
+        let starts = both_ways(0.01, 0.12, 3).into_iter().map(of).collect();
+        self.add(EffectKind::ContactExponent, "", &[Exponent], starts);
+    }
+
+    fn forces(&mut self) {
+        use ParameterKey::{AngleRad, Component, ForceN, UnbalanceKgM};
+        let nominal = self.machine.excitation.unbalance_kg_m.max(1e-5);
+        let of = |factor: f64| EffectEntry::new(EffectKind::Unbalance, &[(UnbalanceKgM, factor * nominal)]);
+        let starts = ladder(2.0, 80.0, 10).into_iter().map(of).collect();
+        self.add(EffectKind::Unbalance, "", &[UnbalanceKgM], starts);
+        let of = |(share, angle): (f64, f64)| {
+            EffectEntry::new(EffectKind::Misalignment, &[(ForceN, share * self.load), (AngleRad, angle)])
+        };
+        // A rotating force, or one along x or y.
+        let starts = ladder(0.005, 0.15, 6)
+            .into_iter()
+            .flat_map(|share| [FRAC_PI_4, 0.1, FRAC_PI_2 - 0.1].map(|a| of((share, a))));
+        let starts = starts.collect();
+        self.add(EffectKind::Misalignment, "", &[ForceN, AngleRad], starts);
+        let of = |share: f64| {
+            EffectEntry::new(EffectKind::ConstantForce, &[(ForceN, share * self.load)]).with_text(Component, "inner-y")
+        };
+        let starts = both_ways(0.05, 0.3, 2).into_iter().map(of).collect();
+        self.add(EffectKind::ConstantForce, "inner-y", &[ForceN], starts);
+    }
+
+    fn springs(&mut self) {
+        use ParameterKey::{Component, CubicNPerM3, GapM, QuadraticNPerM2, StiffnessNPerM, WidthM};
+        let still = self.support();
+        let parts = [("inner", self.machine.inner.stiffness_n_per_m), ("outer", self.machine.outer.stiffness_n_per_m)];
+        for (component, k) in parts.into_iter().filter(|(_, k)| *k > 0.0) {
+            let of = |kind: EffectKind, key: ParameterKey, value: f64| {
+                EffectEntry::new(kind, &[(key, value)]).with_text(Component, component)
+            };
+            let cubic = |share: f64| share * k / (3.0 * still * still);
+            let hard = ladder(0.05, 1.5, 3).into_iter();
+            let hard = hard.map(|s| of(EffectKind::HardeningStiffness, CubicNPerM3, cubic(s))).collect();
+            self.add(EffectKind::HardeningStiffness, component, &[CubicNPerM3], hard);
+            let soft = ladder(0.04, 0.4, 2).into_iter();
+            let soft = soft.map(|s| of(EffectKind::SofteningStiffness, CubicNPerM3, -cubic(s))).collect();
+            self.add(EffectKind::SofteningStiffness, component, &[CubicNPerM3], soft);
+            let square = |share: f64| share * k / (2.0 * still);
+            let skew = both_ways(0.05, 0.4, 2).into_iter();
+            let skew = skew.map(|s| of(EffectKind::AsymmetricStiffness, QuadraticNPerM2, square(s))).collect();
+            self.add(EffectKind::AsymmetricStiffness, component, &[QuadraticNPerM2], skew);
+            let widths = ladder(0.1, 1.6, 4).into_iter();
+            let widths = widths.map(|s| of(EffectKind::Backlash, WidthM, s * still)).collect();
+            self.add(EffectKind::Backlash, component, &[WidthM], widths);
+            let vertical = if component == "inner" { "inner-y" } else { "outer-y" };
+            let stop = |(gap, stiffer): (f64, f64)| {
+                EffectEntry::new(EffectKind::EndStopContact, &[(GapM, gap * still), (StiffnessNPerM, stiffer * k)])
+                    .with_text(Component, vertical)
+            };
+            let gaps = [0.5, 0.7, 0.85, 1.0, 1.15];
+            let stops = gaps.into_iter().flat_map(|gap| [0.15, 1.0].map(|s| stop((gap, s)))).collect();
+            self.add(EffectKind::EndStopContact, vertical, &[StiffnessNPerM, GapM], stops);
+        }
+    }
+
+    fn parts(&mut self) {
+        use ParameterKey::{Component, Value};
+        let m = self.machine;
+        let contact = m.bearing.contact_stiffness_n_per_m1_5;
+        let sections = [
+            ("inner", Some(&m.inner)),
+            ("outer", Some(&m.outer)),
+            ("resonator", Some(&m.resonator)),
+            ("bearing", None),
+        ];
+        for (component, support) in sections {
+            let mut change = |kind: EffectKind, nominal: f64, logs: &[f64]| {
+                let of =
+                    |log: &f64| EffectEntry::new(kind, &[(Value, log.exp() * nominal)]).with_text(Component, component);
+                if nominal > 0.0 {
+                    self.add(kind, component, &[Value], logs.iter().map(of).collect());
+                }
+            };
+            let small = [-0.3, -0.06, 0.06, 0.3];
+            change(EffectKind::StiffnessChange, support.map_or(contact, |s| s.stiffness_n_per_m), &small);
+            if let Some(support) = support {
+                change(EffectKind::DampingChange, support.damping_n_s_per_m, &[-0.8, 0.4, 1.2]);
+                change(EffectKind::MassChange, support.mass_kg, &small);
+            }
+        }
+    }
+
+    fn dissipation(&mut self) {
+        use ParameterKey::{Component, DampingNSPerM, DragNS2PerM2, ForceN};
+        let m = self.machine;
+        for (component, damping) in [
+            ("outer", m.outer.damping_n_s_per_m),
+            ("inner", m.inner.damping_n_s_per_m),
+            ("resonator", m.resonator.damping_n_s_per_m),
+        ] {
+            let of = |share: f64| {
+                let entry = EffectEntry::new(EffectKind::CoulombFriction, &[(ForceN, share * self.load)]);
+                sharpened(m, entry.with_text(Component, component))
+            };
+            let starts = ladder(1e-4, 1e-2, 5).into_iter().map(of).collect();
+            self.add(EffectKind::CoulombFriction, component, &[ForceN], starts);
+            if component != "resonator" {
+                let of = |speed: f64| {
+                    EffectEntry::new(EffectKind::QuadraticDrag, &[(DragNS2PerM2, damping.max(1.0) / speed)])
+                        .with_text(Component, component)
+                };
+                let starts = ladder(1e-2, 1e-4, 4).into_iter().map(of).collect();
+                self.add(EffectKind::QuadraticDrag, component, &[DragNS2PerM2], starts);
+            }
+            if damping == 0.0 {
+                let of = |c: f64| {
+                    EffectEntry::new(EffectKind::ViscousFriction, &[(DampingNSPerM, c)]).with_text(Component, component)
+                };
+                self.add(EffectKind::ViscousFriction, component, &[DampingNSPerM], [10.0, 300.0].map(of).to_vec());
+            }
+        }
+        let of = |c: f64| {
+            EffectEntry::new(EffectKind::ViscousFriction, &[(DampingNSPerM, c)]).with_text(Component, "bearing")
+        };
+        let starts = ladder(50.0, 2000.0, 3).into_iter().map(of).collect();
+        self.add(EffectKind::ViscousFriction, "bearing", &[DampingNSPerM], starts);
+    }
+
+    fn rotation(&mut self, guesses: &Guesses) {
+        use ParameterKey::{Fraction, RatePerS};
+        let of = |slip: &f64| EffectEntry::new(EffectKind::CageSlip, &[(Fraction, *slip)]);
+        let slips: Vec<EffectEntry> = guesses.slips.iter().map(of).collect();
+        let of = |rate: &f64| EffectEntry::new(EffectKind::SpeedDrift, &[(RatePerS, *rate)]);
+        let drifts: Vec<EffectEntry> = guesses.drifts_per_s.iter().map(of).collect();
+        for (kind, free, starts) in
+            [(EffectKind::CageSlip, [Fraction].as_slice(), slips), (EffectKind::SpeedDrift, &[RatePerS], drifts)]
+        {
+            if !starts.is_empty() {
+                self.add(kind, "", free, starts);
+            }
+        }
+    }
+
+    fn sensors(&mut self, guesses: &Guesses) {
+        use ParameterKey::{Amplitude, Channel, DampingRatio, FrequencyHz, Gain, Value};
+        let of = |(hz, amplitude): &(f64, f64)| {
+            EffectEntry::new(EffectKind::MainsInterference, &[(FrequencyHz, *hz), (Amplitude, *amplitude)])
+        };
+        let mains: Vec<EffectEntry> = guesses.mains.iter().map(of).collect();
+        if !mains.is_empty() {
+            self.add(EffectKind::MainsInterference, "", &[FrequencyHz, Amplitude], mains);
+        }
+        for (channel, peaks) in ["ax", "ay"].into_iter().zip(&guesses.peaks_hz) {
+            let sizes = [0.01, 0.04].into_iter().flat_map(|ratio| [3.0, -3.0].map(|gain| (ratio, gain)));
+            let modes = peaks.iter().flat_map(|hz| sizes.clone().map(|(ratio, gain)| (*hz, ratio, gain)));
+            let mode = |(hz, ratio, gain)| {
+                EffectEntry::new(
+                    EffectKind::StructuralResonance,
+                    &[(Gain, gain), (FrequencyHz, hz), (DampingRatio, ratio)],
+                )
+                .with_text(Channel, channel)
+            };
+            let modes: Vec<EffectEntry> = modes.map(mode).collect();
+            if !modes.is_empty() {
+                self.add(EffectKind::StructuralResonance, channel, &[Gain, FrequencyHz, DampingRatio], modes);
+            }
+        }
+        for channel in ["all", "ax", "ay"] {
+            let of =
+                |value: f64| EffectEntry::new(EffectKind::SensorGain, &[(Value, value)]).with_text(Channel, channel);
+            // The search starts where the level of the noise says.
+            self.add(EffectKind::SensorGain, channel, &[Value], vec![of(1.1)]);
+        }
+    }
+}
+
+/// Rate of dry friction near standstill that is simulated, 1/s: no faster than a few steps a sample follow.
+const FASTEST_FRICTION_PER_S: f64 = 1e5;
+/// Speed at which dry friction is rounded at least, m/s: far below what a housing vibrates at.
+const SHARPEST_M_PER_S: f64 = 2e-6;
+
+/// Effect with dry friction as sharp at rest as can be simulated with its force; any other effect unchanged.
+fn sharpened(rig: &BearingRig, effect: EffectEntry) -> EffectEntry {
+    match rounded_at(rig, &effect) {
+        Some(speed) => effect.with_number(ROUNDED, speed),
+        None => effect,
+    }
+}
+
+/// The parameter of dry friction that rounds its step.
+const ROUNDED: ParameterKey = ParameterKey::RegularisationMPerS;
+
+/// The speed at which dry friction changes at that rate at rest; nothing of another effect.
+fn rounded_at(rig: &BearingRig, effect: &EffectEntry) -> Option<f64> {
+    if effect.kind != EffectKind::CoulombFriction {
+        return None;
+    }
+    let component = effect.text(ParameterKey::Component).and_then(Component::parse).unwrap_or(Component::Outer);
+    let mass_kg = component.part_of(&Machine::Bearing(rig.clone())).mass;
+    let speed = effect.number(ParameterKey::ForceN).unwrap_or_default() / (mass_kg * FASTEST_FRICTION_PER_S);
+    Some(speed.max(SHARPEST_M_PER_S))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rig::test_support::nominal;
+
+    /// Part of the diagnosis of a bearing rig that seeks an effect.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    enum SoughtBy {
+        /// The power spectra: [`all`] has hypotheses of the effect.
+        Spectra,
+        /// The whitened samples, `diagnose::spectral::events`.
+        Events,
+        /// The samples themselves, `diagnose::acquisition`.
+        Acquisition,
+    }
+
+    /// Part of the diagnosis that seeks an effect. The match is exhaustive, so that no effect is silently never sought.
+    fn sought_by(kind: EffectKind) -> SoughtBy {
+        match kind {
+            EffectKind::OuterRaceDefect
+            | EffectKind::InnerRaceDefect
+            | EffectKind::BallDefect
+            | EffectKind::OuterRaceWaviness
+            | EffectKind::InnerRaceWaviness
+            | EffectKind::Unbalance
+            | EffectKind::Misalignment
+            | EffectKind::ExcessClearance
+            | EffectKind::HardeningStiffness
+            | EffectKind::SofteningStiffness
+            | EffectKind::AsymmetricStiffness
+            | EffectKind::StiffnessChange
+            | EffectKind::DampingChange
+            | EffectKind::MassChange
+            | EffectKind::CoulombFriction
+            | EffectKind::ViscousFriction
+            | EffectKind::QuadraticDrag
+            | EffectKind::EndStopContact
+            | EffectKind::Backlash
+            | EffectKind::ConstantForce
+            | EffectKind::StructuralResonance
+            | EffectKind::SpeedDrift
+            | EffectKind::CageSlip
+            | EffectKind::ContactExponent
+            | EffectKind::SensorGain
+            | EffectKind::MainsInterference => SoughtBy::Spectra,
+            EffectKind::LoadStep | EffectKind::Shock => SoughtBy::Events,
+            EffectKind::SensorBias | EffectKind::SensorClipping | EffectKind::DroppedSamples => SoughtBy::Acquisition,
+        }
+    }
+
+    #[test]
+    fn invariant_every_effect_has_hypotheses_where_the_spectra_seek_it() {
+        let guesses = Guesses {
+            peaks_hz: [vec![2000.0], vec![900.0]],
+            slips: vec![0.02],
+            drifts_per_s: vec![0.01],
+            mains: vec![(50.0, 0.1)],
+        };
+        let sought: Vec<_> = all(&nominal(), 500.0, &guesses).iter().map(|h| h.kind).collect();
+        for kind in EffectKind::ALL {
+            assert_eq!(sought.contains(kind), sought_by(*kind) == SoughtBy::Spectra, "{kind}");
+        }
+    }
+
+    #[test]
+    fn invariant_every_start_is_a_rig_that_can_run() {
+        for hypothesis in all(&nominal(), 500.0, &Guesses::default()) {
+            for start in &hypothesis.starts {
+                nominal().with_effect(start.clone()).check().unwrap();
+            }
+        }
+    }
+}

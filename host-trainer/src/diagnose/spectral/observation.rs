@@ -1,0 +1,105 @@
+//! A recording as power spectra.
+
+use std::collections::HashMap;
+use std::f64::consts::PI;
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
+
+use super::settings::LikelihoodSettings;
+use crate::identify::likelihood::observed::{Observed, padded};
+use crate::identify::likelihood::tachometer::Reading;
+use crate::rig::OperatingCondition;
+
+const SETTINGS: LikelihoodSettings = LikelihoodSettings::DEFAULT;
+
+/// Power at each frequency of both channels; white noise of variance σ² has the mean σ².
+pub type Power = [Vec<f64>; 2];
+
+/// Recording of the two channels of a bearing rig.
+#[derive(Clone, Debug)]
+pub struct Observation {
+    /// Name.
+    pub name: String,
+    /// Operating condition.
+    pub condition: OperatingCondition,
+    /// Samples of `ax` and `ay`, m/s².
+    pub samples: [Option<Vec<f64>>; 2],
+    /// Power of `ax` and `ay`.
+    pub power: [Option<Vec<f64>>; 2],
+    /// Tachometer.
+    pub tachometer: Option<Reading>,
+}
+
+impl Observation {
+    /// Spectra of a recording.
+    pub fn new(observed: &Observed) -> Self {
+        let power = observed.samples.each_ref().map(|samples| samples.as_deref().map(power));
+        Self {
+            name: observed.name.clone(),
+            condition: observed.condition,
+            samples: observed.samples.clone(),
+            power,
+            tachometer: observed.tachometer,
+        }
+    }
+
+    /// Beginning of at most `seconds`.
+    pub fn beginning(&self, seconds: f64) -> Self {
+        let count = ((seconds * self.condition.sample_rate_hz) as usize).min(self.condition.samples);
+        let samples = self.samples.each_ref().map(|samples| samples.as_ref().map(|s| s[..count].to_vec()));
+        let power = samples.each_ref().map(|samples| samples.as_deref().map(power));
+        let condition = OperatingCondition { samples: count, ..self.condition };
+        Self { name: self.name.clone(), condition, samples, power, tachometer: self.tachometer }
+    }
+
+    /// The longer part before or after an event.
+    pub fn apart_from(&self, time_s: f64) -> Self {
+        const BEFORE_S: f64 = 0.005;
+        const AFTER_S: f64 = 0.08;
+        let at = |time: f64| ((time * self.condition.sample_rate_hz).max(0.0) as usize).min(self.condition.samples);
+        let (end, start) = (at(time_s - BEFORE_S), at(time_s + AFTER_S));
+        let kept = if end >= self.condition.samples - start { 0..end } else { start..self.condition.samples };
+        let samples = self.samples.each_ref().map(|samples| samples.as_ref().map(|s| s[kept.clone()].to_vec()));
+        let power = samples.each_ref().map(|samples| samples.as_deref().map(power));
+        let condition = OperatingCondition { samples: kept.len(), ..self.condition };
+        Self { name: self.name.clone(), condition, samples, power, tachometer: self.tachometer }
+    }
+
+    /// Frequency of a bin, Hz.
+    pub fn hz(&self, bin: f64) -> f64 {
+        bin * self.condition.sample_rate_hz / self.condition.samples as f64
+    }
+
+    /// Bins that count.
+    pub fn bins(&self) -> std::ops::Range<usize> {
+        SETTINGS.first_bin..(self.condition.samples / 2).max(SETTINGS.first_bin)
+    }
+}
+
+/// Power spectrum by sine tapers (K. S. Riedel, A. Sidorenko, "Minimum bias multiple taper spectral estimation", IEEE Trans.
+/// Signal Process. 43 (1995) 188–195).
+pub fn power(samples: &[f64]) -> Vec<f64> {
+    let n = samples.len();
+    let scale = (2.0 / (n as f64 + 1.0)).sqrt();
+    let tapers = tapers(n);
+    let mut out = vec![0.0; n / 2 + 1];
+    for taper in tapers.iter() {
+        let tapered: Vec<f64> = samples.iter().zip(taper).map(|(v, w)| v * w).collect();
+        let bins = padded(&tapered, n, scale);
+        out.iter_mut().zip(bins).for_each(|(sum, x)| *sum += x.norm_sqr() / SETTINGS.tapers as f64);
+    }
+    out
+}
+
+/// Tapers of a length.
+type Tapers = Vec<Vec<f64>>;
+
+/// Sine tapers of a length, without their scale.
+fn tapers(n: usize) -> Arc<Tapers> {
+    static KEPT: LazyLock<Mutex<HashMap<usize, Arc<Tapers>>>> = LazyLock::new(Mutex::default);
+    let of = |taper: usize| -> Vec<f64> {
+        let rate = PI * taper as f64 / (n as f64 + 1.0);
+        (0..n).map(|t| (rate * (t + 1) as f64).sin()).collect()
+    };
+    let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    Arc::clone(kept.entry(n).or_insert_with(|| Arc::new((1..=SETTINGS.tapers).map(of).collect())))
+}

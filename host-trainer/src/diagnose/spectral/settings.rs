@@ -1,0 +1,256 @@
+//! Settings of the diagnosis by power spectra.
+
+/// Settings of the likelihood of a power spectrum.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LikelihoodSettings {
+    /// Longest settling of a run over its recording: what is left of the start is below the noise of a short recording. By
+    /// hand: for the computing time.
+    pub settle_share: f64,
+    /// Sine tapers of a spectrum. By hand: two keep a line within three bins and its leakage below the noise.
+    pub tapers: usize,
+    /// First bin that counts: below it are the taper's lobe around 0 Hz and what is left of an offset.
+    pub first_bin: usize,
+    /// Knots of a noise's colour, as shares of half the sample rate.
+    pub knots: [f64; 9],
+    /// Standard deviation of a noise's level, Np of power.
+    pub level_np: f64,
+    /// Standard deviation of the colour's roll-off at half the sample rate, Np of power; it grows with the square of the
+    /// frequency.
+    pub roll_off_np: f64,
+    /// Standard deviation of the first cosine of the colour over frequency, Np of power; the k-th has a k-th of it.
+    pub cosine_np: f64,
+    /// Cosines of the colour.
+    pub cosines: usize,
+    /// Standard deviation of the colour at each knot, Np of power.
+    pub knot_np: f64,
+    /// Relative variance of the power of a predicted line: no rig is exactly the machine.
+    pub line_variance: f64,
+    /// Share of bins that are neither noise nor a predicted line.
+    pub outliers: f64,
+    /// Median power of these over the prediction.
+    pub outlier_power: f64,
+    /// Half width to which a wandering speed spreads a line that has lost its phase, Hz.
+    pub wander_hz: f64,
+    /// Standard deviations of the time of a ball pass around that of an even speed, s, among which a recording's is sought.
+    pub jitter_s: [f64; 10],
+    /// Standard deviations of a ball's place in the cage, rad, among which a machine's is sought.
+    pub spacing_rad: [f64; 7],
+    /// Half width of a line in bins, by the tapers.
+    pub lobe_bins: f64,
+    /// Jitter and spacing of machines that turn evenly and unevenly, by their places in these lists.
+    pub usual: [[usize; 2]; 2],
+    /// Median of the jitter over all machines, s, and standard deviation of its logarithm.
+    pub usual_jitter: [f64; 2],
+    /// Standard deviation of the ball passes' frequency over the prediction's: stated speed and slip of the cage.
+    pub stretch_std: f64,
+    /// Mean of the same: a healthy cage slips by up to 0.5 %.
+    pub stretch_mean: f64,
+    /// Greatest stretch that is sought, as a share, and step.
+    pub stretch: [f64; 2],
+    /// Predicted line's power over the noise from which it tells the stretch.
+    pub line_ratio: f64,
+    /// Most bins of lines that tell it. By hand: for the computing time.
+    pub most_lines: usize,
+}
+
+impl LikelihoodSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self {
+        settle_share: 0.6,
+        tapers: 2,
+        first_bin: 4,
+        knots: [0.002, 0.02, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0],
+        level_np: 0.03,
+        roll_off_np: 0.6,
+        cosine_np: 0.06,
+        cosines: 3,
+        knot_np: 0.05,
+        line_variance: 0.5,
+        outliers: 0.01,
+        outlier_power: 10.0,
+        wander_hz: 4.0,
+        jitter_s: [0.0, 2e-6, 4e-6, 8e-6, 1.5e-5, 3e-5, 6e-5, 1.2e-4, 2.5e-4, 5e-4],
+        spacing_rad: [0.0, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2],
+        lobe_bins: 2.2,
+        usual: [[2, 2], [6, 3]],
+        usual_jitter: [1e-5, 1.5],
+        stretch_std: 0.0025,
+        stretch_mean: -0.002,
+        stretch: [0.009, 1.5e-4],
+        line_ratio: 0.5,
+        most_lines: 400,
+    };
+}
+
+/// Settings of a fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FitSettings {
+    /// Decrease of −ln L below which a step is the last.
+    pub converged: f64,
+    /// The same over the decrease so far.
+    pub converged_share: f64,
+    /// Standard deviation of an unknown parameter's coordinate around its guess.
+    pub unknown_std: f64,
+    /// Greatest step of a coordinate.
+    pub max_step: f64,
+}
+
+impl FitSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self { converged: 0.3, converged_share: 1e-3, unknown_std: 2.0, max_step: 0.7 };
+}
+
+/// Settings of the search for events.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EventSettings {
+    /// Rise times of a step of the load, s.
+    pub rises_s: [f64; 5],
+    /// Durations of a shock, s.
+    pub durations_s: [f64; 4],
+    /// Where a shock acts.
+    pub places: [&'static str; 3],
+    /// Length of a response, s.
+    pub response_s: f64,
+    /// Length of the stretches of a recording that are compared, s: longer than the ring of a shock's strongest part.
+    pub guard_s: f64,
+    /// Gain above which a response is no chance.
+    pub gain: f64,
+    /// Gain over the greatest elsewhere: a train of defect impulses has many as great.
+    pub isolation: f64,
+}
+
+impl EventSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self {
+        rises_s: [1e-4, 1e-3, 4e-3, 1.5e-2, 4e-2],
+        durations_s: [2e-4, 7e-4, 2e-3, 5e-3],
+        places: ["outer-y", "outer-x", "inner-y"],
+        response_s: 0.12,
+        guard_s: 0.01,
+        gain: 30.0,
+        isolation: 2.5,
+    };
+}
+
+/// Settings of the lack of fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LackSettings {
+    /// Bands of an octave.
+    pub bands_per_octave: f64,
+    /// Bound on a bin's power over the prediction, so that no line decides about a band, and the mean that noise has below it.
+    pub most_power: f64,
+    /// Mean of noise under this bound, 1 − e^−6 for 6.
+    pub mean_power: f64,
+    /// Excess of −ln L that chance gives a band at most.
+    pub band_nats: f64,
+    /// Excess of −ln L that chance gives a bin at most.
+    pub line_nats: f64,
+    /// Lines that are stated.
+    pub most_lines: usize,
+    /// Bins of all recordings, of which the strongest is stated.
+    pub tried_bins: f64,
+}
+
+impl LackSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self {
+        bands_per_octave: 6.0,
+        most_power: 6.0,
+        mean_power: 0.9975,
+        band_nats: 6.0,
+        line_nats: 7.0,
+        most_lines: 6,
+        tried_bins: 1e5,
+    };
+}
+
+/// Settings of what counts as a cause.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GateSettings {
+    /// Gain on the fitted recordings that a cause must have.
+    pub gain: f64,
+    /// Gain on recordings that took no part.
+    pub held_out: f64,
+    /// Gain over the lack of fit that a first cause must have.
+    pub first_share: f64,
+    /// Gain over the lack of fit that the first cause leaves, for a second one.
+    pub second_share: f64,
+    /// Greatest constant force in the direction of the load, over the load, that is an error of the stated load.
+    pub load_share: f64,
+    /// Gain below the best, in nats, within which an error of the load is preferred.
+    pub load_nats: f64,
+    /// The same as a share of the best gain.
+    pub load_share_of_gain: f64,
+    /// Lack of fit below which no second cause is sought.
+    pub second_lack: f64,
+    /// Lack of fit from which a mismatch without a cause is unexplained.
+    pub lack: f64,
+    /// Share of the lack of fit that may be left without a caveat.
+    pub left_share: f64,
+    /// Nats of model error by which rivals count as equally probable, and its share of the gain.
+    pub rivalry: [f64; 2],
+}
+
+impl GateSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self {
+        gain: 25.0,
+        held_out: 8.0,
+        first_share: 0.1,
+        second_share: 0.3,
+        load_share: 0.025,
+        load_nats: 20.0,
+        load_share_of_gain: 0.03,
+        second_lack: 100.0,
+        lack: 150.0,
+        left_share: 0.5,
+        rivalry: [6.0, 0.03],
+    };
+}
+
+/// Settings of the search for an effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SearchSettings {
+    /// Lengths of the recordings of the first and the second look, s.
+    pub brief_s: [f64; 2],
+    /// Starts after the first look.
+    pub starts: usize,
+    /// Starts of a hypothesis after it.
+    pub starts_each: usize,
+    /// Hypotheses after the second.
+    pub hypotheses: usize,
+    /// Most hypotheses of a kind, at different components or numbers of lobes.
+    pub places: usize,
+    /// Share of the greatest gain from which a hypothesis is fitted to all recordings, and how many are.
+    pub rival_share: f64,
+    /// Hypotheses that are fitted to all recordings.
+    pub full_fits: usize,
+    /// Steps of these fits, then of those that are close to the best.
+    pub steps: [usize; 2],
+    /// Widths of a defect that are tried again, over the one found.
+    pub other_widths: [f64; 4],
+    /// Searches from these.
+    pub restarts: usize,
+    /// Gain below the best, in nats and as a share, within which a fit is close to it.
+    pub close_nats: f64,
+    /// Share of the best gain.
+    pub close_share: f64,
+}
+
+impl SearchSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self {
+        brief_s: [0.3, 0.5],
+        starts: 40,
+        starts_each: 4,
+        hypotheses: 9,
+        places: 3,
+        rival_share: 0.4,
+        full_fits: 6,
+        steps: [4, 8],
+        other_widths: [0.45, 0.65, 1.0, 1.5],
+        restarts: 3,
+        close_nats: 40.0,
+        close_share: 0.05,
+    };
+}

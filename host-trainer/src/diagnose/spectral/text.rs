@@ -1,0 +1,43 @@
+//! Sentences of the diagnosis by power spectra.
+
+use super::search::Candidate;
+
+/// Name of an effect with its place.
+pub fn named(kind: &str, place: &str) -> String {
+    if place.is_empty() { kind.to_owned() } else { format!("{kind} ({place})") }
+}
+
+/// Evidence of a cause.
+pub fn evidence(gain: f64, held_out: f64, rival: Option<&Candidate>) -> String {
+    let next = rival.map_or(String::new(), |r| {
+        format!("; the next best, {}, gains {:.0}", named(r.kind.name(), &r.place), r.gain.max(0.0))
+    });
+    format!(
+        "Gain of {gain:.0} in ln L of the power spectra on the fitted recordings and {held_out:.0} on the held-out ones{next}."
+    )
+}
+
+/// Evidence of an event.
+pub fn event(times_s: &[(String, f64)], gain: f64) -> String {
+    let times: Vec<String> = times_s.iter().map(|(name, time)| format!("{name} at {time:.4} s")).collect();
+    format!("The rig's response to it is in {}: gain of {gain:.0} in ln L.", times.join(", "))
+}
+
+/// Reason why a candidate is no cause.
+pub fn rejected(candidate: &Candidate, kept: Option<f64>) -> String {
+    let place = if candidate.place.is_empty() { String::new() } else { format!("({}) ", candidate.place) };
+    match kept {
+        Some(kept) => format!("{place}gains {:.0} in ln L, the cause {kept:.0}", candidate.gain.max(0.0)),
+        None => format!(
+            "{place}gains {:.1} in ln L, no more than chance and an imperfect machine do",
+            candidate.gain.max(0.0)
+        ),
+    }
+}
+
+/// Caveat of an unexplained mismatch.
+pub fn unexplained(lack: f64, recordings: &str) -> String {
+    format!(
+        "The spectra differ from the rig's by {lack:.0} nats beyond chance, most of all {recordings}; no effect of the vocabulary explains that."
+    )
+}
