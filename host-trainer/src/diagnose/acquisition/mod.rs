@@ -4,7 +4,7 @@
 mod dropped;
 
 use super::DiagnoseError;
-use crate::identify::calibrate::split::part;
+use crate::identify::calibrate::split::{longer_part, part};
 use crate::identify::likelihood::observed::{CHANNELS, Observed, accelerations};
 use crate::recording::Recording;
 use crate::rig::effect::{EffectKind, ParameterKey};
@@ -22,6 +22,7 @@ const OFFSET_OF_NOISE: f64 = 0.3;
 const ALIKE: f64 = 3.0;
 /// Samples to either side of missing ones that are left out, too: where they are missing is known no better.
 const MARGIN: usize = 600;
+
 /// Acquisition fault with its evidence.
 #[derive(Clone, Debug)]
 pub struct Fault {
@@ -40,7 +41,7 @@ pub struct Acquired {
     pub recordings: Vec<Recording>,
     /// Removed faults: offsets, missing samples.
     pub taken_out: Vec<Fault>,
-    /// Clipping; it stays, as it is rare in time.
+    /// Clipping. Its samples stay as they are.
     pub clipped: Vec<Fault>,
 }
 
@@ -179,9 +180,8 @@ fn whole_part(recordings: &mut [Recording]) -> Option<Fault> {
     );
     for (gap, recording) in gaps.iter().zip(recordings.iter_mut()) {
         let Some(gap) = gap else { continue };
-        let (before, after) = (gap.sample.saturating_sub(MARGIN), (gap.sample + MARGIN).min(recording.len()));
-        let kept = if before >= recording.len() - after { 0..before } else { after..recording.len() };
-        *recording = part(recording, kept);
+        let cut = gap.sample.saturating_sub(MARGIN)..(gap.sample + MARGIN).min(recording.len());
+        *recording = part(recording, longer_part(recording.len(), cut));
     }
     let effect = EffectEntry::new(
         EffectKind::DroppedSamples,

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use realfft::num_complex::Complex;
 
 use super::observation::{Observation, Power};
+use super::prediction::START_ANGLES_RAD;
 use super::settings::EventSettings;
 use crate::identify::likelihood::observed::{CHANNELS, padded};
 use crate::rig::effect::{EffectKind, ParameterKey};
@@ -16,9 +17,9 @@ use crate::signal::transform::{inverse_plan, median};
 
 const SETTINGS: EventSettings = EventSettings::DEFAULT;
 
-/// Event as a recording shows it.
+/// Occurrence of an event in a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Happening {
+pub struct Occurrence {
     /// Time, s.
     pub time_s: f64,
     /// Amplitude over the template's.
@@ -29,87 +30,97 @@ pub struct Happening {
     pub isolation: f64,
 }
 
-impl Happening {
-    /// Whether it happened once, and not by chance.
+impl Occurrence {
+    /// Whether the event happened once, and not by chance.
     pub fn is_event(&self) -> bool {
         self.gain > SETTINGS.gain && self.isolation > SETTINGS.isolation
     }
 }
 
-/// Event of a kind, as all recordings show it.
+/// Event of a kind in all recordings.
 #[derive(Clone, Debug)]
 pub struct Event {
     /// Effect of the template with its own time.
     pub effect: EffectEntry,
-    /// What each recording shows.
-    pub each: Vec<Happening>,
+    /// Best time and size in each recording.
+    pub occurrences: Vec<Occurrence>,
 }
 
 impl Event {
     /// Gain of the recordings in which it happened.
     pub fn gain(&self) -> f64 {
-        self.each.iter().filter(|h| h.is_event()).map(|h| h.gain).sum()
+        self.occurrences.iter().filter(|o| o.is_event()).map(|o| o.gain).sum()
     }
 
-    /// Effect as a recording shows it.
+    /// Effect with its time and size in a recording.
     pub fn effect_in(&self, recording: usize) -> Option<EffectEntry> {
-        let happening = self.each.get(recording).filter(|h| h.is_event())?;
-        Some(self.scaled(happening).with_number(ParameterKey::TimeS, happening.time_s))
+        let occurrence = self.occurrences.get(recording).filter(|o| o.is_event())?;
+        Some(self.scaled(occurrence).with_number(ParameterKey::TimeS, occurrence.time_s))
     }
 
-    /// Effect of the mean size, at the time of the recording that shows it best.
+    /// Effect of the mean size, at the time of the recording with the greatest gain.
     pub fn mean(&self) -> EffectEntry {
-        let events: Vec<&Happening> = self.each.iter().filter(|h| h.is_event()).collect();
+        let events: Vec<&Occurrence> = self.occurrences.iter().filter(|o| o.is_event()).collect();
         let best = events.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
-        let weight: f64 = events.iter().map(|h| h.gain).sum();
-        let amplitude = events.iter().map(|h| h.gain * h.amplitude).sum::<f64>() / weight.max(1e-9);
+        let weight: f64 = events.iter().map(|o| o.gain).sum();
+        let amplitude = events.iter().map(|o| o.gain * o.amplitude).sum::<f64>() / weight.max(1e-9);
         let Some(best) = best else { return self.effect.clone() };
-        self.scaled(&Happening { amplitude, ..**best }).with_number(ParameterKey::TimeS, best.time_s)
+        self.scaled(&Occurrence { amplitude, ..**best }).with_number(ParameterKey::TimeS, best.time_s)
     }
 
-    fn scaled(&self, happening: &Happening) -> EffectEntry {
+    /// Effect of an occurrence's size.
+    fn scaled(&self, occurrence: &Occurrence) -> EffectEntry {
         let key = if self.effect.kind == EffectKind::Shock { ParameterKey::ImpulseNS } else { ParameterKey::ChangeN };
         let size = self.effect.number(key).unwrap_or_default();
-        self.effect.clone().with_number(key, size * happening.amplitude)
+        self.effect.clone().with_number(key, size * occurrence.amplitude)
     }
 }
 
-/// Events of every kind, the one with the greatest gain first; those that no recording shows are left out.
+/// Longer part of a recording before or after an event.
+pub fn without_event(observation: &Observation, time_s: f64) -> Observation {
+    observation.longer_part(time_s - SETTINGS.before_s, time_s + SETTINGS.after_s)
+}
+
+/// Events of every kind, the one with the greatest gain first; those without an occurrence are left out.
 ///
 /// # Errors
 /// What the simulation refuses.
 pub fn events(rig: &Rig, observations: &[Observation], noise: &[Power]) -> Result<Vec<Event>, RigError> {
-    let load = observations.iter().map(|o| o.condition.load_n.abs()).fold(1.0, f64::max);
-    let templates = templates(load);
+    let greatest_n = observations.iter().map(|o| o.condition.load_n.abs()).fold(1.0, f64::max);
+    let templates = templates(greatest_n);
     let whitened: Vec<Whitened> = observations.iter().zip(noise).map(|(o, s)| Whitened::new(o, s)).collect();
     let responses = responses(rig, observations, &templates)?;
     let event = |(effect, responses): (&EffectEntry, &Vec<Responses>)| {
-        let each = whitened.iter().zip(responses).map(|(w, response)| w.matched(response)).collect();
-        Event { effect: effect.clone(), each }
+        let occurrences = whitened.iter().zip(responses).map(|(w, response)| w.matched(response)).collect();
+        Event { effect: effect.clone(), occurrences }
     };
     let mut events: Vec<Event> = templates.par_iter().zip(&responses).map(event).collect();
-    events.retain(|e| e.each.iter().any(Happening::is_event));
+    events.retain(|e| e.occurrences.iter().any(Occurrence::is_event));
     events.sort_by(|a, b| b.gain().total_cmp(&a.gain()));
     Ok(events)
 }
 
-/// Time at which the templates' events happen, s.
-const AT_S: f64 = 0.02;
-
 fn templates(load_n: f64) -> Vec<EffectEntry> {
     use ParameterKey::{ChangeN, Component, DurationS, ImpulseNS, RiseS, TimeS};
-    let step =
-        |rise: f64| EffectEntry::new(EffectKind::LoadStep, &[(TimeS, AT_S), (ChangeN, 0.02 * load_n), (RiseS, rise)]);
+    let step = |rise: f64| {
+        EffectEntry::new(
+            EffectKind::LoadStep,
+            &[(TimeS, SETTINGS.template_s), (ChangeN, SETTINGS.change_share * load_n), (RiseS, rise)],
+        )
+    };
     let shock = |duration: f64, component: &str| {
-        EffectEntry::new(EffectKind::Shock, &[(TimeS, AT_S), (ImpulseNS, 1e-3), (DurationS, duration)])
-            .with_text(Component, component)
+        EffectEntry::new(
+            EffectKind::Shock,
+            &[(TimeS, SETTINGS.template_s), (ImpulseNS, SETTINGS.impulse_n_s), (DurationS, duration)],
+        )
+        .with_text(Component, component)
     };
     let places = SETTINGS.places.into_iter();
     let shocks = places.flat_map(|place| SETTINGS.durations_s.into_iter().map(move |d| shock(d, place)));
     SETTINGS.rises_s.into_iter().map(step).chain(shocks).collect()
 }
 
-/// Responses of both channels, from the event's time less [`AT_S`].
+/// Responses of both channels, from the event's time less [`EventSettings::template_s`].
 type Responses = [Vec<f64>; 2];
 
 /// Response of each recording's rig to each template.
@@ -119,15 +130,16 @@ fn responses(
     templates: &[EffectEntry],
 ) -> Result<Vec<Vec<Responses>>, RigError> {
     let rigs: Vec<Rig> = templates.iter().map(|effect| rig.clone().with_effect(effect.clone())).collect();
+    let [cage, shaft] = START_ANGLES_RAD;
     let mut runs = Vec::new();
     for o in observations {
-        let samples = ((AT_S + SETTINGS.response_s) * o.condition.sample_rate_hz) as usize;
+        let samples = ((SETTINGS.template_s + SETTINGS.response_s) * o.condition.sample_rate_hz) as usize;
         let condition = OperatingCondition { samples: samples.min(o.condition.samples), ..o.condition };
         for rig in std::iter::once(rig).chain(&rigs) {
             let start = Start {
                 substeps: Some(fewest_substeps(rig, None, &condition)),
                 settle_s: shortest_settling_s(rig),
-                ..Start::noise_free(0.4, 1.1)
+                ..Start::noise_free(cage, shaft)
             };
             runs.push(Run { rig, condition, start });
         }
@@ -172,7 +184,7 @@ impl Whitened {
     }
 
     /// Best time and size of a response.
-    fn matched(&self, response: &Responses) -> Happening {
+    fn matched(&self, response: &Responses) -> Occurrence {
         let (n, scale) = (self.samples, 1.0 / (self.samples as f64).sqrt());
         let mut energy = 0.0;
         let mut product = vec![Complex::default(); n / 2 + 1];
@@ -201,8 +213,8 @@ impl Whitened {
             away.map(|(_, values)| values.iter().map(|v| gain(*v)).fold(0.0, f64::max)).collect();
         let most = others.iter().copied().fold(0.0, f64::max);
         let usual = median(&mut others).unwrap_or(0.0);
-        Happening {
-            time_s: best as f64 / self.sample_rate_hz + AT_S,
+        Occurrence {
+            time_s: best as f64 / self.sample_rate_hz + SETTINGS.template_s,
             amplitude: 0.5 * correlation[best] / energy.max(1e-300),
             gain: gain(correlation[best]) - usual,
             isolation: gain(correlation[best]) / most.max(1e-9),

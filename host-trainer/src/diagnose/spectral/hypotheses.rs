@@ -5,6 +5,7 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
+use super::guesses::Guesses;
 use crate::rig::config::{BearingRig, Machine};
 use crate::rig::effect::component::Component;
 use crate::rig::effect::{EffectKind, ParameterKey};
@@ -31,19 +32,6 @@ fn ladder(from: f64, to: f64, count: u32) -> Vec<f64> {
 /// The same with both signs.
 fn both_ways(from: f64, to: f64, count: u32) -> Vec<f64> {
     ladder(from, to, count).into_iter().flat_map(|v| [v, -v]).collect()
-}
-
-/// Starts that the recordings show.
-#[derive(Clone, Debug, Default)]
-pub struct Guesses {
-    /// Frequencies near which each channel's power differs most from the prediction, Hz.
-    pub peaks_hz: [Vec<f64>; 2],
-    /// Shares by which the cage may be slow.
-    pub slips: Vec<f64>,
-    /// Rates at which the speed may drift, 1/s.
-    pub drifts_per_s: Vec<f64>,
-    /// Frequencies and amplitudes of lines that stay where they are while the speed changes, Hz and m/s².
-    pub mains: Vec<(f64, f64)>,
 }
 
 /// All lasting hypotheses for a rig under a load, N.
@@ -288,7 +276,7 @@ impl List<'_> {
         for channel in ["all", "ax", "ay"] {
             let of =
                 |value: f64| EffectEntry::new(EffectKind::SensorGain, &[(Value, value)]).with_text(Channel, channel);
-            // The search starts where the level of the noise says.
+            // The level of the noise replaces this start.
             self.add(EffectKind::SensorGain, channel, &[Value], vec![of(1.1)]);
         }
     }

@@ -1,6 +1,6 @@
 //! Lack of fit: what a prediction leaves in each channel, band by band and line by line.
 
-use super::fit::{Data, Point};
+use super::data::{Data, Point};
 use super::likelihood::bin;
 use super::settings::LackSettings;
 use crate::diagnose::result::{Aspect, Test};

@@ -1,9 +1,9 @@
 //! Likelihood of power spectra under a prediction.
 //!
-//! Phases are not used: they are the first that a wandering speed, a slipping cage or an unevenly spaced ball takes away. A
-//! bin's power is gamma distributed around S c + V: S the noise of the rig, c its colour, V the power of the rig's lines. Of
-//! noise alone it is exponential (P. Whittle, Arkiv för Matematik 2 (1953) 423–434), of a line its relative variance is that
-//! of the machine against the rig. A few bins are neither.
+//! Phases are not used: a wandering speed, a slipping cage or unevenly spaced balls take them away first. A bin's power is
+//! gamma distributed around S c + V: S the noise of the rig, c its colour, V the power of the rig's lines. The power of noise
+//! is exponential (P. Whittle, Arkiv för Matematik 2 (1953) 423–434); that of a line has the relative variance of the machine
+//! against the rig. A few bins are neither.
 
 use std::f64::consts::{PI, TAU};
 
@@ -30,6 +30,11 @@ pub fn hats(observation: &Observation) -> Vec<(usize, f64)> {
         (lower, ((at - knots[lower]) / (knots[lower + 1] - knots[lower])).clamp(0.0, 1.0))
     };
     (0..=observation.condition.samples / 2).map(of).collect()
+}
+
+/// Logarithm of a channel's colour at a bin with its knots, Np of power.
+pub fn colour_at(colour: &[f64; KNOTS], (knot, share): (usize, f64)) -> f64 {
+    colour[knot] * (1.0 - share) + colour[knot + 1] * share
 }
 
 /// Covariance of a channel's colour before any recording.
@@ -65,12 +70,12 @@ pub fn bin(power: f64, noise: f64, line: f64) -> Bin {
         let log_ratio = ratio.max(1e-12).ln();
         shape * (ratio - shape.ln()) - (shape - 1.0) * log_ratio + ln_gamma(shape) + log_mean
     };
-    // Ordinary bins need no second term.
+    // The outliers' density adds nothing to an ordinary bin.
     let ordinary = if shape == 1.0 { ratio < 4.0 } else { ratio < 4.0 && ratio > 0.3 };
     if ordinary {
         return Bin { neg_log: gamma, information: shape, slope: shape * (1.0 - ratio) };
     }
-    // Of Pareto's kind: one strong line that nobody predicts is no reason to doubt all others.
+    // A Pareto density, so that one strong line that is not predicted does not outweigh all others.
     let wide = SETTINGS.outlier_power * mean;
     let outlier = wide.ln() + 2.0 * (power / wide).ln_1p() - SETTINGS.outliers.ln();
     let more = gamma - outlier;
@@ -105,10 +110,7 @@ pub struct Channel<'a> {
 impl Channel<'_> {
     /// Coloured noise at a bin.
     pub fn noise(&self, k: usize) -> f64 {
-        let (knot, share) = self.hats[k];
-        let colour = &self.colour[self.channel];
-        let log = colour[knot] * (1.0 - share) + colour[knot + 1] * share;
-        self.prediction.noise[self.channel][k] * log.exp()
+        self.prediction.noise[self.channel][k] * colour_at(&self.colour[self.channel], self.hats[k]).exp()
     }
 
     /// Power of lines at a bin.
@@ -136,7 +138,7 @@ impl Channel<'_> {
         (share(TAU * hz * self.jitter_s), share(order * self.spacing_rad))
     }
 
-    /// Every bin that counts, with its number; empty for a channel that was not recorded.
+    /// Every bin of the likelihood: number, power, noise, line; empty for a channel that was not recorded.
     pub fn bins(&self) -> impl Iterator<Item = (usize, f64, f64, f64)> + '_ {
         let power = self.observation.power[self.channel].as_deref().unwrap_or_default();
         let bins = if power.is_empty() { 0..0 } else { self.observation.bins() };
@@ -179,9 +181,10 @@ pub fn best_stretch(
     range: Range,
 ) -> (f64, f64) {
     let last = observation.bins().end;
-    let mut told: Vec<(f64, usize, usize, f64)> = Vec::new();
-    let mut still: [Vec<(f64, f64, f64)>; 2] = [Vec::new(), Vec::new()];
-    for (channel, still) in still.iter_mut().enumerate() {
+    // Bins of the predicted lines: power over noise, channel, bin, power. Each bin: power, noise, −ln L without a line.
+    let mut line_bins: Vec<(f64, usize, usize, f64)> = Vec::new();
+    let mut without_lines: [Vec<(f64, f64, f64)>; 2] = [Vec::new(), Vec::new()];
+    for (channel, without_lines) in without_lines.iter_mut().enumerate() {
         let Some(power) = &observation.power[channel] else { continue };
         let at = Channel {
             observation,
@@ -197,17 +200,16 @@ pub fn best_stretch(
         let lines = &prediction.lines[channel];
         let noise: Vec<f64> = (0..last).map(|k| at.noise(k)).collect();
         let of = |k: usize| (lines[k] / noise[k], channel, k, lines[k]);
-        told.extend(observation.bins().map(of).filter(|(ratio, ..)| *ratio > SETTINGS.line_ratio));
-        *still =
+        line_bins.extend(observation.bins().map(of).filter(|(ratio, ..)| *ratio > SETTINGS.line_ratio));
+        *without_lines =
             noise.iter().zip(power).map(|(noise, power)| (*power, *noise, bin(*power, *noise, 0.0).neg_log)).collect();
     }
-    // The strongest tell enough.
-    told.sort_by(|a, b| b.0.total_cmp(&a.0));
-    told.truncate(SETTINGS.most_lines);
+    line_bins.sort_by(|a, b| b.0.total_cmp(&a.0));
+    line_bins.truncate(SETTINGS.most_lines);
     let cost = |stretch: f64| {
         let off = if range.healthy { (stretch - SETTINGS.stretch_mean) / SETTINGS.stretch_std } else { 0.0 };
-        let gain = told.iter().filter_map(|(_, channel, k, line)| {
-            let (power, noise, without) = still[*channel].get(((1.0 + stretch) * *k as f64).round() as usize)?;
+        let gain = line_bins.iter().filter_map(|(_, channel, k, line)| {
+            let (power, noise, without) = without_lines[*channel].get(((1.0 + stretch) * *k as f64).round() as usize)?;
             Some(without - bin(*power, *noise, *line).neg_log)
         });
         0.5 * off * off - gain.sum::<f64>()
@@ -247,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_nobody_predicts_costs_no_more_than_its_logarithm() {
+    fn an_unpredicted_line_costs_no_more_than_its_logarithm() {
         let cost = |power: f64| bin(power, 1.0, 0.0).neg_log;
         assert!(cost(1e6) - cost(1e3) < 2.1 * 1e3f64.ln(), "{}", cost(1e6) - cost(1e3));
         assert!(bin(1e6, 1.0, 1e6).neg_log < cost(1e6) - 10.0, "a predicted one is likelier");

@@ -5,17 +5,27 @@
 //! | `observation` | recordings as power spectra |
 //! | `prediction` | spectra that a rig predicts: noise and lines |
 //! | `likelihood` | their density, with all that a machine is beyond its drawing |
+//! | `data` | recordings of a fit, and points in the space of its unknowns |
+//! | `expansion` | gradient and information at a point |
 //! | `fit` | Fisher scoring of the rig's numbers and the noise's colour |
 //! | `events` | shocks and steps of the load, each at a time of its own |
 //! | `hypotheses` | lasting effects with starts of their search |
+//! | `guesses` | numbers that recordings show at once |
 //! | `search` | the effects that gain most |
 //! | `lack` | what a prediction leaves |
 //! | `pipeline` | from recordings to a result |
+//! | `causes` | causes and their numbers |
+//! | `held_out` | simulations of held-out recordings |
 //! | `terms` | causes as curves |
 //! | `text` | sentences |
 
+mod causes;
+mod data;
 mod events;
+mod expansion;
 mod fit;
+mod guesses;
+mod held_out;
 mod hypotheses;
 mod lack;
 mod likelihood;

@@ -2,9 +2,11 @@
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
+use std::ops::Range;
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 use super::settings::LikelihoodSettings;
+use crate::identify::calibrate::split::longer_part;
 use crate::identify::likelihood::observed::{Observed, padded};
 use crate::identify::likelihood::tachometer::Reading;
 use crate::rig::OperatingCondition;
@@ -32,36 +34,37 @@ pub struct Observation {
 impl Observation {
     /// Spectra of a recording.
     pub fn new(observed: &Observed) -> Self {
-        let power = observed.samples.each_ref().map(|samples| samples.as_deref().map(power));
-        Self {
-            name: observed.name.clone(),
-            condition: observed.condition,
-            samples: observed.samples.clone(),
-            power,
-            tachometer: observed.tachometer,
-        }
+        let Observed { name, condition, samples, tachometer, .. } = observed;
+        Self::from_samples(name.clone(), *condition, samples.clone(), *tachometer)
+    }
+
+    fn from_samples(
+        name: String,
+        condition: OperatingCondition,
+        samples: [Option<Vec<f64>>; 2],
+        tachometer: Option<Reading>,
+    ) -> Self {
+        let power = samples.each_ref().map(|samples| samples.as_deref().map(power));
+        Self { name, condition, samples, power, tachometer }
+    }
+
+    /// Part of the recording, by its samples.
+    fn part(&self, kept: Range<usize>) -> Self {
+        let samples = self.samples.each_ref().map(|samples| samples.as_ref().map(|s| s[kept.clone()].to_vec()));
+        let condition = OperatingCondition { samples: kept.len(), ..self.condition };
+        Self::from_samples(self.name.clone(), condition, samples, self.tachometer)
     }
 
     /// Beginning of at most `seconds`.
     pub fn beginning(&self, seconds: f64) -> Self {
-        let count = ((seconds * self.condition.sample_rate_hz) as usize).min(self.condition.samples);
-        let samples = self.samples.each_ref().map(|samples| samples.as_ref().map(|s| s[..count].to_vec()));
-        let power = samples.each_ref().map(|samples| samples.as_deref().map(power));
-        let condition = OperatingCondition { samples: count, ..self.condition };
-        Self { name: self.name.clone(), condition, samples, power, tachometer: self.tachometer }
+        let count = (seconds * self.condition.sample_rate_hz) as usize;
+        self.part(0..count.min(self.condition.samples))
     }
 
-    /// The longer part before or after an event.
-    pub fn apart_from(&self, time_s: f64) -> Self {
-        const BEFORE_S: f64 = 0.005;
-        const AFTER_S: f64 = 0.08;
+    /// Longer part before or after the times from `from_s` to `to_s`.
+    pub fn longer_part(&self, from_s: f64, to_s: f64) -> Self {
         let at = |time: f64| ((time * self.condition.sample_rate_hz).max(0.0) as usize).min(self.condition.samples);
-        let (end, start) = (at(time_s - BEFORE_S), at(time_s + AFTER_S));
-        let kept = if end >= self.condition.samples - start { 0..end } else { start..self.condition.samples };
-        let samples = self.samples.each_ref().map(|samples| samples.as_ref().map(|s| s[kept.clone()].to_vec()));
-        let power = samples.each_ref().map(|samples| samples.as_deref().map(power));
-        let condition = OperatingCondition { samples: kept.len(), ..self.condition };
-        Self { name: self.name.clone(), condition, samples, power, tachometer: self.tachometer }
+        self.part(longer_part(self.condition.samples, at(from_s)..at(to_s)))
     }
 
     /// Frequency of a bin, Hz.
@@ -69,10 +72,15 @@ impl Observation {
         bin * self.condition.sample_rate_hz / self.condition.samples as f64
     }
 
-    /// Bins that count.
-    pub fn bins(&self) -> std::ops::Range<usize> {
+    /// Bins of the likelihood.
+    pub fn bins(&self) -> Range<usize> {
         SETTINGS.first_bin..(self.condition.samples / 2).max(SETTINGS.first_bin)
     }
+}
+
+/// Mean load of recordings, N.
+pub fn mean_load_n(observations: &[Observation]) -> f64 {
+    observations.iter().map(|o| o.condition.load_n.abs()).sum::<f64>() / observations.len().max(1) as f64
 }
 
 /// Power spectrum by sine tapers (K. S. Riedel, A. Sidorenko, "Minimum bias multiple taper spectral estimation", IEEE Trans.

@@ -5,10 +5,13 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::fit::{Data, Known, Model, Point};
-use super::hypotheses::{Guesses, Hypothesis, all};
-use super::likelihood::{Colour, Range};
-use super::observation::Observation;
+use super::data::{Data, Point};
+use super::fit::Model;
+use super::guesses::Guesses;
+use super::hypotheses::{Hypothesis, all};
+use super::likelihood::Colour;
+use super::observation::{Observation, mean_load_n};
+use super::prediction::Known;
 use super::settings::SearchSettings;
 use crate::identify::likelihood::coordinate::Coordinate;
 use crate::rig::config::RigKey;
@@ -18,8 +21,8 @@ use crate::signal::transform::median;
 
 const SETTINGS: SearchSettings = SearchSettings::DEFAULT;
 
-/// Parameters of a defect that its power spectrum shows.
-const LIKE_A_DEFECT: &[ParameterKey] = &[ParameterKey::DepthM, ParameterKey::WidthRad, ParameterKey::AngleRad];
+/// Parameters of a defect that a power spectrum shows.
+const DEFECT_KEYS: &[ParameterKey] = &[ParameterKey::DepthM, ParameterKey::WidthRad, ParameterKey::AngleRad];
 
 /// Effect fitted together with all that the model had before.
 #[derive(Clone)]
@@ -36,14 +39,16 @@ pub struct Candidate<'d, 'a> {
     pub gain: f64,
 }
 
-/// Beginnings of some recordings, on which hypotheses are first tried.
+/// Beginnings of some recordings, on which hypotheses are screened.
 pub struct Brief {
+    /// Of the recording of greatest load.
     first: Vec<Observation>,
+    /// Of those of least and greatest load.
     second: Vec<Observation>,
 }
 
 impl Brief {
-    /// Of the recording of greatest load, then of those of least and greatest load.
+    /// Beginnings of the fitted recordings.
     pub fn new(observations: &[Observation]) -> Self {
         let load = |o: &&Observation| o.condition.load_n;
         let least = observations.iter().min_by(|a, b| load(a).total_cmp(&load(b)));
@@ -57,20 +62,19 @@ impl Brief {
     }
 }
 
-/// A look at brief recordings: the nominal rig there.
-struct Look<'d, 'a> {
+/// Fit of a rig without another effect to brief recordings.
+struct NullFit<'d, 'a> {
     model: Model<'d, 'a>,
     point: Point,
 }
 
-impl<'d, 'a> Look<'d, 'a> {
+impl<'d, 'a> NullFit<'d, 'a> {
     fn new(data: &'d Data<'a>, fitted: &Rig, at: &Point) -> Option<Self> {
-        let model =
-            Model { data, rig: fitted.clone(), coordinates: Vec::new(), guesses: Vec::new(), known: Known::Nothing };
+        let model = Model::fixed(data, fitted.clone());
         let count = data.observations.len();
         let jitter = vec![at.jitter.iter().copied().max().unwrap_or(0); count];
         let from = Point { stretch: vec![0.0; count], jitter, ..at.clone() };
-        let point = model.search(model.start(Some(&from)).ok()?, 3).ok()?;
+        let point = model.search(model.start_from(&from).ok()?, SETTINGS.brief_steps).ok()?;
         Some(Self { model, point })
     }
 }
@@ -83,28 +87,27 @@ pub fn candidates<'d, 'a>(
     before: &[EffectKind],
 ) -> Vec<Candidate<'d, 'a>> {
     let data = null.data;
-    let load =
-        data.observations.iter().map(|o| o.condition.load_n).sum::<f64>() / data.observations.len().max(1) as f64;
     let fitted = null.rig_at(&at.values).unwrap_or_else(|_| null.rig.clone());
-    let mut list = all(&fitted, load, &guesses(data, at));
+    let mut list = all(&fitted, mean_load_n(data.observations), &Guesses::new(data, at));
     list.retain(|h| !before.contains(&h.kind));
     let (first, second) = (Data::new(&brief.first, data.orders), Data::new(&brief.second, data.orders));
-    let (Some(first), Some(second)) = (Look::new(&first, &fitted, at), Look::new(&second, &fitted, at)) else {
+    let (Some(first), Some(second)) = (NullFit::new(&first, &fitted, at), NullFit::new(&second, &fitted, at)) else {
         return Vec::new();
     };
     // Every start on one brief recording, the best on two, the best of these on all.
     let starts: Vec<(&Hypothesis, &EffectEntry)> =
         list.iter().flat_map(|h| h.starts.iter().map(move |s| (h, s))).collect();
-    let tried = starts
+    let scored = starts
         .par_iter()
         .filter_map(|(h, s)| Some((Candidate::new(&first.model, &fitted, &first.point, h, s, true)?.gain, *h, *s)));
-    let tried = best_starts(tried.collect(), SETTINGS.starts, SETTINGS.starts_each);
-    let tried = tried
+    let kept = best_starts(scored.collect(), SETTINGS.starts, SETTINGS.starts_each);
+    let scored = kept
         .into_par_iter()
         .filter_map(|(_, h, s)| Some((Candidate::new(&second.model, &fitted, &second.point, h, s, true)?.gain, h, s)));
-    let tried = best_starts(tried.collect(), SETTINGS.hypotheses, 1);
-    let searched = tried.into_par_iter().filter_map(|(_, h, s)| {
-        let best = Candidate::new(&second.model, &fitted, &second.point, h, s, true)?.searched(&second.point, 3);
+    let kept = best_starts(scored.collect(), SETTINGS.hypotheses, 1);
+    let searched = kept.into_par_iter().filter_map(|(_, h, s)| {
+        let candidate = Candidate::new(&second.model, &fitted, &second.point, h, s, true)?;
+        let best = candidate.searched(&second.point, SETTINGS.brief_steps);
         let rig = best.model.rig_at(&best.point.values).ok()?;
         Some((best.gain, h, rig.effects.last()?.clone()))
     });
@@ -117,74 +120,75 @@ pub fn candidates<'d, 'a>(
         Some(Candidate::best_of(null, &fitted, at, hypothesis, &effect)?.searched(at, SETTINGS.steps[0]))
     });
     let mut full: Vec<Candidate> = full.collect();
-    full.extend(whole(null, &fitted, at, &list));
+    full.extend(fit_drift(null, &fitted, at, &list));
     full.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let most = full.first().map_or(0.0, |c| c.gain);
     let close = |c: &Candidate| c.gain > most - SETTINGS.close_nats - SETTINGS.close_share * most.abs();
     let (near, far): (Vec<Candidate>, Vec<Candidate>) = full.into_iter().partition(close);
     let mut near: Vec<Candidate> =
-        near.into_par_iter().map(|c| c.searched(at, SETTINGS.steps[1]).elsewhere(null, &fitted, at)).collect();
+        near.into_par_iter().map(|c| c.searched(at, SETTINGS.steps[1]).restart_defect(null, &fitted, at)).collect();
     near.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     near.into_iter().chain(far).collect()
 }
 
-/// Fit of what a brief recording does not show: a speed that drifts.
-fn whole<'d, 'a>(null: &Model<'d, 'a>, fitted: &Rig, at: &Point, list: &[Hypothesis]) -> Option<Candidate<'d, 'a>> {
+/// Fit of a speed that drifts, which a brief recording does not show.
+fn fit_drift<'d, 'a>(null: &Model<'d, 'a>, fitted: &Rig, at: &Point, list: &[Hypothesis]) -> Option<Candidate<'d, 'a>> {
     let drift = list.iter().find(|h| h.kind == EffectKind::SpeedDrift)?;
     let starts = drift.starts.par_iter().filter_map(|start| Candidate::new(null, fitted, at, drift, start, false));
     Some(starts.max_by(|a, b| a.gain.total_cmp(&b.gain))?.searched(at, SETTINGS.steps[0]))
 }
 
-type Tried<'h> = (f64, &'h Hypothesis, &'h EffectEntry);
+/// Gain of a hypothesis from a start.
+type StartScore<'h> = (f64, &'h Hypothesis, &'h EffectEntry);
 
 /// Best starts, at most `each` of a hypothesis, and of a kind at most some hypotheses.
-fn best_starts(mut tried: Vec<Tried>, most: usize, each: usize) -> Vec<Tried> {
-    tried.sort_by(|a, b| b.0.total_cmp(&a.0));
+fn best_starts(mut scores: Vec<StartScore>, most: usize, each: usize) -> Vec<StartScore> {
+    scores.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut places = std::collections::BTreeMap::new();
     let mut kinds = std::collections::BTreeMap::new();
-    tried.retain(|(_, h, _)| {
+    scores.retain(|(_, h, _)| {
         let place = places.entry((h.kind, h.place.as_str())).or_insert(0);
         let kind = kinds.entry(h.kind).or_insert(0);
         *kind += usize::from(*place == 0);
         *place += 1;
         *place <= each && *kind <= SETTINGS.places
     });
-    tried.truncate(most);
-    tried
+    scores.truncate(most);
+    scores
 }
 
 impl<'d, 'a> Candidate<'d, 'a> {
+    /// Candidate at a start of its search, with the nuisances of the null fit `at`.
     fn new(
         null: &Model<'d, 'a>,
         fitted: &Rig,
         at: &Point,
         hypothesis: &Hypothesis,
         effect: &EffectEntry,
-        first: bool,
+        is_screening: bool,
     ) -> Option<Self> {
-        let rig = fitted.clone().with_effect(effect.clone());
+        let mut rig = fitted.clone().with_effect(effect.clone());
         let index = rig.effects.len() - 1;
         let own =
             hypothesis.free.iter().filter_map(|key| Coordinate::for_key(&rig, RigKey::Effect { index, key: *key }));
         let coordinates = null.coordinates.iter().cloned().chain(own).collect();
         let is_steady = effect.definition().is_deterministic && null.coordinates.is_empty();
-        let known = match (is_steady, first) {
+        let known = match (is_steady, is_screening) {
             (true, _) => Known::Noise(Arc::new(at.predictions.clone())),
             (false, true) => Known::Scatter(at.predictions.iter().map(|p| p.scatter).collect()),
             (false, false) => Known::Nothing,
         };
         let mut from = at.clone();
-        let mut rig = rig;
         if effect.kind == EffectKind::SensorGain {
             take_level(&mut rig, &mut from.colour)?;
         }
         let model = Model { data: null.data, rig, coordinates, guesses: null.guesses.clone(), known };
-        let point = model.start(Some(&from)).ok()?;
+        let point = model.start_from(&from).ok()?;
         let gain = at.objective() - point.objective();
         Some(Self { kind: hypothesis.kind, place: hypothesis.place.clone(), model, point, gain })
     }
 
-    /// Best of the effect as screened and weaker: friction takes away the motion that the screening saw.
+    /// Best of an effect as screened and weaker: friction reduces the motion on which the screening's noise rests.
     fn best_of(
         null: &Model<'d, 'a>,
         fitted: &Rig,
@@ -198,16 +202,16 @@ impl<'d, 'a> Candidate<'d, 'a> {
             _ => return Self::new(null, fitted, at, hypothesis, effect, false),
         };
         let size = effect.number(key)?;
-        let weaker = [1.0, 0.6, 0.35, 0.2].into_par_iter().filter_map(|share| {
+        let weaker = SETTINGS.weaker.into_par_iter().filter_map(|share| {
             let effect = effect.clone().with_number(key, share * size);
             Self::new(null, fitted, at, hypothesis, &effect, false)
         });
         weaker.max_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 
-    /// Better of a defect and the defects that look like it: its width shows by the zeros of its lines' envelope, and its
-    /// place by their strength, so that a search may end at another width or on the other side of the load.
-    fn elsewhere(self, null: &Model<'d, 'a>, fitted: &Rig, at: &Point) -> Self {
+    /// Better of a defect and defects with like spectra: a search may end at another width, of another place of the zeros in
+    /// the lines' envelope, or on the other side of the load.
+    fn restart_defect(self, null: &Model<'d, 'a>, fitted: &Rig, at: &Point) -> Self {
         use ParameterKey::{AngleRad, DepthM, WidthRad};
         let Some(effect) = self.model.rig_at(&self.point.values).ok().and_then(|rig| rig.effects.last().cloned())
         else {
@@ -217,7 +221,10 @@ impl<'d, 'a> Candidate<'d, 'a> {
         let free: Vec<ParameterKey> =
             self.model.coordinates.iter().filter_map(|c| c.key.of_effect(self.model.rig.effects.len() - 1)).collect();
         let angles = match effect.number(AngleRad).filter(|_| free.contains(&AngleRad)) {
-            Some(angle) => vec![Some(angle), Some(PI - angle), Some(0.5 * (angle + FRAC_PI_2)), Some(FRAC_PI_2 + 0.15)],
+            Some(angle) => {
+                let near_load = FRAC_PI_2 + SETTINGS.near_load_rad;
+                vec![Some(angle), Some(PI - angle), Some(0.5 * (angle + FRAC_PI_2)), Some(near_load)]
+            }
             None => vec![None],
         };
         let sizes =
@@ -230,17 +237,18 @@ impl<'d, 'a> Candidate<'d, 'a> {
             })
             .collect();
         let (kind, place) = (self.kind, self.place.clone());
-        let free = if free.contains(&AngleRad) { LIKE_A_DEFECT } else { &LIKE_A_DEFECT[..2] };
+        let free = if free.contains(&AngleRad) { DEFECT_KEYS } else { &DEFECT_KEYS[..2] };
         let hypothesis = Hypothesis { kind, place, free, starts: Vec::new() };
-        let mut tried: Vec<Candidate> =
+        let mut started: Vec<Candidate> =
             others.par_iter().filter_map(|other| Self::new(null, fitted, at, &hypothesis, other, false)).collect();
-        tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        tried.truncate(SETTINGS.restarts);
-        let searched = tried.into_par_iter().map(|c| c.searched(at, SETTINGS.steps[1]));
+        started.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        started.truncate(SETTINGS.restarts);
+        let searched = started.into_par_iter().map(|c| c.searched(at, SETTINGS.steps[1]));
         let best = searched.max_by(|a, b| a.gain.total_cmp(&b.gain));
         best.filter(|best| best.gain > self.gain).unwrap_or(self)
     }
 
+    /// Candidate after a search of at most `steps` steps.
     fn searched(self, null: &Point, steps: usize) -> Self {
         match self.model.search(self.point.clone(), steps) {
             Ok(point) => Self { gain: null.objective() - point.objective(), point, ..self },
@@ -249,7 +257,7 @@ impl<'d, 'a> Candidate<'d, 'a> {
     }
 }
 
-/// Moves the level of a noise's colour to the gain of the last effect; `None` if there is none.
+/// Moves the level of a noise's colour to the last effect, a sensor's gain; `None` if there is none.
 fn take_level(rig: &mut Rig, colour: &mut Colour) -> Option<()> {
     let effect = rig.effects.last()?;
     let channels: Vec<usize> = match effect.text(ParameterKey::Channel) {
@@ -262,94 +270,4 @@ fn take_level(rig: &mut Rig, colour: &mut Colour) -> Option<()> {
     let index = rig.effects.len() - 1;
     channels.iter().for_each(|c| colour[*c].iter_mut().for_each(|knot| *knot -= level));
     rig.set(RigKey::Effect { index, key: ParameterKey::Value }, (0.5 * level).exp()).ok()
-}
-
-/// Starts that the recordings show.
-fn guesses(data: &Data, at: &Point) -> Guesses {
-    Guesses {
-        peaks_hz: [0, 1].map(|channel| peaks_hz(data, at, channel)),
-        slips: slips(data, at),
-        drifts_per_s: drifts_per_s(data),
-        mains: mains(data, at),
-    }
-}
-
-/// Slip beyond that of a healthy cage with which the lines suit the recordings better.
-fn slips(data: &Data, at: &Point) -> Vec<f64> {
-    const GAIN: f64 = 8.0;
-    let of = |n: usize| {
-        let healthy = Range { around: 0.0, reach: 0.009, healthy: true };
-        let any = Range { around: -0.05, reach: 0.04, healthy: false };
-        let ((_, before), (stretch, after)) = (data.stretch(at, n, healthy), data.stretch(at, n, any));
-        (after > before + GAIN).then_some(-stretch)
-    };
-    let mut all: Vec<f64> = (0..data.observations.len()).into_par_iter().filter_map(of).collect();
-    all.sort_by(f64::total_cmp);
-    all.dedup_by(|a, b| (*a - *b).abs() < 1e-3);
-    all
-}
-
-/// Rates of the tachometers, or a grid without any.
-fn drifts_per_s(data: &Data) -> Vec<f64> {
-    const LEAST: f64 = 3e-3;
-    let told: Vec<f64> = data.observations.iter().filter_map(|o| Some(o.tachometer?.gains_per_s)).collect();
-    if told.is_empty() {
-        return [0.008, 0.014, 0.025, 0.045, 0.08].into_iter().flat_map(|rate| [rate, -rate]).collect();
-    }
-    let mean = told.iter().sum::<f64>() / told.len() as f64;
-    if mean.abs() > LEAST { vec![mean] } else { Vec::new() }
-}
-
-/// Lines of 45 to 65 Hz that every recording shows at the same frequency, with their amplitude.
-fn mains(data: &Data, at: &Point) -> Vec<(f64, f64)> {
-    const LEAST: f64 = 6.0;
-    let of = |hz: f64| -> Option<(f64, f64)> {
-        let each = (0..data.observations.len()).map(|n| {
-            let o = &data.observations[n];
-            let of_channel = |c: usize| {
-                let spectrum = data.channel(at, n, c);
-                let k = (hz / o.hz(1.0)).round() as usize;
-                let power = *o.power[c].as_ref()?.get(k)?;
-                let mean = spectrum.noise(k) + spectrum.line(k);
-                Some((power / mean, (4.0 * power / o.condition.samples as f64 / 1.2).sqrt()))
-            };
-            (0..2).filter_map(of_channel).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0.0))
-        });
-        let each: Vec<(f64, f64)> = each.collect();
-        let least = each.iter().map(|e| e.0).fold(f64::MAX, f64::min);
-        let mean = each.iter().map(|e| e.1).sum::<f64>() / each.len().max(1) as f64;
-        (least > LEAST).then_some((least, mean))
-    };
-    let tried = (0..81u32).map(|n| 45.0 + 0.25 * f64::from(n)).filter_map(|hz| Some((hz, of(hz)?)));
-    let best = tried.max_by(|a, b| a.1.0.total_cmp(&b.1.0));
-    best.map(|(hz, (_, amplitude))| (hz, amplitude)).into_iter().collect()
-}
-
-/// Frequencies near which the power of a channel differs most from a prediction, Hz, of all recordings.
-fn peaks_hz(data: &Data, at: &Point, channel: usize) -> Vec<f64> {
-    const BANDS_PER_OCTAVE: f64 = 16.0;
-    let band = |hz: f64| (BANDS_PER_OCTAVE * (hz / 100.0).log2()).floor() as i64;
-    let mut bands = std::collections::BTreeMap::<i64, [f64; 2]>::new();
-    for n in 0..data.observations.len() {
-        let spectrum = data.channel(at, n, channel);
-        for (k, power, noise, line) in spectrum.bins() {
-            let hz = spectrum.observation.hz(k as f64);
-            if hz < 150.0 {
-                continue;
-            }
-            let entry = bands.entry(band(hz)).or_default();
-            // Bounded, so that lines do not count as modes.
-            entry[0] += (power / (noise + line)).min(6.0) - 0.985;
-            entry[1] += 1.0;
-        }
-    }
-    let mut found: Vec<(f64, i64)> = bands.iter().map(|(band, [sum, count])| (sum / count.sqrt(), *band)).collect();
-    found.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
-    let mut out: Vec<(f64, i64)> = Vec::new();
-    for (z, band) in found {
-        if z.abs() > 4.0 && out.len() < 3 && out.iter().all(|(_, other)| (other - band).abs() > 4) {
-            out.push((z, band));
-        }
-    }
-    out.into_iter().map(|(_, band)| 100.0 * ((band as f64 + 0.5) / BANDS_PER_OCTAVE).exp2()).collect()
 }

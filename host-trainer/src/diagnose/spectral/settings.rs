@@ -1,5 +1,7 @@
 //! Settings of the diagnosis by power spectra.
 
+use crate::stats::optimise::GeometricDamping;
+
 /// Settings of the likelihood of a power spectrum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LikelihoodSettings {
@@ -23,7 +25,7 @@ pub struct LikelihoodSettings {
     pub cosines: usize,
     /// Standard deviation of the colour at each knot, Np of power.
     pub knot_np: f64,
-    /// Relative variance of the power of a predicted line: no rig is exactly the machine.
+    /// Relative variance of the power of a predicted line: the machine's error against its rig.
     pub line_variance: f64,
     /// Share of bins that are neither noise nor a predicted line.
     pub outliers: f64,
@@ -93,11 +95,47 @@ pub struct FitSettings {
     pub unknown_std: f64,
     /// Greatest step of a coordinate.
     pub max_step: f64,
+    /// Step of a coordinate by which derivatives are taken.
+    pub difference: f64,
+    /// Damping at the start of a search, and how it changes.
+    pub damping: GeometricDamping,
+    /// Damping at which a search ends.
+    pub most_damping: f64,
+    /// Gain that moves jitter or spacing by a step.
+    pub least_gain: f64,
+    /// Steps of the stretch within which it is refined.
+    pub near_steps: f64,
+    /// Range of the stretch of a speed that drifts over the usual range.
+    pub drift_reach: f64,
+    /// Steps of the nominal rig's fit.
+    pub nominal_steps: usize,
+    /// Steps of a fit to held-out recordings.
+    pub held_out_steps: usize,
 }
 
 impl FitSettings {
     /// Default settings.
-    pub const DEFAULT: Self = Self { converged: 0.3, converged_share: 1e-3, unknown_std: 2.0, max_step: 0.7 };
+    pub const DEFAULT: Self = Self {
+        converged: 0.3,
+        converged_share: 1e-3,
+        unknown_std: 2.0,
+        max_step: 0.7,
+        difference: 1e-3,
+        damping: GeometricDamping {
+            value: 1e-3,
+            fall: 0.2,
+            growth: 8.0,
+            floor: 1.25e-3,
+            singular_growth: 10.0,
+            singular_floor: 0.0,
+        },
+        most_damping: 1e6,
+        least_gain: 0.5,
+        near_steps: 4.0,
+        drift_reach: 4.0,
+        nominal_steps: 10,
+        held_out_steps: 4,
+    };
 }
 
 /// Settings of the search for events.
@@ -109,6 +147,12 @@ pub struct EventSettings {
     pub durations_s: [f64; 4],
     /// Where a shock acts.
     pub places: [&'static str; 3],
+    /// Change of a template's load over the load: small, so that the response is linear.
+    pub change_share: f64,
+    /// Impulse of a template's shock, N s.
+    pub impulse_n_s: f64,
+    /// Time of a template's event, s.
+    pub template_s: f64,
     /// Length of a response, s.
     pub response_s: f64,
     /// Length of the stretches of a recording that are compared, s: longer than the ring of a shock's strongest part.
@@ -117,6 +161,10 @@ pub struct EventSettings {
     pub gain: f64,
     /// Gain over the greatest elsewhere: a train of defect impulses has many as great.
     pub isolation: f64,
+    /// Time before an event from which its recording is left out, s.
+    pub before_s: f64,
+    /// Time after an event up to which its recording is left out, s.
+    pub after_s: f64,
 }
 
 impl EventSettings {
@@ -125,10 +173,15 @@ impl EventSettings {
         rises_s: [1e-4, 1e-3, 4e-3, 1.5e-2, 4e-2],
         durations_s: [2e-4, 7e-4, 2e-3, 5e-3],
         places: ["outer-y", "outer-x", "inner-y"],
+        change_share: 0.02,
+        impulse_n_s: 1e-3,
+        template_s: 0.02,
         response_s: 0.12,
         guard_s: 0.01,
         gain: 30.0,
         isolation: 2.5,
+        before_s: 0.005,
+        after_s: 0.08,
     };
 }
 
@@ -147,7 +200,7 @@ pub struct LackSettings {
     pub line_nats: f64,
     /// Lines that are stated.
     pub most_lines: usize,
-    /// Bins of all recordings, of which the strongest is stated.
+    /// Bins of all recordings, by which a line's p-value is corrected.
     pub tried_bins: f64,
 }
 
@@ -169,7 +222,7 @@ impl LackSettings {
 pub struct GateSettings {
     /// Gain on the fitted recordings that a cause must have.
     pub gain: f64,
-    /// Gain on recordings that took no part.
+    /// Gain on held-out recordings that a cause must have.
     pub held_out: f64,
     /// Gain over the lack of fit that a first cause must have.
     pub first_share: f64,
@@ -185,10 +238,12 @@ pub struct GateSettings {
     pub second_lack: f64,
     /// Lack of fit from which a mismatch without a cause is unexplained.
     pub lack: f64,
-    /// Share of the lack of fit that may be left without a caveat.
-    pub left_share: f64,
     /// Nats of model error by which rivals count as equally probable, and its share of the gain.
     pub rivalry: [f64; 2],
+    /// Greatest probability of a cause: effects outside the vocabulary are possible.
+    pub most_probable: f64,
+    /// Probability of an event.
+    pub event_probability: f64,
 }
 
 impl GateSettings {
@@ -203,37 +258,97 @@ impl GateSettings {
         load_share_of_gain: 0.03,
         second_lack: 100.0,
         lack: 150.0,
-        left_share: 0.5,
         rivalry: [6.0, 0.03],
+        most_probable: 0.97,
+        event_probability: 0.95,
+    };
+}
+
+/// Settings of the guesses from which searches start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GuessSettings {
+    /// Middle and half width of the range of a slipping cage's slip.
+    pub slip: [f64; 2],
+    /// Gain of such a slip over a healthy one.
+    pub slip_gain: f64,
+    /// Difference of slips that are one.
+    pub same_slip: f64,
+    /// Rates of the speed without a tachometer, 1/s.
+    pub drifts_per_s: [f64; 5],
+    /// Least rate by a tachometer, 1/s.
+    pub least_drift_per_s: f64,
+    /// Range and step of the mains' frequency, Hz.
+    pub mains_hz: [f64; 3],
+    /// Least power of the mains over the prediction.
+    pub mains_ratio: f64,
+    /// Bands of an octave in which a mode is sought.
+    pub bands_per_octave: f64,
+    /// Least frequency of a mode, Hz.
+    pub least_mode_hz: f64,
+    /// Bound on a bin's power over the prediction, so that lines are no modes.
+    pub most_power: f64,
+    /// Mean of noise below this bound.
+    pub mean_power: f64,
+    /// Least standard errors of a mode's band.
+    pub peak_z: f64,
+    /// Modes of a channel.
+    pub peaks: usize,
+    /// Bands between two modes.
+    pub apart: i64,
+}
+
+impl GuessSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self {
+        slip: [0.05, 0.04],
+        slip_gain: 8.0,
+        same_slip: 1e-3,
+        drifts_per_s: [0.008, 0.014, 0.025, 0.045, 0.08],
+        least_drift_per_s: 3e-3,
+        mains_hz: [45.0, 65.0, 0.25],
+        mains_ratio: 6.0,
+        bands_per_octave: 16.0,
+        least_mode_hz: 150.0,
+        most_power: 6.0,
+        mean_power: 0.985,
+        peak_z: 4.0,
+        peaks: 3,
+        apart: 4,
     };
 }
 
 /// Settings of the search for an effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchSettings {
-    /// Lengths of the recordings of the first and the second look, s.
+    /// Lengths of the brief recordings of the first and the second screening, s.
     pub brief_s: [f64; 2],
-    /// Starts after the first look.
+    /// Steps of a fit to brief recordings.
+    pub brief_steps: usize,
+    /// Starts after the first screening.
     pub starts: usize,
     /// Starts of a hypothesis after it.
     pub starts_each: usize,
-    /// Hypotheses after the second.
+    /// Hypotheses after the second screening.
     pub hypotheses: usize,
     /// Most hypotheses of a kind, at different components or numbers of lobes.
     pub places: usize,
-    /// Share of the greatest gain from which a hypothesis is fitted to all recordings, and how many are.
+    /// Share of the greatest gain in the screening from which a hypothesis is fitted to all recordings.
     pub rival_share: f64,
-    /// Hypotheses that are fitted to all recordings.
+    /// Most hypotheses that are fitted to all recordings.
     pub full_fits: usize,
     /// Steps of these fits, then of those that are close to the best.
     pub steps: [usize; 2],
-    /// Widths of a defect that are tried again, over the one found.
+    /// Sizes of a friction from which its full fit starts, over that of the screening.
+    pub weaker: [f64; 4],
+    /// Widths of a defect from which its search is repeated, over the one found.
     pub other_widths: [f64; 4],
-    /// Searches from these.
+    /// Angle from the load at which a defect's search is repeated, rad.
+    pub near_load_rad: f64,
+    /// Searches from the best of these.
     pub restarts: usize,
-    /// Gain below the best, in nats and as a share, within which a fit is close to it.
+    /// Gain below the best, nats, within which a fit is continued.
     pub close_nats: f64,
-    /// Share of the best gain.
+    /// The same as a share of the best gain.
     pub close_share: f64,
 }
 
@@ -241,6 +356,7 @@ impl SearchSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self {
         brief_s: [0.3, 0.5],
+        brief_steps: 3,
         starts: 40,
         starts_each: 4,
         hypotheses: 9,
@@ -248,7 +364,9 @@ impl SearchSettings {
         rival_share: 0.4,
         full_fits: 6,
         steps: [4, 8],
+        weaker: [1.0, 0.6, 0.35, 0.2],
         other_widths: [0.45, 0.65, 1.0, 1.5],
+        near_load_rad: 0.15,
         restarts: 3,
         close_nats: 40.0,
         close_share: 0.05,

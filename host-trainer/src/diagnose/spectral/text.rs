@@ -41,3 +41,11 @@ pub fn unexplained(lack: f64, recordings: &str) -> String {
         "The spectra differ from the rig's by {lack:.0} nats beyond chance, most of all {recordings}; no effect of the vocabulary explains that."
     )
 }
+
+/// Caveat of recordings without a stated load.
+pub const NO_LOAD: &str = "No load is stated (load_n in recordings.toml); the rig was simulated with 0 N, so that what \
+                           depends on the load is a guess.";
+
+/// Caveat of a corrected load.
+pub const LOAD: &str =
+    "The stated loads are off by a few newtons; the corrected rig has a constant force for that, which is no cause.";

@@ -43,3 +43,8 @@ pub fn part(recording: &Recording, span: std::ops::Range<usize>) -> Recording {
     let channel = |c: &Channel| Channel { samples: c.samples[span.clone()].to_vec(), ..c.clone() };
     Recording { channels: recording.channels.iter().map(channel).collect(), gaps: Vec::new(), ..recording.clone() }
 }
+
+/// Longer part of a recording before or after the samples `cut`.
+pub fn longer_part(samples: usize, cut: std::ops::Range<usize>) -> std::ops::Range<usize> {
+    if cut.start >= samples - cut.end { 0..cut.start } else { cut.end..samples }
+}

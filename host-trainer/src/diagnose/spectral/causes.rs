@@ -1,0 +1,160 @@
+//! Causes and their numbers: probability, intervals, evidence.
+
+use std::collections::BTreeMap;
+
+use faer::Mat;
+use faer::linalg::solvers::DenseSolveCore;
+
+use super::data::Point;
+use super::events::{Event, Occurrence};
+use super::expansion::Expansion;
+use super::fit::Model;
+use super::search::Candidate;
+use super::settings::{GateSettings, LackSettings};
+use super::text;
+use crate::diagnose::DiagnoseError;
+use crate::diagnose::acquisition::Fault;
+use crate::diagnose::result::{Aspect, Cause, Fitted, Parameter, Test};
+use crate::rig::EffectEntry;
+use crate::rig::config::{RigKey, RigKind};
+use crate::rig::effect::ParameterKey;
+use crate::stats::significance::Z975;
+
+const GATE: GateSettings = GateSettings::DEFAULT;
+
+/// Cause that passed the gate.
+pub struct Accepted<'d, 'a> {
+    /// Its fit.
+    pub candidate: Candidate<'d, 'a>,
+    /// Gain on the held-out recordings.
+    pub held_out: f64,
+    /// Probability.
+    pub probability: f64,
+    /// Other candidates, best first.
+    pub rivals: Vec<Candidate<'d, 'a>>,
+    /// Index of the effect in the rig.
+    pub effect: usize,
+}
+
+/// Probability of a candidate among its rivals.
+pub fn probability(best: &Candidate, rivals: &[Candidate]) -> f64 {
+    let [least, share] = GATE.rivalry;
+    let scale = least + share * best.gain.max(0.0);
+    let weight = |c: &Candidate| ((c.gain - best.gain) / scale).exp();
+    let others: f64 = rivals.iter().filter(|c| c.kind != best.kind).map(weight).sum();
+    (1.0 / (1.0 + others)).min(GATE.most_probable)
+}
+
+/// Intervals of the parameters of effects, by the effect's index and key.
+pub type Intervals = BTreeMap<(usize, ParameterKey), [f64; 2]>;
+
+/// Interval of each coordinate: values of the effects by index and key, and the rig's unknown numbers.
+pub fn estimates(model: &Model, point: &Point, unknown: usize) -> Result<(Intervals, Vec<Fitted>), DiagnoseError> {
+    let (mut effects, mut numbers) = (BTreeMap::new(), Vec::new());
+    let count = model.coordinates.len();
+    if count == 0 {
+        return Ok((effects, numbers));
+    }
+    let expansion = Expansion::new(model, point)?;
+    let all = expansion.gradient.len();
+    let inverse = Mat::from_fn(all, all, |a, b| expansion.information[(a, b)] + if a == b { 1e-9 } else { 0.0 })
+        .partial_piv_lu()
+        .inverse();
+    for (a, coordinate) in model.coordinates.iter().enumerate() {
+        // White's widening: where recordings disagree more than the information says.
+        let pulls = expansion.pieces.iter().map(|g| (0..all).map(|b| inverse[(a, b)] * g[b]).sum::<f64>().powi(2));
+        let variance = inverse[(a, a)].max(pulls.sum::<f64>()).max(0.0);
+        let half = Z975 * variance.sqrt();
+        let ends = [-half, half].map(|d| coordinate.to_value(point.values[a] + d));
+        let ends = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+        if a < unknown {
+            numbers.push((coordinate.key.to_string(), coordinate.to_value(point.values[a]), ends));
+        } else if let RigKey::Effect { index, key } = coordinate.key {
+            effects.insert((index, key), ends);
+        }
+    }
+    Ok((effects, numbers))
+}
+
+/// Ends of the interval of an effect's strength over the strength.
+pub fn band(effect: &EffectEntry, accepted: &Accepted, values: &Intervals) -> [f64; 2] {
+    let strength = accepted.candidate.model.coordinates.iter().find_map(|c| match c.key {
+        RigKey::Effect { index, key } if index == accepted.effect => Some(key),
+        _ => None,
+    });
+    let ends = strength.and_then(|key| Some((values.get(&(accepted.effect, key))?, effect.number(key)?)));
+    ends.filter(|(_, value)| *value != 0.0).map_or([1.0, 1.0], |(ends, value)| ends.map(|end| end / value))
+}
+
+/// Parameters of the vocabulary, with the place.
+fn stated(effect: &EffectEntry) -> BTreeMap<String, Parameter> {
+    let vocabulary = effect.definition().parameters.iter().filter(|p| p.in_vocabulary());
+    let keys: Vec<ParameterKey> =
+        vocabulary.map(|p| p.key).chain([ParameterKey::Component, ParameterKey::Channel]).collect();
+    let all = effect.parameters.iter().filter(|(key, _)| keys.contains(key));
+    all.map(|(key, value)| (key.to_string(), value.into())).collect()
+}
+
+/// Cause of a candidate, `effect` as it was fitted in the end.
+pub fn cause(accepted: &Accepted, effect: &EffectEntry, values: &Intervals) -> Cause {
+    let parameters = stated(effect);
+    let interval = |(key, ends): (&(usize, ParameterKey), &[f64; 2])| {
+        (key.0 == accepted.effect && parameters.contains_key(key.1.name())).then(|| (key.1.to_string(), *ends))
+    };
+    Cause {
+        name: effect.kind.to_string(),
+        probability: accepted.probability,
+        interval95: values.iter().filter_map(interval).collect(),
+        parameters,
+        evidence: text::evidence(accepted.candidate.gain, accepted.held_out, accepted.rivals.first()),
+        equation: effect.equation(RigKind::Bearing5Dof),
+    }
+}
+
+/// Cause of an acquisition fault.
+pub fn fault_cause(fault: &Fault) -> Cause {
+    Cause {
+        name: fault.effect.kind.to_string(),
+        probability: GATE.most_probable,
+        parameters: fault.effect.parameters.iter().map(|(key, value)| (key.to_string(), value.into())).collect(),
+        interval95: BTreeMap::new(),
+        evidence: fault.evidence.clone(),
+        equation: fault.effect.equation(RigKind::Bearing5Dof),
+    }
+}
+
+/// Cause of an event; `names` are those of all recordings.
+pub fn event_cause(event: &Event, names: &[String]) -> Cause {
+    let effect = event.mean();
+    let times: Vec<(String, f64)> = occurrences(event, names).map(|(o, name)| (name.clone(), o.time_s)).collect();
+    let mut interval95 = BTreeMap::new();
+    if let Some(time) = effect.number(ParameterKey::TimeS) {
+        interval95.insert(ParameterKey::TimeS.to_string(), [time - 1e-3, time + 1e-3]);
+    }
+    Cause {
+        name: effect.kind.to_string(),
+        probability: GATE.event_probability,
+        parameters: stated(&effect),
+        interval95,
+        evidence: text::event(&times, event.gain()),
+        equation: effect.equation(RigKind::Bearing5Dof),
+    }
+}
+
+/// Tests of an event in the recordings in which it happened.
+pub fn event_tests<'e>(event: &'e Event, names: &'e [String]) -> impl Iterator<Item = Test> + 'e {
+    occurrences(event, names).map(|(o, name)| Test {
+        aspect: Aspect::Time,
+        channel: "ay",
+        at: Some([o.time_s - 2e-3, o.time_s + 5e-3]),
+        what: format!("{name}, {:.4} s: response to a {}", o.time_s, event.effect.kind),
+        z: (2.0 * o.gain).sqrt(),
+        p_value: (LackSettings::DEFAULT.tried_bins * (-o.gain).exp()).min(1.0),
+        q_value: 1.0,
+    })
+}
+
+/// Recordings in which an event happened, with their names.
+fn occurrences<'e>(event: &'e Event, names: &'e [String]) -> impl Iterator<Item = (&'e Occurrence, &'e String)> {
+    event.occurrences.iter().zip(names).filter(|(o, _)| o.is_event())
+}

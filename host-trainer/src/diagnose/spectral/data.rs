@@ -1,0 +1,103 @@
+//! Data of a fit, and points in the space of its unknowns.
+
+use faer::Mat;
+use faer::linalg::solvers::DenseSolveCore;
+use rayon::prelude::*;
+
+use super::likelihood::{Channel, Colour, KNOTS, Range, best_stretch, colour_covariance, hats};
+use super::observation::Observation;
+use super::prediction::Prediction;
+use super::settings::LikelihoodSettings;
+use crate::signal::kinematics::Orders;
+
+const LIKELIHOOD: LikelihoodSettings = LikelihoodSettings::DEFAULT;
+
+/// Recordings with what a fit needs of them.
+pub struct Data<'a> {
+    /// Recordings.
+    pub observations: &'a [Observation],
+    /// Orders of the bearing.
+    pub orders: Orders,
+    /// Inverse covariance of a channel's colour before any recording.
+    pub colour_precision: Mat<f64>,
+    hats: Vec<Vec<(usize, f64)>>,
+}
+
+impl<'a> Data<'a> {
+    /// Data of recordings.
+    pub fn new(observations: &'a [Observation], orders: Orders) -> Self {
+        let covariance = Mat::from_fn(KNOTS, KNOTS, colour_covariance);
+        let colour_precision = covariance.partial_piv_lu().inverse();
+        Self { observations, orders, hats: observations.iter().map(hats).collect(), colour_precision }
+    }
+
+    /// Spectrum of a channel at a point.
+    pub fn channel<'p>(&'p self, point: &'p Point, recording: usize, channel: usize) -> Channel<'p> {
+        Channel {
+            observation: &self.observations[recording],
+            prediction: &point.predictions[recording],
+            hats: &self.hats[recording],
+            colour: &point.colour,
+            stretch: point.stretch[recording],
+            jitter_s: LIKELIHOOD.jitter_s[point.jitter[recording]],
+            spacing_rad: LIKELIHOOD.spacing_rad[point.spacing],
+            cage_per_shaft: self.orders.ftf,
+            channel,
+        }
+    }
+
+    /// −ln L of each recording.
+    pub fn neg_log_likelihoods(&self, point: &Point) -> Vec<f64> {
+        let of = |n: usize| (0..2).map(|c| self.channel(point, n, c).neg_log_likelihood()).sum();
+        (0..self.observations.len()).into_par_iter().map(of).collect()
+    }
+
+    /// Stretch of each recording that suits a point best, within `reach` of that of `around`.
+    pub fn stretches(&self, point: &Point, around: &[f64], reach: f64) -> Vec<f64> {
+        let of = |n: usize| self.stretch(point, n, Range { around: around[n], reach, healthy: true }).0;
+        (0..self.observations.len()).into_par_iter().map(of).collect()
+    }
+
+    /// Stretch of a recording that suits a point best, and its gain over no lines at all.
+    pub fn stretch(&self, point: &Point, recording: usize, range: Range) -> (f64, f64) {
+        let (o, prediction) = (&self.observations[recording], &point.predictions[recording]);
+        best_stretch(o, prediction, &self.hats[recording], &point.colour, range)
+    }
+
+    /// −ln of the colour's prior.
+    pub fn colour_prior(&self, colour: &Colour) -> f64 {
+        let of = |c: &[f64; KNOTS]| {
+            let pairs = (0..KNOTS).flat_map(|a| (0..KNOTS).map(move |b| (a, b)));
+            pairs.map(|(a, b)| 0.5 * c[a] * self.colour_precision[(a, b)] * c[b]).sum::<f64>()
+        };
+        colour.iter().map(of).sum()
+    }
+}
+
+/// Values of all unknowns with the predictions there.
+#[derive(Clone, Debug, Default)]
+pub struct Point {
+    /// One for each coordinate.
+    pub values: Vec<f64>,
+    /// Colour of the noise.
+    pub colour: Colour,
+    /// Frequency of the lines over that predicted, less 1, of each recording.
+    pub stretch: Vec<f64>,
+    /// Index of the time jitter of each recording in the settings.
+    pub jitter: Vec<usize>,
+    /// Index of the unevenness of the balls in the settings.
+    pub spacing: usize,
+    /// Predictions of each recording.
+    pub predictions: Vec<Prediction>,
+    /// −ln L of each recording.
+    pub neg_logs: Vec<f64>,
+    /// −ln of the prior.
+    pub prior: f64,
+}
+
+impl Point {
+    /// −ln of likelihood and prior.
+    pub fn objective(&self) -> f64 {
+        self.neg_logs.iter().sum::<f64>() + self.prior
+    }
+}

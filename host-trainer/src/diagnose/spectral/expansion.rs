@@ -1,0 +1,174 @@
+//! Gradient and expected information of likelihood and prior around a point.
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use rayon::prelude::*;
+
+use super::data::Point;
+use super::fit::Model;
+use super::likelihood::{Channel, KNOTS, bin};
+use super::observation::Power;
+use super::prediction::{Known, lines, noise};
+use super::settings::FitSettings;
+use crate::identify::likelihood::coordinate::Coordinate;
+use crate::rig::RigError;
+use crate::rig::random_part::depends_on_velocity_noise;
+
+const SETTINGS: FitSettings = FitSettings::DEFAULT;
+
+/// Derivatives of the noise and the lines of a recording by a coordinate.
+type Derivative = [Power; 2];
+
+/// Gradient and information of likelihood and prior: coordinates first, then the colour of both channels.
+#[derive(Clone, Debug)]
+pub struct Expansion {
+    /// Gradient of −ln.
+    pub gradient: Vec<f64>,
+    /// Expected information.
+    pub information: Mat<f64>,
+    /// Gradient of each channel of each recording, without the prior.
+    pub pieces: Vec<Vec<f64>>,
+}
+
+impl Expansion {
+    /// Expansion of a fit at a point.
+    ///
+    /// # Errors
+    /// What the simulation refuses.
+    pub fn new(model: &Model, point: &Point) -> Result<Self, RigError> {
+        let columns = columns(model, point)?;
+        let of = |piece: usize| {
+            let (recording, channel) = (piece / 2, piece % 2);
+            let columns: Vec<&Derivative> = columns.iter().map(|column| &column[recording]).collect();
+            Self::of_channel(&model.data.channel(point, recording, channel), &columns)
+        };
+        let pieces: Vec<Self> = (0..2 * model.data.observations.len()).into_par_iter().map(of).collect();
+        let mut out = Self::zeros(model.coordinates.len() + 2 * KNOTS);
+        for piece in &pieces {
+            out.gradient.iter_mut().zip(&piece.gradient).for_each(|(sum, g)| *sum += g);
+            out.information += &piece.information;
+        }
+        out.complete();
+        out.add_prior(model, point);
+        out.pieces = pieces.into_iter().map(|piece| piece.gradient).collect();
+        Ok(out)
+    }
+
+    fn zeros(count: usize) -> Self {
+        Self { gradient: vec![0.0; count], information: Mat::zeros(count, count), pieces: Vec::new() }
+    }
+
+    /// Likelihood of a channel of a recording; of the information only the lower triangle.
+    fn of_channel(at: &Channel, columns: &[&Derivative]) -> Self {
+        let count = columns.len();
+        let mut out = Self::zeros(count + 2 * KNOTS);
+        let mut slopes = vec![0.0; count];
+        for (k, power, noise, line) in at.bins() {
+            let density = bin(power, noise, line);
+            for (slope, column) in slopes.iter_mut().zip(columns) {
+                *slope = slope_at(at, column, k, noise, line);
+            }
+            let (knot, share) = at.hats[k];
+            let of_colour = noise / (noise + line);
+            let knot = count + at.channel * KNOTS + knot;
+            let hats = [(knot, of_colour * (1.0 - share)), (knot + 1, of_colour * share)];
+            for (a, slope) in slopes.iter().copied().enumerate().chain(hats) {
+                out.gradient[a] += density.slope * slope;
+                for (b, other) in slopes.iter().copied().enumerate().chain(hats).take_while(|(b, _)| *b <= a) {
+                    out.information[(a, b)] += density.information * slope * other;
+                }
+            }
+        }
+        out
+    }
+
+    /// Copies the lower triangle to the upper one.
+    fn complete(&mut self) {
+        for a in 0..self.gradient.len() {
+            for b in 0..a {
+                self.information[(b, a)] = self.information[(a, b)];
+            }
+        }
+    }
+
+    fn add_prior(&mut self, model: &Model, point: &Point) {
+        for (channel, colour) in point.colour.iter().enumerate() {
+            let from = model.coordinates.len() + channel * KNOTS;
+            for a in 0..KNOTS {
+                for (b, knot) in colour.iter().enumerate() {
+                    let precision = model.data.colour_precision[(a, b)];
+                    self.information[(from + a, from + b)] += precision;
+                    self.gradient[from + a] += precision * knot;
+                }
+            }
+        }
+        for (a, guess) in model.guesses.iter().enumerate() {
+            let precision = SETTINGS.unknown_std.powi(-2);
+            self.information[(a, a)] += precision;
+            self.gradient[a] += precision * (point.values[a] - guess);
+        }
+    }
+
+    /// Step at a damping; `None` if the system cannot be solved.
+    pub fn step(&self, damping: f64) -> Option<Vec<f64>> {
+        let count = self.gradient.len();
+        let system = Mat::from_fn(count, count, |a, b| {
+            let own = self.information[(a, b)];
+            if a == b { own * (1.0 + damping) + 1e-9 } else { own }
+        });
+        let right = Mat::from_fn(count, 1, |a, _| -self.gradient[a]);
+        let step = system.llt(Side::Lower).ok()?.solve(&right);
+        let step: Vec<f64> = (0..count).map(|a| step[(a, 0)]).collect();
+        step.iter().all(|s| s.is_finite()).then_some(step)
+    }
+}
+
+/// Derivative of the logarithm of a bin's mean by a coordinate.
+fn slope_at(at: &Channel, [of_noise, of_lines]: &Derivative, k: usize, noise: f64, line: f64) -> f64 {
+    let (predicted, channel) = (&at.prediction, at.channel);
+    let by_noise = of_noise[channel].get(k).map_or(0.0, |d| d * noise / predicted.noise[channel][k]);
+    let lines = &predicted.lines[channel];
+    let unstretched = ((k as f64 / (1.0 + at.stretch)).round() as usize).min(lines.len() - 1);
+    let by_line = of_lines[channel].get(unstretched).copied().unwrap_or_default();
+    // The derivative of a line's skirts is the same share of them.
+    let by_line = if line > 0.0 && by_line != 0.0 { by_line * line / lines[unstretched].max(1e-300) } else { 0.0 };
+    (by_noise + by_line) / (noise + line)
+}
+
+/// Derivatives by each coordinate, of each recording.
+fn columns(model: &Model, point: &Point) -> Result<Vec<Vec<Derivative>>, RigError> {
+    let observations = model.data.observations;
+    let scatter: Vec<_> = point.predictions.iter().map(|p| p.scatter).collect();
+    let column = |(a, coordinate): (usize, &Coordinate)| -> Result<Vec<Derivative>, RigError> {
+        let mut values = point.values.clone();
+        let step = SETTINGS.difference;
+        values[a] += step;
+        let rig = model.rig_at(&values)?;
+        let moved_noise = if coordinate.moves_variance && !matches!(model.known, Known::Noise(_)) {
+            Some(noise(&rig, observations, Some(&scatter))?)
+        } else {
+            None
+        };
+        let base = if coordinate.moves_variance && depends_on_velocity_noise(&rig) {
+            Some(noise(&model.rig_at(&point.values)?, observations, Some(&scatter))?)
+        } else {
+            None
+        };
+        let moved_lines = if coordinate.moves_mean { Some(lines(&rig, observations, &scatter)?) } else { None };
+        let quotient = |moved: Option<&Power>, still: &Power| -> Power {
+            [0, 1].map(|c| {
+                moved.map_or_else(Vec::new, |m| m[c].iter().zip(&still[c]).map(|(m, s)| (m - s) / step).collect())
+            })
+        };
+        let of = |n: usize| {
+            let now = &point.predictions[n];
+            let still = base.as_ref().map_or(&now.noise, |base| &base[n].0);
+            [
+                quotient(moved_noise.as_ref().map(|all| &all[n].0), still),
+                quotient(moved_lines.as_ref().map(|all| &all[n]), &now.lines),
+            ]
+        };
+        Ok((0..observations.len()).map(of).collect())
+    };
+    model.coordinates.par_iter().enumerate().map(column).collect()
+}

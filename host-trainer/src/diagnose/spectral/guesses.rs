@@ -1,0 +1,118 @@
+//! Guesses of numbers that recordings show at once: modes, slip of the cage, drift of the speed, mains.
+
+use rayon::prelude::*;
+
+use super::data::{Data, Point};
+use super::likelihood::Range;
+use super::settings::{GuessSettings, LikelihoodSettings};
+
+const SETTINGS: GuessSettings = GuessSettings::DEFAULT;
+const LIKELIHOOD: LikelihoodSettings = LikelihoodSettings::DEFAULT;
+/// Power of a line's highest bin by the tapers over that without any, on average over its place between two bins.
+const LINE_PEAK: f64 = 1.2;
+
+/// Numbers from which searches start.
+#[derive(Clone, Debug, Default)]
+pub struct Guesses {
+    /// Frequencies near which each channel's power differs most from the prediction, Hz.
+    pub peaks_hz: [Vec<f64>; 2],
+    /// Shares by which the cage may be slow.
+    pub slips: Vec<f64>,
+    /// Rates at which the speed may drift, 1/s.
+    pub drifts_per_s: Vec<f64>,
+    /// Frequencies and amplitudes of lines that stay where they are while the speed changes, Hz and m/s².
+    pub mains: Vec<(f64, f64)>,
+}
+
+impl Guesses {
+    /// Guesses from recordings under a prediction.
+    pub fn new(data: &Data, at: &Point) -> Self {
+        Self {
+            peaks_hz: [0, 1].map(|channel| peaks_hz(data, at, channel)),
+            slips: slips(data, at),
+            drifts_per_s: drifts_per_s(data),
+            mains: mains(data, at),
+        }
+    }
+}
+
+/// Slip beyond that of a healthy cage with which the lines suit the recordings better.
+fn slips(data: &Data, at: &Point) -> Vec<f64> {
+    let of = |n: usize| {
+        let healthy = Range { around: 0.0, reach: LIKELIHOOD.stretch[0], healthy: true };
+        let any = Range { around: -SETTINGS.slip[0], reach: SETTINGS.slip[1], healthy: false };
+        let ((_, before), (stretch, after)) = (data.stretch(at, n, healthy), data.stretch(at, n, any));
+        (after > before + SETTINGS.slip_gain).then_some(-stretch)
+    };
+    let mut all: Vec<f64> = (0..data.observations.len()).into_par_iter().filter_map(of).collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup_by(|a, b| (*a - *b).abs() < SETTINGS.same_slip);
+    all
+}
+
+/// Rates of the tachometers, or a grid without any.
+fn drifts_per_s(data: &Data) -> Vec<f64> {
+    let rates: Vec<f64> = data.observations.iter().filter_map(|o| Some(o.tachometer?.gains_per_s)).collect();
+    if rates.is_empty() {
+        return SETTINGS.drifts_per_s.into_iter().flat_map(|rate| [rate, -rate]).collect();
+    }
+    let mean = rates.iter().sum::<f64>() / rates.len() as f64;
+    if mean.abs() > SETTINGS.least_drift_per_s { vec![mean] } else { Vec::new() }
+}
+
+/// Strongest line of 45 to 65 Hz that every recording has at the same frequency, with its amplitude.
+fn mains(data: &Data, at: &Point) -> Vec<(f64, f64)> {
+    let of = |hz: f64| -> Option<(f64, f64)> {
+        let each = (0..data.observations.len()).map(|n| {
+            let o = &data.observations[n];
+            let of_channel = |c: usize| {
+                let spectrum = data.channel(at, n, c);
+                let k = (hz / o.hz(1.0)).round() as usize;
+                let power = *o.power[c].as_ref()?.get(k)?;
+                let mean = spectrum.noise(k) + spectrum.line(k);
+                Some((power / mean, (4.0 * power / o.condition.samples as f64 / LINE_PEAK).sqrt()))
+            };
+            (0..2).filter_map(of_channel).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0.0))
+        });
+        let each: Vec<(f64, f64)> = each.collect();
+        let least = each.iter().map(|e| e.0).fold(f64::MAX, f64::min);
+        let mean = each.iter().map(|e| e.1).sum::<f64>() / each.len().max(1) as f64;
+        (least > SETTINGS.mains_ratio).then_some((least, mean))
+    };
+    let [from, to, step] = SETTINGS.mains_hz;
+    let count = ((to - from) / step).round() as u32;
+    let lines = (0..=count).map(|n| from + step * f64::from(n)).filter_map(|hz| Some((hz, of(hz)?)));
+    let best = lines.max_by(|a, b| a.1.0.total_cmp(&b.1.0));
+    best.map(|(hz, (_, amplitude))| (hz, amplitude)).into_iter().collect()
+}
+
+/// Frequencies near which the power of a channel differs most from a prediction, Hz, of all recordings.
+fn peaks_hz(data: &Data, at: &Point, channel: usize) -> Vec<f64> {
+    let band = |hz: f64| (SETTINGS.bands_per_octave * (hz / 100.0).log2()).floor() as i64;
+    let mut bands = std::collections::BTreeMap::<i64, [f64; 2]>::new();
+    for n in 0..data.observations.len() {
+        let spectrum = data.channel(at, n, channel);
+        for (k, power, noise, line) in spectrum.bins() {
+            let hz = spectrum.observation.hz(k as f64);
+            if hz < SETTINGS.least_mode_hz {
+                continue;
+            }
+            let entry = bands.entry(band(hz)).or_default();
+            // Bounded, so that lines do not count as modes.
+            entry[0] += (power / (noise + line)).min(SETTINGS.most_power) - SETTINGS.mean_power;
+            entry[1] += 1.0;
+        }
+    }
+    let mut found: Vec<(f64, i64)> = bands.iter().map(|(band, [sum, count])| (sum / count.sqrt(), *band)).collect();
+    found.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
+    let mut out: Vec<(f64, i64)> = Vec::new();
+    for (z, band) in found {
+        if z.abs() > SETTINGS.peak_z
+            && out.len() < SETTINGS.peaks
+            && out.iter().all(|(_, other)| (other - band).abs() > SETTINGS.apart)
+        {
+            out.push((z, band));
+        }
+    }
+    out.into_iter().map(|(_, band)| 100.0 * ((band as f64 + 0.5) / SETTINGS.bands_per_octave).exp2()).collect()
+}
