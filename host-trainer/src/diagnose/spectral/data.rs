@@ -1,10 +1,14 @@
 //! Data of a fit, and points in the space of its unknowns.
 
+use std::sync::Arc;
+
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
 use rayon::prelude::*;
 
-use super::likelihood::{Channel, Colour, KNOTS, Range, best_stretch, colour_covariance, hats};
+use super::likelihood::{
+    Channel, Colour, KNOTS, Range, best_stretch, colour_covariance, hats, jitter_shares, spacing_shares,
+};
 use super::observation::Observation;
 use super::prediction::Prediction;
 use super::settings::LikelihoodSettings;
@@ -21,6 +25,10 @@ pub struct Data<'a> {
     /// Inverse covariance of a channel's colour before any recording.
     pub colour_precision: Mat<f64>,
     hats: Vec<Vec<(usize, f64)>>,
+    /// Shares of the lines' power that jitter takes, of each recording and jitter of the settings.
+    jitter: Vec<Vec<Vec<f64>>>,
+    /// Shares that uneven balls take.
+    spacing: Vec<Vec<Vec<f64>>>,
 }
 
 impl<'a> Data<'a> {
@@ -28,7 +36,17 @@ impl<'a> Data<'a> {
     pub fn new(observations: &'a [Observation], orders: Orders) -> Self {
         let covariance = Mat::from_fn(KNOTS, KNOTS, colour_covariance);
         let colour_precision = covariance.partial_piv_lu().inverse();
-        Self { observations, orders, hats: observations.iter().map(hats).collect(), colour_precision }
+        let jitter = |o: &Observation| LIKELIHOOD.jitter_s.iter().map(|s| jitter_shares(o, *s)).collect();
+        let spacing =
+            |o: &Observation| LIKELIHOOD.spacing_rad.iter().map(|rad| spacing_shares(o, *rad, orders.ftf)).collect();
+        Self {
+            observations,
+            orders,
+            colour_precision,
+            hats: observations.iter().map(hats).collect(),
+            jitter: observations.par_iter().map(jitter).collect(),
+            spacing: observations.par_iter().map(spacing).collect(),
+        }
     }
 
     /// Spectrum of a channel at a point.
@@ -39,9 +57,8 @@ impl<'a> Data<'a> {
             hats: &self.hats[recording],
             colour: &point.colour,
             stretch: point.stretch[recording],
-            jitter_s: LIKELIHOOD.jitter_s[point.jitter[recording]],
-            spacing_rad: LIKELIHOOD.spacing_rad[point.spacing],
-            cage_per_shaft: self.orders.ftf,
+            jitter: &self.jitter[recording][point.jitter[recording]],
+            spacing: &self.spacing[recording][point.spacing],
             channel,
         }
     }
@@ -88,7 +105,7 @@ pub struct Point {
     /// Index of the unevenness of the balls in the settings.
     pub spacing: usize,
     /// Predictions of each recording.
-    pub predictions: Vec<Prediction>,
+    pub predictions: Arc<Vec<Prediction>>,
     /// −ln L of each recording.
     pub neg_logs: Vec<f64>,
     /// −ln of the prior.

@@ -3,6 +3,8 @@
 //! A power spectrum has no time. An event is found in the whitened samples by the rig's response to it, shifted to every time
 //! (a matched filter: G. L. Turin, IRE Trans. Inf. Theory 6 (1960) 311–329).
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 use realfft::num_complex::Complex;
 
@@ -85,7 +87,7 @@ pub fn without_event(observation: &Observation, time_s: f64) -> Observation {
 ///
 /// # Errors
 /// What the simulation refuses.
-pub fn events(rig: &Rig, observations: &[Observation], noise: &[Power]) -> Result<Vec<Event>, RigError> {
+pub fn events(rig: &Rig, observations: &[Observation], noise: &[Arc<Power>]) -> Result<Vec<Event>, RigError> {
     let greatest_n = observations.iter().map(|o| o.condition.load_n.abs()).fold(1.0, f64::max);
     let templates = templates(greatest_n);
     let whitened: Vec<Whitened> = observations.iter().zip(noise).map(|(o, s)| Whitened::new(o, s)).collect();
@@ -164,13 +166,13 @@ fn responses(
 struct Whitened {
     /// X/S of each channel.
     spectra: [Option<Vec<Complex<f64>>>; 2],
-    noise: Power,
+    noise: Arc<Power>,
     samples: usize,
     sample_rate_hz: f64,
 }
 
 impl Whitened {
-    fn new(o: &Observation, noise: &Power) -> Self {
+    fn new(o: &Observation, noise: &Arc<Power>) -> Self {
         let n = o.condition.samples;
         let scale = 1.0 / (n as f64).sqrt();
         let spectra = [0, 1].map(|c| {
@@ -180,7 +182,7 @@ impl Whitened {
                 |(k, x): (usize, Complex<f64>)| if k == 0 || k == last { Complex::default() } else { x / noise[c][k] };
             Some(spectrum.into_iter().enumerate().map(of).collect())
         });
-        Self { spectra, noise: noise.clone(), samples: n, sample_rate_hz: o.condition.sample_rate_hz }
+        Self { spectra, noise: Arc::clone(noise), samples: n, sample_rate_hz: o.condition.sample_rate_hz }
     }
 
     /// Best time and size of a response.
@@ -188,7 +190,7 @@ impl Whitened {
         let (n, scale) = (self.samples, 1.0 / (self.samples as f64).sqrt());
         let mut energy = 0.0;
         let mut product = vec![Complex::default(); n / 2 + 1];
-        for ((spectrum, noise), response) in self.spectra.iter().zip(&self.noise).zip(response) {
+        for ((spectrum, noise), response) in self.spectra.iter().zip(self.noise.iter()).zip(response) {
             let Some(spectrum) = spectrum else { continue };
             let template = padded(response, n, scale);
             for k in 1..template.len().min(product.len()).saturating_sub(1) {

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::data::Point;
 use super::fit::Model;
-use super::likelihood::{Channel, KNOTS, bin};
+use super::likelihood::{Channel, KNOTS};
 use super::observation::Power;
 use super::prediction::{Known, lines, noise};
 use super::settings::FitSettings;
@@ -64,7 +64,7 @@ impl Expansion {
         let mut out = Self::zeros(count + 2 * KNOTS);
         let mut slopes = vec![0.0; count];
         for (k, power, noise, line) in at.bins() {
-            let density = bin(power, noise, line);
+            let density = at.bin(k, power, noise, line);
             for (slope, column) in slopes.iter_mut().zip(columns) {
                 *slope = slope_at(at, column, k, noise, line);
             }
@@ -145,12 +145,12 @@ fn columns(model: &Model, point: &Point) -> Result<Vec<Vec<Derivative>>, RigErro
         values[a] += step;
         let rig = model.rig_at(&values)?;
         let moved_noise = if coordinate.moves_variance && !matches!(model.known, Known::Noise(_)) {
-            Some(noise(&rig, observations, Some(&scatter))?)
+            Some(noise(&rig, observations, &scatter)?)
         } else {
             None
         };
         let base = if coordinate.moves_variance && depends_on_velocity_noise(&rig) {
-            Some(noise(&model.rig_at(&point.values)?, observations, Some(&scatter))?)
+            Some(noise(&model.rig_at(&point.values)?, observations, &scatter)?)
         } else {
             None
         };
@@ -164,7 +164,7 @@ fn columns(model: &Model, point: &Point) -> Result<Vec<Vec<Derivative>>, RigErro
             let now = &point.predictions[n];
             let still = base.as_ref().map_or(&now.noise, |base| &base[n].0);
             [
-                quotient(moved_noise.as_ref().map(|all| &all[n].0), still),
+                quotient(moved_noise.as_ref().map(|all| all[n].0.as_ref()), still),
                 quotient(moved_lines.as_ref().map(|all| &all[n]), &now.lines),
             ]
         };

@@ -2,10 +2,13 @@
 //! stretch and the jitter of each recording, and the unevenness of the balls.
 
 use std::cell::OnceCell;
+use std::sync::Arc;
+
+use rayon::prelude::*;
 
 use super::data::{Data, Point};
 use super::expansion::Expansion;
-use super::prediction::Known;
+use super::prediction::{Known, Prediction, predictions};
 use super::settings::{FitSettings, LikelihoodSettings};
 use crate::identify::likelihood::coordinate::Coordinate;
 use crate::rig::effect::EffectKind;
@@ -53,20 +56,39 @@ impl<'d, 'a> Model<'d, 'a> {
     /// What the simulation refuses.
     pub fn start(&self) -> Result<Point, RigError> {
         let count = self.data.observations.len();
-        let mut point = Point { stretch: vec![0.0; count], jitter: vec![0; count], ..Point::default() };
-        self.predict(&self.own_values(), &mut point)?;
+        let predictions = Arc::new(self.predictions(&self.own_rig()?)?);
+        let nuisances = Point { stretch: vec![0.0; count], jitter: vec![0; count], ..Point::default() };
+        let mut point = Point { values: self.own_values(), predictions, ..nuisances };
+        self.weigh(&mut point);
         self.fit_stretch(&mut point);
         Ok(point)
     }
 
-    /// Point of the rig's own values; the nuisances are those of `from`, or those that machines usually have, whichever suit
-    /// better: what a fit without the effect took for an imperfect machine may be the effect.
+    /// Point of the rig's own values with the better nuisances of those of `from` and of usual machines.
     ///
     /// # Errors
     /// What the simulation refuses.
     pub fn start_from(&self, from: &Point) -> Result<Point, RigError> {
-        let mut point = from.clone();
-        self.predict(&self.own_values(), &mut point)?;
+        Ok(self.started(from, self.predictions(&self.own_rig()?)?))
+    }
+
+    /// Points as by [`Model::start_from`] of models of the same recordings, all simulated side by side; `None` for a rig that
+    /// cannot run.
+    pub fn start_all(models: &[(Self, Point)]) -> Vec<Option<Point>> {
+        let Some((first, _)) = models.first() else { return Vec::new() };
+        let rigs: Vec<Option<Rig>> = models.iter().map(|(model, _)| model.own_rig().ok()).collect();
+        let runs = models.iter().zip(&rigs).filter_map(|((model, _), rig)| Some((&model.known, rig.as_ref()?)));
+        let made = predictions(&runs.collect::<Vec<_>>(), first.data.observations, &first.data.orders);
+        let mut made = made.into_iter();
+        let all: Vec<_> = models.iter().zip(rigs).map(|(model, rig)| (model, rig.and_then(|_| made.next()))).collect();
+        all.into_par_iter().map(|((model, from), made)| Some(model.started(from, made?.ok()?))).collect()
+    }
+
+    /// Point of the rig's own values, with their predictions. What a fit without the effect took for an imperfect machine may
+    /// be the effect, so that the nuisances of usual machines compete with those of `from`.
+    fn started(&self, from: &Point, predictions: Vec<Prediction>) -> Point {
+        let mut point = Point { values: self.own_values(), predictions: Arc::new(predictions), ..from.clone() };
+        self.weigh(&mut point);
         self.fit_stretch(&mut point);
         for [jitter, spacing] in LIKELIHOOD.usual {
             let (jitter, colour) = (vec![jitter; point.jitter.len()], Default::default());
@@ -77,7 +99,7 @@ impl<'d, 'a> Model<'d, 'a> {
                 point = usual;
             }
         }
-        Ok(point)
+        point
     }
 
     /// Point searched from another one for at most `steps` steps.
@@ -96,13 +118,13 @@ impl<'d, 'a> Model<'d, 'a> {
         self.coordinates.iter().map(|c| c.to_coordinate(self.rig.get(c.key).unwrap_or_default())).collect()
     }
 
-    /// Moves a point to other values of the coordinates.
-    fn predict(&self, values: &[f64], point: &mut Point) -> Result<(), RigError> {
-        let rig = self.rig_at(values)?;
-        point.predictions = self.known.predictions(&rig, self.data.observations, &self.data.orders)?;
-        point.values = values.to_vec();
-        self.weigh(point);
-        Ok(())
+    fn own_rig(&self) -> Result<Rig, RigError> {
+        self.rig_at(&self.own_values())
+    }
+
+    fn predictions(&self, rig: &Rig) -> Result<Vec<Prediction>, RigError> {
+        // One rig in, one result out.
+        predictions(&[(&self.known, rig)], self.data.observations, &self.data.orders).swap_remove(0)
     }
 
     /// Sets likelihood and prior of a point by its predictions and nuisances.
@@ -181,12 +203,12 @@ impl<'d, 'a> Model<'d, 'a> {
         let scale = if greatest > SETTINGS.max_step { SETTINGS.max_step / greatest } else { 1.0 };
         let mut next = point.clone();
         next.colour.iter_mut().flatten().zip(of_colour).for_each(|(c, s)| *c += scale * s);
-        if own.is_empty() {
-            self.weigh(&mut next);
-        } else {
+        if !own.is_empty() {
             let values: Vec<f64> = point.values.iter().zip(own).map(|(u, s)| u + scale * s).collect();
-            self.predict(&values, &mut next).ok()?;
+            next.predictions = Arc::new(self.predictions(&self.rig_at(&values).ok()?).ok()?);
+            next.values = values;
         }
+        self.weigh(&mut next);
         Some(next)
     }
 }

@@ -1,7 +1,6 @@
 //! Lack of fit: what a prediction leaves in each channel, band by band and line by line.
 
 use super::data::{Data, Point};
-use super::likelihood::bin;
 use super::settings::LackSettings;
 use crate::diagnose::result::{Aspect, Test};
 use crate::identify::likelihood::observed::CHANNELS;
@@ -36,7 +35,7 @@ pub fn lack(data: &Data, at: &Point) -> Lack {
             let mut own = std::collections::BTreeMap::<i64, (f64, f64)>::new();
             for (k, power, noise, line) in spectrum.bins() {
                 let hz = spectrum.observation.hz(k as f64);
-                let found = bin(power, noise, line);
+                let found = spectrum.bin(k, power, noise, line);
                 let excess = found.neg_log - (noise + line).ln() - 1.0;
                 let band = (SETTINGS.bands_per_octave * (hz / 1000.0).log2()).floor() as i64;
                 let entry = own.entry(band).or_default();

@@ -6,10 +6,11 @@
 //! against the rig. A few bins are neither.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::LazyLock;
 
 use statrs::function::gamma::ln_gamma;
 
-use super::observation::Observation;
+use super::observation::{Observation, Power};
 use super::prediction::Prediction;
 use super::settings::LikelihoodSettings;
 
@@ -57,32 +58,93 @@ pub struct Bin {
     pub slope: f64,
 }
 
-/// Density of a power under noise and line.
-pub fn bin(power: f64, noise: f64, line: f64) -> Bin {
-    let mean = noise + line;
-    let share = line / mean;
-    let shape = if share < 0.05 { 1.0 } else { 1.0 / (1.0 - share * share * (1.0 - SETTINGS.line_variance)) };
-    let ratio = power / mean;
-    let log_mean = mean.ln();
-    let gamma = if shape == 1.0 {
-        log_mean + ratio
-    } else {
-        let log_ratio = ratio.max(1e-12).ln();
-        shape * (ratio - shape.ln()) - (shape - 1.0) * log_ratio + ln_gamma(shape) + log_mean
-    };
-    // The outliers' density adds nothing to an ordinary bin.
-    let ordinary = if shape == 1.0 { ratio < 4.0 } else { ratio < 4.0 && ratio > 0.3 };
-    if ordinary {
-        return Bin { neg_log: gamma, information: shape, slope: shape * (1.0 - ratio) };
+/// Density of a bin's power under noise and line.
+#[derive(Clone, Copy, Debug)]
+pub struct Density {
+    mean: f64,
+    ln_mean: f64,
+    /// Shape k of the gamma density.
+    shape: f64,
+    /// ln Γ(k) − k ln k.
+    shape_term: f64,
+}
+
+impl Density {
+    /// Density around a mean of noise and line.
+    pub fn new(noise: f64, line: f64) -> Self {
+        let mean = noise + line;
+        let (shape, shape_term) = shape(line / mean);
+        Self { mean, ln_mean: mean.ln(), shape, shape_term }
     }
-    // A Pareto density, so that one strong line that is not predicted does not outweigh all others.
-    let wide = SETTINGS.outlier_power * mean;
-    let outlier = wide.ln() + 2.0 * (power / wide).ln_1p() - SETTINGS.outliers.ln();
-    let more = gamma - outlier;
-    let weight = 1.0 / (1.0 + more.exp());
-    let neg_log = if more > 0.0 { outlier - (-more).exp().ln_1p() } else { gamma - more.exp().ln_1p() };
-    let of_outlier = (1.0 - weight) * (1.0 - 2.0 * power / (wide + power));
-    Bin { neg_log, information: weight * shape, slope: weight * shape * (1.0 - ratio) + of_outlier }
+
+    /// Whether the density of outliers adds nothing at a power.
+    fn is_ordinary(&self, ratio: f64) -> bool {
+        ratio < ORDINARY[1] && (self.shape == 1.0 || ratio > ORDINARY[0])
+    }
+
+    /// −ln of the gamma density.
+    fn gamma(&self, ratio: f64, ln_power: f64) -> f64 {
+        if self.shape == 1.0 {
+            return self.ln_mean + ratio;
+        }
+        let ln_ratio = (ln_power - self.ln_mean).max(LEAST_LN_RATIO);
+        self.shape * ratio + self.shape_term - (self.shape - 1.0) * ln_ratio + self.ln_mean
+    }
+
+    /// −ln of the density of outliers, times their share. A Pareto density, so that one strong line that is not predicted does
+    /// not outweigh all others.
+    fn outlier(&self, power: f64) -> f64 {
+        let wide = SETTINGS.outlier_power * self.mean;
+        wide.ln() + 2.0 * (power / wide).ln_1p() - SETTINGS.outliers.ln()
+    }
+
+    /// −ln of the density at a power with its logarithm.
+    pub fn neg_log(&self, power: f64, ln_power: f64) -> f64 {
+        let ratio = power / self.mean;
+        let gamma = self.gamma(ratio, ln_power);
+        if self.is_ordinary(ratio) { gamma } else { least_of(gamma, self.outlier(power)) }
+    }
+
+    /// −ln of the density at a power, with its slope and information.
+    pub fn bin(&self, power: f64, ln_power: f64) -> Bin {
+        let (ratio, shape) = (power / self.mean, self.shape);
+        let gamma = self.gamma(ratio, ln_power);
+        if self.is_ordinary(ratio) {
+            return Bin { neg_log: gamma, information: shape, slope: shape * (1.0 - ratio) };
+        }
+        let outlier = self.outlier(power);
+        let weight = 1.0 / (1.0 + (gamma - outlier).exp());
+        let wide = SETTINGS.outlier_power * self.mean;
+        let of_outlier = (1.0 - weight) * (1.0 - 2.0 * power / (wide + power));
+        let slope = weight * shape * (1.0 - ratio) + of_outlier;
+        Bin { neg_log: least_of(gamma, outlier), information: weight * shape, slope }
+    }
+}
+
+/// Power over the mean between which the density of outliers adds nothing.
+const ORDINARY: [f64; 2] = [0.3, 4.0];
+/// Bound on the logarithm of power over mean.
+const LEAST_LN_RATIO: f64 = -27.6;
+/// Share of a line below which a bin counts as noise.
+const LEAST_SHARE: f64 = 0.05;
+
+/// −ln(e^−a + e^−b).
+fn least_of(a: f64, b: f64) -> f64 {
+    a.min(b) - (-(a - b).abs()).exp().ln_1p()
+}
+
+/// Shape k of the gamma density of a bin with a line's share of its mean, and ln Γ(k) − k ln k.
+fn shape(share: f64) -> (f64, f64) {
+    const STEPS: usize = 1024;
+    static TERMS: LazyLock<Vec<f64>> = LazyLock::new(|| {
+        let shape = |n: usize| shape_of(n as f64 / STEPS as f64);
+        (0..=STEPS).map(shape).map(|k| ln_gamma(k) - k * k.ln()).collect()
+    });
+    if share < LEAST_SHARE { (1.0, 0.0) } else { (shape_of(share), at(&TERMS, share * STEPS as f64)) }
+}
+
+fn shape_of(share: f64) -> f64 {
+    1.0 / (1.0 - share * share * (1.0 - SETTINGS.line_variance))
 }
 
 /// Spectrum of a channel under a prediction.
@@ -97,12 +159,10 @@ pub struct Channel<'a> {
     pub colour: &'a Colour,
     /// Frequency of the lines over that predicted, less 1.
     pub stretch: f64,
-    /// Standard deviation of the time of a ball pass, s.
-    pub jitter_s: f64,
-    /// Standard deviation of a ball's place in the cage, rad.
-    pub spacing_rad: f64,
-    /// Orders of the cage in one of the shaft.
-    pub cage_per_shaft: f64,
+    /// Share of a line's power at each bin that the jitter of the ball passes takes; empty without any.
+    pub jitter: &'a [f64],
+    /// Share that uneven balls take; empty if they are even.
+    pub spacing: &'a [f64],
     /// Index of the channel.
     pub channel: usize,
 }
@@ -116,26 +176,15 @@ impl Channel<'_> {
     /// Power of lines at a bin.
     pub fn line(&self, k: usize) -> f64 {
         let place = k as f64 / (1.0 + self.stretch);
-        let line = at(&self.prediction.lines[self.channel], place);
-        let (jitter, spacing) = self.lost(k);
-        let passes = if jitter == 0.0 {
-            line
-        } else {
-            line + jitter * (at(&self.prediction.skirts[self.channel], place) - line)
-        };
-        if spacing == 0.0 {
-            passes
-        } else {
-            passes + spacing * (at(&self.prediction.spaced[self.channel], place) - passes)
+        let spread = |power: f64, to: &Power, share: f64| power + share * (at(&to[self.channel], place) - power);
+        let mut line = at(&self.prediction.lines[self.channel], place);
+        if let Some(share) = self.jitter.get(k) {
+            line = spread(line, &self.prediction.skirts, *share);
         }
-    }
-
-    /// Shares of a line's power at a bin that jitter and uneven spacing take.
-    fn lost(&self, k: usize) -> (f64, f64) {
-        let hz = self.observation.hz(k as f64);
-        let share = |phase: f64| if phase == 0.0 { 0.0 } else { -(-phase * phase).exp_m1() };
-        let order = hz / (self.cage_per_shaft * self.observation.condition.shaft_hz).max(1e-9);
-        (share(TAU * hz * self.jitter_s), share(order * self.spacing_rad))
+        if let Some(share) = self.spacing.get(k) {
+            line = spread(line, &self.prediction.spaced, *share);
+        }
+        line
     }
 
     /// Every bin of the likelihood: number, power, noise, line; empty for a channel that was not recorded.
@@ -145,10 +194,54 @@ impl Channel<'_> {
         bins.map(move |k| (k, power[k], self.noise(k), self.line(k)))
     }
 
+    /// Density of a bin at its power.
+    pub fn bin(&self, k: usize, power: f64, noise: f64, line: f64) -> Bin {
+        Density::new(noise, line).bin(power, self.ln_power(k))
+    }
+
+    fn ln_power(&self, k: usize) -> f64 {
+        self.observation.ln_power[self.channel].as_ref().map_or(0.0, |all| all[k])
+    }
+
     /// −ln L.
     pub fn neg_log_likelihood(&self) -> f64 {
-        self.bins().map(|(_, power, noise, line)| bin(power, noise, line).neg_log).sum()
+        // The logarithm of a product is cheaper than a sum of logarithms.
+        const RANGE: std::ops::Range<f64> = 1e-150..1e150;
+        let (mut sum, mut product) = (0.0, 1.0);
+        for (k, power, noise, line) in self.bins() {
+            let mean = noise + line;
+            let ratio = power / mean;
+            if line < LEAST_SHARE * mean && ratio < ORDINARY[1] {
+                sum += ratio;
+                product *= mean;
+                if !RANGE.contains(&product) {
+                    sum += product.ln();
+                    product = 1.0;
+                }
+            } else {
+                sum += Density::new(noise, line).neg_log(power, self.ln_power(k));
+            }
+        }
+        sum + product.ln()
     }
+}
+
+/// Shares of a line's power at each bin of a recording that a jitter of the ball passes takes, s.
+pub fn jitter_shares(observation: &Observation, jitter_s: f64) -> Vec<f64> {
+    shares(observation, |hz| TAU * hz * jitter_s)
+}
+
+/// Shares of a line's power at each bin of a recording that balls take whose places in the cage scatter, rad.
+pub fn spacing_shares(observation: &Observation, spacing_rad: f64, cage_per_shaft: f64) -> Vec<f64> {
+    shares(observation, |hz| hz / (cage_per_shaft * observation.condition.shaft_hz).max(1e-9) * spacing_rad)
+}
+
+/// Shares of a line's power that a phase of a standard deviation takes, rad; empty without any.
+fn shares(observation: &Observation, phase: impl Fn(f64) -> f64) -> Vec<f64> {
+    if phase(1.0) == 0.0 {
+        return Vec::new();
+    }
+    (0..observation.bins().end).map(|k| -(-phase(observation.hz(k as f64)).powi(2)).exp_m1()).collect()
 }
 
 /// Value between two bins.
@@ -172,6 +265,16 @@ pub struct Range {
     pub healthy: bool,
 }
 
+/// Bin of a predicted line.
+struct LineBin {
+    /// Power over that of the noise.
+    ratio: f64,
+    channel: usize,
+    k: usize,
+    /// Density of a power to which the line is moved: the noise is nearly the same there.
+    density: Density,
+}
+
 /// Stretch of the lines that suits a recording best, and its gain over no lines at all.
 pub fn best_stretch(
     observation: &Observation,
@@ -181,36 +284,30 @@ pub fn best_stretch(
     range: Range,
 ) -> (f64, f64) {
     let last = observation.bins().end;
-    // Bins of the predicted lines: power over noise, channel, bin, power. Each bin: power, noise, −ln L without a line.
-    let mut line_bins: Vec<(f64, usize, usize, f64)> = Vec::new();
-    let mut without_lines: [Vec<(f64, f64, f64)>; 2] = [Vec::new(), Vec::new()];
-    for (channel, without_lines) in without_lines.iter_mut().enumerate() {
-        let Some(power) = &observation.power[channel] else { continue };
-        let at = Channel {
-            observation,
-            prediction,
-            hats,
-            colour,
-            stretch: 0.0,
-            jitter_s: 0.0,
-            spacing_rad: 0.0,
-            cage_per_shaft: 1.0,
-            channel,
+    let mut lines: Vec<LineBin> = Vec::new();
+    let mut without_lines: [Vec<f64>; 2] = Default::default();
+    for (channel, without) in without_lines.iter_mut().enumerate() {
+        let (Some(power), Some(ln_power)) = (&observation.power[channel], &observation.ln_power[channel]) else {
+            continue;
         };
-        let lines = &prediction.lines[channel];
+        let (jitter, spacing) = ([].as_slice(), [].as_slice());
+        let at = Channel { observation, prediction, hats, colour, stretch: 0.0, jitter, spacing, channel };
         let noise: Vec<f64> = (0..last).map(|k| at.noise(k)).collect();
-        let of = |k: usize| (lines[k] / noise[k], channel, k, lines[k]);
-        line_bins.extend(observation.bins().map(of).filter(|(ratio, ..)| *ratio > SETTINGS.line_ratio));
-        *without_lines =
-            noise.iter().zip(power).map(|(noise, power)| (*power, *noise, bin(*power, *noise, 0.0).neg_log)).collect();
+        let predicted = &prediction.lines[channel];
+        let ratio = |k: usize| predicted[k] / noise[k];
+        let line = |k: usize| LineBin { ratio: ratio(k), channel, k, density: Density::new(noise[k], predicted[k]) };
+        lines.extend(observation.bins().filter(|k| ratio(*k) > SETTINGS.line_ratio).map(line));
+        let bins = noise.iter().zip(power).zip(ln_power);
+        *without = bins.map(|((noise, p), ln)| Density::new(*noise, 0.0).neg_log(*p, *ln)).collect();
     }
-    line_bins.sort_by(|a, b| b.0.total_cmp(&a.0));
-    line_bins.truncate(SETTINGS.most_lines);
+    lines.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
+    lines.truncate(SETTINGS.most_lines);
     let cost = |stretch: f64| {
         let off = if range.healthy { (stretch - SETTINGS.stretch_mean) / SETTINGS.stretch_std } else { 0.0 };
-        let gain = line_bins.iter().filter_map(|(_, channel, k, line)| {
-            let (power, noise, without) = without_lines[*channel].get(((1.0 + stretch) * *k as f64).round() as usize)?;
-            Some(without - bin(*power, *noise, *line).neg_log)
+        let gain = lines.iter().filter_map(|line| {
+            let (to, channel) = (((1.0 + stretch) * line.k as f64).round() as usize, line.channel);
+            let (power, ln_power) = (observation.power[channel].as_ref()?, observation.ln_power[channel].as_ref()?);
+            Some(without_lines[channel].get(to)? - line.density.neg_log(power[to], ln_power[to]))
         });
         0.5 * off * off - gain.sum::<f64>()
     };
@@ -223,6 +320,10 @@ pub fn best_stretch(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn bin(power: f64, noise: f64, line: f64) -> Bin {
+        Density::new(noise, line).bin(power, power.ln())
+    }
 
     /// −ln of the density, integrated over all powers.
     fn mass(noise: f64, line: f64) -> f64 {

@@ -27,6 +27,8 @@ pub struct Observation {
     pub samples: [Option<Vec<f64>>; 2],
     /// Power of `ax` and `ay`.
     pub power: [Option<Vec<f64>>; 2],
+    /// Its logarithm.
+    pub ln_power: [Option<Vec<f64>>; 2],
     /// Tachometer.
     pub tachometer: Option<Reading>,
 }
@@ -45,7 +47,8 @@ impl Observation {
         tachometer: Option<Reading>,
     ) -> Self {
         let power = samples.each_ref().map(|samples| samples.as_deref().map(power));
-        Self { name, condition, samples, power, tachometer }
+        let ln_power = power.each_ref().map(|power| power.as_ref().map(|p| p.iter().map(|p| p.ln()).collect()));
+        Self { name, condition, samples, power, ln_power, tachometer }
     }
 
     /// Part of the recording, by its samples.

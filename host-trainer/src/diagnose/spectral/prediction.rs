@@ -8,6 +8,7 @@ use super::observation::{Observation, Power, power};
 use super::settings::LikelihoodSettings;
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::identify::likelihood::whittle::noises;
+use crate::recording::Recording;
 use crate::rig::effect::EffectKind;
 use crate::rig::random_part::Asked;
 use crate::rig::simulate::{fewest_substeps, shortest_settling_s, simulate_all};
@@ -23,7 +24,7 @@ pub const START_ANGLES_RAD: [f64; 2] = [0.4, 1.1];
 #[derive(Clone, Debug)]
 pub struct Prediction {
     /// Variance of the random part at each frequency.
-    pub noise: Power,
+    pub noise: Arc<Power>,
     /// Power of the deterministic part.
     pub lines: Power,
     /// The same where a wandering speed has taken the lines' phase.
@@ -46,76 +47,127 @@ pub enum Known {
     Scatter(Vec<VelocityCovariance>),
 }
 
-impl Known {
-    /// Predictions of a rig.
-    ///
-    /// # Errors
-    /// What the simulation refuses, or a run that diverges.
-    pub fn predictions(
-        &self,
-        rig: &Rig,
-        observations: &[Observation],
-        orders: &Orders,
-    ) -> Result<Vec<Prediction>, RigError> {
-        let noise = match self {
-            Self::Noise(known) => known.iter().map(|p| (p.noise.clone(), p.scatter)).collect(),
-            Self::Scatter(known) => noise(rig, observations, Some(known))?,
-            Self::Nothing => noise(rig, observations, None)?,
-        };
-        let scatter: Vec<_> = noise.iter().map(|(_, scatter)| *scatter).collect();
-        let lines = lines(rig, observations, &scatter)?;
-        let inner = [EffectKind::InnerRaceDefect, EffectKind::InnerRaceWaviness];
+/// Predictions of rigs for the same recordings, with what is known of each; all are simulated side by side. A rig that cannot
+/// run has an error of its own.
+pub fn predictions(
+    rigs: &[(&Known, &Rig)],
+    observations: &[Observation],
+    orders: &Orders,
+) -> Vec<Result<Vec<Prediction>, RigError>> {
+    let noises = noises_of(rigs, observations);
+    let scatter =
+        |noise: &Result<Vec<Noise>, RigError>| noise.as_ref().ok().map(|n| n.iter().map(|(_, s)| *s).collect());
+    let runs: Vec<(&Rig, Vec<VelocityCovariance>)> =
+        rigs.iter().zip(&noises).filter_map(|((_, rig), noise)| Some((*rig, scatter(noise)?))).collect();
+    let mut lines = lines_of(&runs, observations).into_iter();
+    let inner = [EffectKind::InnerRaceDefect, EffectKind::InnerRaceWaviness];
+    let complete = |(rig, noise): (&Rig, Vec<Noise>), lines: Vec<Power>| -> Vec<Prediction> {
         let on_cage_orders = !rig.effects.iter().any(|effect| inner.contains(&effect.kind));
         let all = noise.into_iter().zip(lines).zip(observations);
-        Ok(all
-            .map(|(((noise, scatter), lines), o)| Prediction {
-                skirts: skirts(&lines, o),
-                spaced: spaced(&lines, o, orders, on_cage_orders),
-                noise,
-                lines,
-                scatter,
-            })
-            .collect())
+        all.map(|(((noise, scatter), lines), o)| Prediction {
+            skirts: skirts(&lines, o),
+            spaced: spaced(&lines, o, orders, on_cage_orders),
+            noise,
+            lines,
+            scatter,
+        })
+        .collect()
+    };
+    let with_lines = noises.into_iter().map(|noise| noise.map(|noise| (noise, lines.next())));
+    let all: Vec<_> = rigs.iter().zip(with_lines).collect();
+    all.into_par_iter()
+        .map(|((_, rig), found)| {
+            let (noise, lines) = found?;
+            Ok(complete((rig, noise), lines.unwrap_or_else(|| Ok(Vec::new()))?))
+        })
+        .collect()
+}
+
+/// Variance of the random part, and velocity covariance.
+type Noise = (Arc<Power>, VelocityCovariance);
+
+/// Random parts of each rig in all recordings.
+fn noises_of(rigs: &[(&Known, &Rig)], observations: &[Observation]) -> Vec<Result<Vec<Noise>, RigError>> {
+    let persistent: Vec<Rig> = rigs.iter().map(|(_, rig)| without_deterministic(rig)).collect();
+    let mut asked = Vec::new();
+    for ((known, _), rig) in rigs.iter().zip(&persistent) {
+        let scatter = match known {
+            Known::Noise(_) => continue,
+            Known::Scatter(known) => Some(known),
+            Known::Nothing => None,
+        };
+        let each = observations.iter().enumerate();
+        asked.extend(each.map(|(n, o)| Asked { rig, condition: o.condition, known: scatter.map(|all| all[n]) }));
     }
+    let mut made = noises(&asked).into_iter().map(|made| made.map(|n| (Arc::new(n.variance), n.velocity_covariance)));
+    let of = |(known, _): &(&Known, &Rig)| match known {
+        Known::Noise(known) => Ok(known.iter().map(|p| (p.noise.clone(), p.scatter)).collect()),
+        _ => made.by_ref().take(observations.len()).collect::<Vec<_>>().into_iter().collect(),
+    };
+    rigs.iter().map(of).collect()
+}
+
+/// Rig without the effects of the deterministic motion, which leave the noise as it is.
+fn without_deterministic(rig: &Rig) -> Rig {
+    let mut rig = rig.clone();
+    rig.effects.retain(|effect| !effect.definition().is_deterministic);
+    rig
 }
 
 /// Variance of the random part, and velocity covariance; `known` are those of nearly the same rig.
 ///
 /// # Errors
 /// What the simulation refuses.
-pub fn noise(
-    rig: &Rig,
-    observed: &[Observation],
-    known: Option<&[VelocityCovariance]>,
-) -> Result<Vec<(Power, VelocityCovariance)>, RigError> {
-    // Effects of the deterministic motion leave the noise as it is.
-    let mut rig = rig.clone();
-    rig.effects.retain(|effect| !effect.definition().is_deterministic);
-    let asked = observed.iter().enumerate();
-    let asked = asked.map(|(n, o)| Asked { rig: &rig, condition: o.condition, known: known.map(|k| k[n]) });
-    let made = noises(&asked.collect::<Vec<_>>());
-    made.into_iter().map(|noise| noise.map(|n| (n.variance, n.velocity_covariance))).collect()
+pub fn noise(rig: &Rig, observations: &[Observation], known: &[VelocityCovariance]) -> Result<Vec<Noise>, RigError> {
+    noises_of(&[(&Known::Scatter(known.to_vec()), rig)], observations)
+        .into_iter()
+        .collect::<Result<Vec<_>, _>>()
+        .map(|all| all.concat())
 }
 
 /// Power of the deterministic part.
 ///
 /// # Errors
 /// What the simulation refuses, or a run that diverges.
-pub fn lines(rig: &Rig, observed: &[Observation], scatter: &[VelocityCovariance]) -> Result<Vec<Power>, RigError> {
-    let runs = observed.iter().zip(scatter).map(|(o, scatter)| {
-        let scatter = Some(*scatter);
-        let substeps = Some(fewest_substeps(rig, scatter, &o.condition));
-        let settle_s = shortest_settling_s(rig)
-            .min(SETTINGS.settle_share * o.condition.samples as f64 / o.condition.sample_rate_hz);
+pub fn lines(rig: &Rig, observations: &[Observation], scatter: &[VelocityCovariance]) -> Result<Vec<Power>, RigError> {
+    lines_of(&[(rig, scatter.to_vec())], observations)
+        .into_iter()
+        .collect::<Result<Vec<_>, _>>()
+        .map(|all| all.concat())
+}
+
+/// Powers of the deterministic part of rigs, each with the velocity covariances of its random part.
+fn lines_of(
+    rigs: &[(&Rig, Vec<VelocityCovariance>)],
+    observations: &[Observation],
+) -> Vec<Result<Vec<Power>, RigError>> {
+    fn run<'r>(rig: &'r Rig, o: &Observation, scatter: VelocityCovariance) -> Run<'r> {
         let [cage, shaft] = START_ANGLES_RAD;
-        let start = Start::noise_free(cage, shaft);
-        Run { rig, condition: o.condition, start: Start { substeps, settle_s, velocity_covariance: scatter, ..start } }
-    });
-    let runs: Vec<Run> = runs.collect();
-    let spectrum = |recording: crate::recording::Recording| {
+        let scatter = Some(scatter);
+        let substeps = Some(fewest_substeps(rig, scatter, &o.condition));
+        let duration_s = o.condition.samples as f64 / o.condition.sample_rate_hz;
+        let settle_s = shortest_settling_s(rig).min(SETTINGS.settle_share * duration_s);
+        let start = Start { substeps, settle_s, velocity_covariance: scatter, ..Start::noise_free(cage, shaft) };
+        Run { rig, condition: o.condition, start }
+    }
+    let runs: Vec<Vec<Run>> = rigs
+        .iter()
+        .map(|(rig, scatter)| observations.iter().zip(scatter).map(|(o, s)| run(rig, o, *s)).collect())
+        .collect();
+    let spectrum = |recording: Recording| {
         CHANNELS.map(|name| recording.channel(name).map_or_else(Vec::new, |c| power(&c.samples)))
     };
-    simulate_all(&runs)?.into_par_iter().map(|run| run.map(spectrum)).collect()
+    let simulated = |runs: &[Run]| -> Result<Vec<Result<Power, RigError>>, RigError> {
+        Ok(simulate_all(runs)?.into_par_iter().map(|run| run.map(spectrum)).collect())
+    };
+    match simulated(&runs.concat()) {
+        Ok(made) => {
+            let mut made = made.into_iter();
+            runs.iter().map(|runs| made.by_ref().take(runs.len()).collect::<Vec<_>>().into_iter().collect()).collect()
+        }
+        // One that is refused refuses all.
+        Err(_) => runs.par_iter().map(|runs| simulated(runs)?.into_iter().collect()).collect(),
+    }
 }
 
 /// Lines spread as widely as a speed wanders: a triangle, by two means in turn.

@@ -77,6 +77,25 @@ impl<'d, 'a> NullFit<'d, 'a> {
         let point = model.search(model.start_from(&from).ok()?, SETTINGS.brief_steps).ok()?;
         Some(Self { model, point })
     }
+
+    /// Gains of hypotheses at starts; those that cannot run are left out.
+    fn scores<'h>(&self, fitted: &Rig, starts: &[(&'h Hypothesis, &'h EffectEntry)]) -> Vec<StartScore<'h>> {
+        let prepared = starts.iter().filter_map(|(hypothesis, effect)| {
+            let prepared = prepare(&self.model, fitted, &self.point, hypothesis, effect, true)?;
+            Some((*hypothesis, *effect, prepared))
+        });
+        let prepared: Vec<_> = prepared.collect();
+        let mut out = Vec::new();
+        for part in prepared.chunks(SETTINGS.side_by_side) {
+            let models: Vec<(Model, Point)> = part.iter().map(|(_, _, prepared)| prepared.clone()).collect();
+            let points = Model::start_all(&models);
+            let scores = part.iter().zip(points);
+            out.extend(
+                scores.filter_map(|((h, s, _), point)| Some((self.point.objective() - point?.objective(), *h, *s))),
+            );
+        }
+        out
+    }
 }
 
 /// Candidates that gain most, best first; none of the kinds that the model has already.
@@ -97,16 +116,12 @@ pub fn candidates<'d, 'a>(
     // Every start on one brief recording, the best on two, the best of these on all.
     let starts: Vec<(&Hypothesis, &EffectEntry)> =
         list.iter().flat_map(|h| h.starts.iter().map(move |s| (h, s))).collect();
-    let scored = starts
-        .par_iter()
-        .filter_map(|(h, s)| Some((Candidate::new(&first.model, &fitted, &first.point, h, s, true)?.gain, *h, *s)));
-    let kept = best_starts(scored.collect(), SETTINGS.starts, SETTINGS.starts_each);
-    let scored = kept
-        .into_par_iter()
-        .filter_map(|(_, h, s)| Some((Candidate::new(&second.model, &fitted, &second.point, h, s, true)?.gain, h, s)));
-    let kept = best_starts(scored.collect(), SETTINGS.hypotheses, 1);
+    let kept = best_starts(first.scores(&fitted, &starts), SETTINGS.starts, SETTINGS.starts_each);
+    let starts: Vec<(&Hypothesis, &EffectEntry)> = kept.into_iter().map(|(_, h, s)| (h, s)).collect();
+    let kept = best_starts(second.scores(&fitted, &starts), SETTINGS.hypotheses, 1);
     let searched = kept.into_par_iter().filter_map(|(_, h, s)| {
-        let candidate = Candidate::new(&second.model, &fitted, &second.point, h, s, true)?;
+        let (model, from) = prepare(&second.model, &fitted, &second.point, h, s, true)?;
+        let candidate = Candidate::started(model, &from, &second.point, h)?;
         let best = candidate.searched(&second.point, SETTINGS.brief_steps);
         let rig = best.model.rig_at(&best.point.values).ok()?;
         Some((best.gain, h, rig.effects.last()?.clone()))
@@ -134,7 +149,7 @@ pub fn candidates<'d, 'a>(
 /// Fit of a speed that drifts, which a brief recording does not show.
 fn fit_drift<'d, 'a>(null: &Model<'d, 'a>, fitted: &Rig, at: &Point, list: &[Hypothesis]) -> Option<Candidate<'d, 'a>> {
     let drift = list.iter().find(|h| h.kind == EffectKind::SpeedDrift)?;
-    let starts = drift.starts.par_iter().filter_map(|start| Candidate::new(null, fitted, at, drift, start, false));
+    let starts = drift.starts.par_iter().filter_map(|start| Candidate::new(null, fitted, at, drift, start));
     Some(starts.max_by(|a, b| a.gain.total_cmp(&b.gain))?.searched(at, SETTINGS.steps[0]))
 }
 
@@ -157,33 +172,47 @@ fn best_starts(mut scores: Vec<StartScore>, most: usize, each: usize) -> Vec<Sta
     scores
 }
 
+/// Model with an effect, and the nuisances from which its fit starts: those of the null fit `at`.
+fn prepare<'d, 'a>(
+    null: &Model<'d, 'a>,
+    fitted: &Rig,
+    at: &Point,
+    hypothesis: &Hypothesis,
+    effect: &EffectEntry,
+    is_screening: bool,
+) -> Option<(Model<'d, 'a>, Point)> {
+    let mut rig = fitted.clone().with_effect(effect.clone());
+    let index = rig.effects.len() - 1;
+    let own = hypothesis.free.iter().filter_map(|key| Coordinate::for_key(&rig, RigKey::Effect { index, key: *key }));
+    let coordinates = null.coordinates.iter().cloned().chain(own).collect();
+    let is_steady = effect.definition().is_deterministic && null.coordinates.is_empty();
+    let known = match (is_steady, is_screening) {
+        (true, _) => Known::Noise(Arc::clone(&at.predictions)),
+        (false, true) => Known::Scatter(at.predictions.iter().map(|p| p.scatter).collect()),
+        (false, false) => Known::Nothing,
+    };
+    let mut from = at.clone();
+    if effect.kind == EffectKind::SensorGain {
+        take_level(&mut rig, &mut from.colour)?;
+    }
+    Some((Model { data: null.data, rig, coordinates, guesses: null.guesses.clone(), known }, from))
+}
+
 impl<'d, 'a> Candidate<'d, 'a> {
-    /// Candidate at a start of its search, with the nuisances of the null fit `at`.
+    /// Candidate at a start of its search.
     fn new(
         null: &Model<'d, 'a>,
         fitted: &Rig,
         at: &Point,
         hypothesis: &Hypothesis,
         effect: &EffectEntry,
-        is_screening: bool,
     ) -> Option<Self> {
-        let mut rig = fitted.clone().with_effect(effect.clone());
-        let index = rig.effects.len() - 1;
-        let own =
-            hypothesis.free.iter().filter_map(|key| Coordinate::for_key(&rig, RigKey::Effect { index, key: *key }));
-        let coordinates = null.coordinates.iter().cloned().chain(own).collect();
-        let is_steady = effect.definition().is_deterministic && null.coordinates.is_empty();
-        let known = match (is_steady, is_screening) {
-            (true, _) => Known::Noise(Arc::new(at.predictions.clone())),
-            (false, true) => Known::Scatter(at.predictions.iter().map(|p| p.scatter).collect()),
-            (false, false) => Known::Nothing,
-        };
-        let mut from = at.clone();
-        if effect.kind == EffectKind::SensorGain {
-            take_level(&mut rig, &mut from.colour)?;
-        }
-        let model = Model { data: null.data, rig, coordinates, guesses: null.guesses.clone(), known };
-        let point = model.start_from(&from).ok()?;
+        let (model, from) = prepare(null, fitted, at, hypothesis, effect, false)?;
+        Self::started(model, &from, at, hypothesis)
+    }
+
+    fn started(model: Model<'d, 'a>, from: &Point, at: &Point, hypothesis: &Hypothesis) -> Option<Self> {
+        let point = model.start_from(from).ok()?;
         let gain = at.objective() - point.objective();
         Some(Self { kind: hypothesis.kind, place: hypothesis.place.clone(), model, point, gain })
     }
@@ -199,12 +228,12 @@ impl<'d, 'a> Candidate<'d, 'a> {
         let key = match effect.kind {
             EffectKind::CoulombFriction => ParameterKey::ForceN,
             EffectKind::QuadraticDrag => ParameterKey::DragNS2PerM2,
-            _ => return Self::new(null, fitted, at, hypothesis, effect, false),
+            _ => return Self::new(null, fitted, at, hypothesis, effect),
         };
         let size = effect.number(key)?;
         let weaker = SETTINGS.weaker.into_par_iter().filter_map(|share| {
             let effect = effect.clone().with_number(key, share * size);
-            Self::new(null, fitted, at, hypothesis, &effect, false)
+            Self::new(null, fitted, at, hypothesis, &effect)
         });
         weaker.max_by(|a, b| a.gain.total_cmp(&b.gain))
     }
@@ -240,7 +269,7 @@ impl<'d, 'a> Candidate<'d, 'a> {
         let free = if free.contains(&AngleRad) { DEFECT_KEYS } else { &DEFECT_KEYS[..2] };
         let hypothesis = Hypothesis { kind, place, free, starts: Vec::new() };
         let mut started: Vec<Candidate> =
-            others.par_iter().filter_map(|other| Self::new(null, fitted, at, &hypothesis, other, false)).collect();
+            others.par_iter().filter_map(|other| Self::new(null, fitted, at, &hypothesis, other)).collect();
         started.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         started.truncate(SETTINGS.restarts);
         let searched = started.into_par_iter().map(|c| c.searched(at, SETTINGS.steps[1]));

@@ -324,6 +324,8 @@ pub struct SearchSettings {
     pub brief_s: [f64; 2],
     /// Steps of a fit to brief recordings.
     pub brief_steps: usize,
+    /// Starts that are simulated together. By hand: a multiple of a vector's runs, few enough for the memory.
+    pub side_by_side: usize,
     /// Starts after the first screening.
     pub starts: usize,
     /// Starts of a hypothesis after it.
@@ -357,6 +359,7 @@ impl SearchSettings {
     pub const DEFAULT: Self = Self {
         brief_s: [0.3, 0.5],
         brief_steps: 3,
+        side_by_side: 64,
         starts: 40,
         starts_each: 4,
         hypotheses: 9,
