@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::data::Point;
 use super::fit::Model;
-use super::likelihood::{Channel, KNOTS};
+use super::likelihood::{COLOURS, Channel, KNOTS, PROCESS};
 use super::observation::Power;
 use super::prediction::{Known, lines, noise};
 use super::settings::FitSettings;
@@ -19,7 +19,7 @@ const SETTINGS: FitSettings = FitSettings::DEFAULT;
 /// Derivatives of the noise and the lines of a recording by a coordinate.
 type Derivative = [Power; 2];
 
-/// Gradient and information of likelihood and prior: coordinates first, then the colour of both channels.
+/// Gradient and information of likelihood and prior: coordinates first, then the colours.
 #[derive(Clone, Debug)]
 pub struct Expansion {
     /// Gradient of −ln.
@@ -43,7 +43,7 @@ impl Expansion {
             Self::of_channel(&model.data.channel(point, recording, channel), &columns)
         };
         let pieces: Vec<Self> = (0..2 * model.data.observations.len()).into_par_iter().map(of).collect();
-        let mut out = Self::zeros(model.coordinates.len() + 2 * KNOTS);
+        let mut out = Self::zeros(model.coordinates.len() + COLOURS * KNOTS);
         for piece in &pieces {
             out.gradient.iter_mut().zip(&piece.gradient).for_each(|(sum, g)| *sum += g);
             out.information += &piece.information;
@@ -61,7 +61,7 @@ impl Expansion {
     /// Likelihood of a channel of a recording; of the information only the lower triangle.
     fn of_channel(at: &Channel, columns: &[&Derivative]) -> Self {
         let count = columns.len();
-        let mut out = Self::zeros(count + 2 * KNOTS);
+        let mut out = Self::zeros(count + COLOURS * KNOTS);
         let mut slopes = vec![0.0; count];
         for (k, power, noise, line) in at.bins() {
             let density = at.bin(k, power, noise, line);
@@ -69,9 +69,13 @@ impl Expansion {
                 *slope = slope_at(at, column, k, noise, line);
             }
             let (knot, share) = at.hats[k];
-            let of_colour = noise / (noise + line);
-            let knot = count + at.channel * KNOTS + knot;
-            let hats = [(knot, of_colour * (1.0 - share)), (knot + 1, of_colour * share)];
+            let of_colour = |colour: usize, slope: f64| {
+                let knot = count + colour * KNOTS + knot;
+                [(knot, slope * (1.0 - share)), (knot + 1, slope * share)]
+            };
+            let slope = noise / (noise + line);
+            let [own, process] = [of_colour(at.channel, slope), of_colour(PROCESS, slope * at.process_share(k))];
+            let hats = [own[0], own[1], process[0], process[1]];
             for (a, slope) in slopes.iter().copied().enumerate().chain(hats) {
                 out.gradient[a] += density.slope * slope;
                 for (b, other) in slopes.iter().copied().enumerate().chain(hats).take_while(|(b, _)| *b <= a) {
@@ -162,9 +166,9 @@ fn columns(model: &Model, point: &Point) -> Result<Vec<Vec<Derivative>>, RigErro
         };
         let of = |n: usize| {
             let now = &point.predictions[n];
-            let still = base.as_ref().map_or(&now.noise, |base| &base[n].0);
+            let still = base.as_ref().map_or(&now.noise, |base| &base[n].variance);
             [
-                quotient(moved_noise.as_ref().map(|all| all[n].0.as_ref()), still),
+                quotient(moved_noise.as_ref().map(|all| all[n].variance.as_ref()), still),
                 quotient(moved_lines.as_ref().map(|all| &all[n]), &now.lines),
             ]
         };

@@ -86,7 +86,7 @@ impl<'d, 'a> Model<'d, 'a> {
 
     /// Point of the rig's own values, with their predictions. What a fit without the effect took for an imperfect machine may
     /// be the effect, so that the nuisances of usual machines compete with those of `from`.
-    fn started(&self, from: &Point, predictions: Vec<Prediction>) -> Point {
+    pub fn started(&self, from: &Point, predictions: Vec<Prediction>) -> Point {
         let mut point = Point { values: self.own_values(), predictions: Arc::new(predictions), ..from.clone() };
         self.weigh(&mut point);
         self.fit_stretch(&mut point);

@@ -2,20 +2,21 @@
 
 use super::data::Point;
 use super::events::Event;
-use super::likelihood::{Colour, KNOTS, colour_at, hats};
+use super::likelihood::{Colour, hats};
 use super::observation::Observation;
-use super::prediction::START_ANGLES_RAD;
+use super::prediction::{Known, START_ANGLES_RAD, predictions};
 use crate::diagnose::result::HeldOut;
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::recording::Recording;
 use crate::rig::{Rig, RigError, Run, Start, simulate_many};
+use crate::signal::kinematics::Orders;
 use crate::signal::transform::{forward, inverse_plan};
 
 /// Rig with the colour of the noise that was fitted with it.
 pub struct Synthesis<'s> {
     /// Rig.
     pub rig: Rig,
-    /// Colour of the noise.
+    /// Colours of the noise.
     pub colour: &'s Colour,
 }
 
@@ -28,10 +29,28 @@ impl Synthesis<'_> {
         Ok(Synthesis { rig: model.rig_at(&point.values)?, colour: &point.colour })
     }
 
-    /// Samples of a channel of a run, with the colour of its noise.
-    fn samples(&self, run: &Recording, channel: usize, observation: &Observation) -> Vec<f64> {
-        let samples = run.channel(CHANNELS[channel]).map_or_else(Vec::new, |c| c.samples.clone());
-        coloured(samples, &hats(observation), &self.colour[channel])
+    /// Samples of both channels of a run of `rig`, with the colours of the noise.
+    ///
+    /// # Errors
+    /// What the simulation refuses.
+    fn samples(
+        &self,
+        run: &Recording,
+        rig: &Rig,
+        observation: &Observation,
+        orders: &Orders,
+    ) -> Result<[Vec<f64>; 2], RigError> {
+        // One rig and one recording in, one result out.
+        let prediction = predictions(&[(&Known::Nothing, rig)], std::slice::from_ref(observation), orders)
+            .swap_remove(0)?
+            .swap_remove(0);
+        let hats = hats(observation);
+        Ok([0, 1].map(|channel| {
+            let samples = run.channel(CHANNELS[channel]).map_or_else(Vec::new, |c| c.samples.clone());
+            let each = hats.iter().enumerate();
+            let gains = each.map(|(k, hat)| prediction.colouring(self.colour, channel, *hat, k).sqrt());
+            filtered(samples, &gains.collect::<Vec<_>>())
+        }))
     }
 }
 
@@ -45,6 +64,7 @@ pub fn held_out(
     before: &Synthesis,
     after: &Synthesis,
     (event, first): (Option<&Event>, usize),
+    orders: &Orders,
     seed: u64,
 ) -> Result<Vec<HeldOut>, RigError> {
     let [cage_angle0_rad, shaft_angle0_rad] = START_ANGLES_RAD;
@@ -57,30 +77,30 @@ pub fn held_out(
         let start = Start { cage_angle0_rad, shaft_angle0_rad, ..Start::of_series(seed, n) };
         let run = |rig| Run { rig, condition: o.condition, start };
         let runs = simulate_many(&[run(&before.rig), run(&corrected)])?;
+        let [before, after] =
+            [before.samples(&runs[0], &before.rig, o, orders)?, after.samples(&runs[1], &corrected, o, orders)?];
         for (channel, measured) in o.samples.iter().enumerate() {
             let Some(measured) = measured else { continue };
             out.push(HeldOut {
                 name: format!("{}-{}", o.name, CHANNELS[channel]),
                 sample_rate_hz: o.condition.sample_rate_hz,
                 measured: measured.clone(),
-                before: before.samples(&runs[0], channel, o),
-                after: after.samples(&runs[1], channel, o),
+                before: before[channel].clone(),
+                after: after[channel].clone(),
             });
         }
     }
     Ok(out)
 }
 
-/// Samples with the colour of a channel's noise.
-fn coloured(mut samples: Vec<f64>, hats: &[(usize, f64)], colour: &[f64; KNOTS]) -> Vec<f64> {
+/// Samples with a gain at each frequency.
+fn filtered(mut samples: Vec<f64>, gains: &[f64]) -> Vec<f64> {
     let n = samples.len();
     if n == 0 {
         return samples;
     }
     let mut bins = forward(&mut samples);
-    for (bin, hat) in bins.iter_mut().zip(hats) {
-        *bin *= (0.5 * colour_at(colour, *hat)).exp() / n as f64;
-    }
+    bins.iter_mut().zip(gains).for_each(|(bin, gain)| *bin *= gain / n as f64);
     let inverse = inverse_plan(n);
     let mut out = inverse.make_output_vec();
     bins[0].im = 0.0;

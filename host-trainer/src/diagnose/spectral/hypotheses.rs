@@ -22,6 +22,9 @@ pub struct Hypothesis {
     pub free: &'static [ParameterKey],
     /// Starts of the search.
     pub starts: Vec<EffectEntry>,
+    /// Parameter by whose square the power of the effect's lines grows, so that one run tells all its sizes; `None` for an
+    /// effect whose sizes are simulated each.
+    pub size: Option<ParameterKey>,
 }
 
 /// Numbers from one to another, even in the logarithm.
@@ -63,7 +66,15 @@ impl List<'_> {
         free: &'static [ParameterKey],
         starts: Vec<EffectEntry>,
     ) {
-        self.out.push(Hypothesis { kind, place: place.into(), free, starts });
+        let size = match kind {
+            EffectKind::OuterRaceDefect | EffectKind::InnerRaceDefect | EffectKind::BallDefect => {
+                Some(ParameterKey::DepthM)
+            }
+            EffectKind::OuterRaceWaviness | EffectKind::InnerRaceWaviness => Some(ParameterKey::AmplitudeM),
+            EffectKind::Misalignment => Some(ParameterKey::ForceN),
+            _ => None,
+        };
+        self.out.push(Hypothesis { kind, place: place.into(), free, starts, size });
     }
 
     /// Deflection of the most loaded contact, m.
@@ -79,10 +90,10 @@ impl List<'_> {
 
     fn defects(&mut self) {
         use ParameterKey::{AngleRad, DepthM, SpinRad, WidthRad};
-        let sizes: Vec<(f64, f64)> =
-            ladder(0.03, 0.6, 5).iter().flat_map(|d| [0.03, 0.06, 0.12].map(|w| (d * self.contact(), w))).collect();
+        let depth = 0.03 * self.contact();
         let of = |kind: EffectKind, key: ParameterKey, angle: f64| {
-            sizes.iter().map(move |(d, w)| EffectEntry::new(kind, &[(DepthM, *d), (WidthRad, *w), (key, angle)]))
+            let widths = [0.02, 0.04, 0.08, 0.16].into_iter();
+            widths.map(move |w| EffectEntry::new(kind, &[(DepthM, depth), (WidthRad, w), (key, angle)]))
         };
         let outer = [-0.4, 0.0, 0.4].into_iter().flat_map(|a| of(EffectKind::OuterRaceDefect, AngleRad, FRAC_PI_2 + a));
         let outer = outer.collect();
@@ -122,14 +133,10 @@ impl List<'_> {
         let of = |factor: f64| EffectEntry::new(EffectKind::Unbalance, &[(UnbalanceKgM, factor * nominal)]);
         let starts = ladder(2.0, 80.0, 10).into_iter().map(of).collect();
         self.add(EffectKind::Unbalance, "", &[UnbalanceKgM], starts);
-        let of = |(share, angle): (f64, f64)| {
-            EffectEntry::new(EffectKind::Misalignment, &[(ForceN, share * self.load), (AngleRad, angle)])
-        };
+        let of =
+            |angle: f64| EffectEntry::new(EffectKind::Misalignment, &[(ForceN, 0.02 * self.load), (AngleRad, angle)]);
         // A rotating force, or one along x or y.
-        let starts = ladder(0.005, 0.15, 6)
-            .into_iter()
-            .flat_map(|share| [FRAC_PI_4, 0.1, FRAC_PI_2 - 0.1].map(|a| of((share, a))));
-        let starts = starts.collect();
+        let starts = [FRAC_PI_4, 0.1, FRAC_PI_2 - 0.1].map(of).to_vec();
         self.add(EffectKind::Misalignment, "", &[ForceN, AngleRad], starts);
         let of = |share: f64| {
             EffectEntry::new(EffectKind::ConstantForce, &[(ForceN, share * self.load)]).with_text(Component, "inner-y")

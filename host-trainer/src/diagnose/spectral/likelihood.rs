@@ -1,7 +1,8 @@
 //! Likelihood of power spectra under a prediction.
 //!
 //! Phases are not used: a wandering speed, a slipping cage or unevenly spaced balls take them away first. A bin's power is
-//! gamma distributed around S c + V: S the noise of the rig, c its colour, V the power of the rig's lines. The power of noise
+//! gamma distributed around c (N + p P) + V: N and P the noise of the rig's sensor and process force, c and p their colours, V
+//! the power of the rig's lines. The power of noise
 //! is exponential (P. Whittle, Arkiv för Matematik 2 (1953) 423–434); that of a line has the relative variance of the machine
 //! against the rig. A few bins are neither.
 
@@ -18,8 +19,13 @@ const SETTINGS: LikelihoodSettings = LikelihoodSettings::DEFAULT;
 /// Values of a noise's colour in a channel.
 pub const KNOTS: usize = SETTINGS.knots.len();
 
-/// Logarithm of a noise's colour at the knots, Np of power, of each channel.
-pub type Colour = [[f64; KNOTS]; 2];
+/// Colours of the noise: of each channel, and of the process force.
+pub const COLOURS: usize = 3;
+/// Index of the process force's colour.
+pub const PROCESS: usize = 2;
+
+/// Logarithms of the noise's colours at the knots, Np of power.
+pub type Colour = [[f64; KNOTS]; COLOURS];
 
 /// Knots around each bin of a recording: number of the lower one, and share of the upper one.
 pub fn hats(observation: &Observation) -> Vec<(usize, f64)> {
@@ -38,7 +44,15 @@ pub fn colour_at(colour: &[f64; KNOTS], (knot, share): (usize, f64)) -> f64 {
     colour[knot] * (1.0 - share) + colour[knot + 1] * share
 }
 
-/// Covariance of a channel's colour before any recording.
+impl Prediction {
+    /// Coloured noise of a channel over that of the rig at a bin with its knots.
+    pub fn colouring(&self, colour: &Colour, channel: usize, hat: (usize, f64), k: usize) -> f64 {
+        let process = self.process_share[channel][k];
+        colour_at(&colour[channel], hat).exp() * (1.0 + process * colour_at(&colour[PROCESS], hat).exp_m1())
+    }
+}
+
+/// Covariance of a colour before any recording.
 pub fn colour_covariance(a: usize, b: usize) -> f64 {
     let roll_off = |knot: usize| SETTINGS.roll_off_np * SETTINGS.knots[knot].powi(2);
     let own = if a == b { SETTINGS.knot_np.powi(2) } else { 0.0 };
@@ -170,7 +184,14 @@ pub struct Channel<'a> {
 impl Channel<'_> {
     /// Coloured noise at a bin.
     pub fn noise(&self, k: usize) -> f64 {
-        self.prediction.noise[self.channel][k] * colour_at(&self.colour[self.channel], self.hats[k]).exp()
+        self.prediction.noise[self.channel][k] * self.prediction.colouring(self.colour, self.channel, self.hats[k], k)
+    }
+
+    /// Share of the process force in the coloured noise at a bin.
+    pub fn process_share(&self, k: usize) -> f64 {
+        let process =
+            self.prediction.process_share[self.channel][k] * colour_at(&self.colour[PROCESS], self.hats[k]).exp();
+        process / (1.0 - self.prediction.process_share[self.channel][k] + process)
     }
 
     /// Power of lines at a bin.

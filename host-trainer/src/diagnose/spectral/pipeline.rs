@@ -79,7 +79,7 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
 
     progress("simulating held-out recordings");
     let (before_rig, after_rig) = (Synthesis::new(&nominal, &null)?, Synthesis::new(&model, &point)?);
-    let signals = held_out(&all_held, &before_rig, &after_rig, (event, all_fitted.len()), task.seed)?;
+    let signals = held_out(&all_held, &before_rig, &after_rig, (event, all_fitted.len()), &orders, task.seed)?;
     let (mut fit, mut left) = shown::fit(&signals, split.describe(), task.seed);
     fit.p_value = if accepted.is_empty() && event.is_none() {
         acquired.faults().map(|f| f.p_value).reduce(f64::max).unwrap_or(1.0)

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::observation::{Observation, Power, power};
 use super::settings::LikelihoodSettings;
 use crate::identify::likelihood::observed::CHANNELS;
-use crate::identify::likelihood::whittle::noises;
+use crate::identify::likelihood::whittle;
 use crate::recording::Recording;
 use crate::rig::effect::EffectKind;
 use crate::rig::random_part::Asked;
@@ -25,6 +25,8 @@ pub const START_ANGLES_RAD: [f64; 2] = [0.4, 1.1];
 pub struct Prediction {
     /// Variance of the random part at each frequency.
     pub noise: Arc<Power>,
+    /// Share of the process force in it.
+    pub process_share: Arc<Power>,
     /// Power of the deterministic part.
     pub lines: Power,
     /// The same where a wandering speed has taken the lines' phase.
@@ -33,6 +35,29 @@ pub struct Prediction {
     pub spaced: Power,
     /// Velocity covariance of the random part.
     pub scatter: VelocityCovariance,
+}
+
+impl Prediction {
+    fn random_part(&self) -> Noise {
+        let (variance, process_share) = (Arc::clone(&self.noise), Arc::clone(&self.process_share));
+        Noise { variance, process_share, scatter: self.scatter }
+    }
+
+    /// Prediction of an effect `scale` times as large, whose lines grow with its square; `null` is that without the effect.
+    pub fn scaled(&self, null: &Self, scale: f64) -> Self {
+        let power = |own: &Power, null: &Power| -> Power {
+            [0, 1].map(|c| {
+                let bins = own[c].iter().zip(&null[c]);
+                bins.map(|(own, null)| null + scale * scale * (own - null).max(0.0)).collect()
+            })
+        };
+        Self {
+            lines: power(&self.lines, &null.lines),
+            skirts: power(&self.skirts, &null.skirts),
+            spaced: power(&self.spaced, &null.spaced),
+            ..self.clone()
+        }
+    }
 }
 
 /// Part of the predictions that is known from a nearby rig.
@@ -56,7 +81,7 @@ pub fn predictions(
 ) -> Vec<Result<Vec<Prediction>, RigError>> {
     let noises = noises_of(rigs, observations);
     let scatter =
-        |noise: &Result<Vec<Noise>, RigError>| noise.as_ref().ok().map(|n| n.iter().map(|(_, s)| *s).collect());
+        |noise: &Result<Vec<Noise>, RigError>| noise.as_ref().ok().map(|n| n.iter().map(|n| n.scatter).collect());
     let runs: Vec<(&Rig, Vec<VelocityCovariance>)> =
         rigs.iter().zip(&noises).filter_map(|((_, rig), noise)| Some((*rig, scatter(noise)?))).collect();
     let mut lines = lines_of(&runs, observations).into_iter();
@@ -64,12 +89,13 @@ pub fn predictions(
     let complete = |(rig, noise): (&Rig, Vec<Noise>), lines: Vec<Power>| -> Vec<Prediction> {
         let on_cage_orders = !rig.effects.iter().any(|effect| inner.contains(&effect.kind));
         let all = noise.into_iter().zip(lines).zip(observations);
-        all.map(|(((noise, scatter), lines), o)| Prediction {
+        all.map(|((noise, lines), o)| Prediction {
             skirts: skirts(&lines, o),
             spaced: spaced(&lines, o, orders, on_cage_orders),
-            noise,
+            noise: noise.variance,
+            process_share: noise.process_share,
+            scatter: noise.scatter,
             lines,
-            scatter,
         })
         .collect()
     };
@@ -83,8 +109,14 @@ pub fn predictions(
         .collect()
 }
 
-/// Variance of the random part, and velocity covariance.
-type Noise = (Arc<Power>, VelocityCovariance);
+/// Random part of a recording, as in a [`Prediction`].
+#[derive(Clone)]
+pub struct Noise {
+    /// Variance at each frequency.
+    pub variance: Arc<Power>,
+    process_share: Arc<Power>,
+    scatter: VelocityCovariance,
+}
 
 /// Random parts of each rig in all recordings.
 fn noises_of(rigs: &[(&Known, &Rig)], observations: &[Observation]) -> Vec<Result<Vec<Noise>, RigError>> {
@@ -99,9 +131,14 @@ fn noises_of(rigs: &[(&Known, &Rig)], observations: &[Observation]) -> Vec<Resul
         let each = observations.iter().enumerate();
         asked.extend(each.map(|(n, o)| Asked { rig, condition: o.condition, known: scatter.map(|all| all[n]) }));
     }
-    let mut made = noises(&asked).into_iter().map(|made| made.map(|n| (Arc::new(n.variance), n.velocity_covariance)));
+    let noise = |n: whittle::Noise| Noise {
+        variance: Arc::new(n.variance),
+        process_share: Arc::new(n.process_share),
+        scatter: n.velocity_covariance,
+    };
+    let mut made = whittle::noises(&asked).into_iter().map(|made| made.map(noise));
     let of = |(known, _): &(&Known, &Rig)| match known {
-        Known::Noise(known) => Ok(known.iter().map(|p| (p.noise.clone(), p.scatter)).collect()),
+        Known::Noise(known) => Ok(known.iter().map(Prediction::random_part).collect()),
         _ => made.by_ref().take(observations.len()).collect::<Vec<_>>().into_iter().collect(),
     };
     rigs.iter().map(of).collect()

@@ -11,7 +11,7 @@ use super::guesses::Guesses;
 use super::hypotheses::{Hypothesis, all};
 use super::likelihood::Colour;
 use super::observation::{Observation, mean_load_n};
-use super::prediction::Known;
+use super::prediction::{Known, Prediction};
 use super::settings::SearchSettings;
 use crate::identify::likelihood::coordinate::Coordinate;
 use crate::rig::config::RigKey;
@@ -78,23 +78,38 @@ impl<'d, 'a> NullFit<'d, 'a> {
         Some(Self { model, point })
     }
 
-    /// Gains of hypotheses at starts; those that cannot run are left out.
-    fn scores<'h>(&self, fitted: &Rig, starts: &[(&'h Hypothesis, &'h EffectEntry)]) -> Vec<StartScore<'h>> {
-        let prepared = starts.iter().filter_map(|(hypothesis, effect)| {
-            let prepared = prepare(&self.model, fitted, &self.point, hypothesis, effect, true)?;
-            Some((*hypothesis, *effect, prepared))
+    /// Scores of hypotheses at starts, each with the best of some sizes; starts that cannot run are left out.
+    fn scores<'h>(&self, fitted: &Rig, starts: Vec<(&'h Hypothesis, EffectEntry)>) -> Vec<StartScore<'h>> {
+        let prepared = starts.into_iter().filter_map(|(hypothesis, effect)| {
+            let prepared = prepare(&self.model, fitted, &self.point, hypothesis, &effect, true)?;
+            Some((prepared, StartScore { gain: f64::NEG_INFINITY, hypothesis, effect }))
         });
-        let prepared: Vec<_> = prepared.collect();
-        let mut out = Vec::new();
-        for part in prepared.chunks(SETTINGS.side_by_side) {
-            let models: Vec<(Model, Point)> = part.iter().map(|(_, _, prepared)| prepared.clone()).collect();
-            let points = Model::start_all(&models);
-            let scores = part.iter().zip(points);
-            out.extend(
-                scores.filter_map(|((h, s, _), point)| Some((self.point.objective() - point?.objective(), *h, *s))),
-            );
+        let (prepared, mut scores): (Vec<_>, Vec<StartScore>) = prepared.unzip();
+        let parts = prepared.chunks(SETTINGS.side_by_side).zip(scores.chunks_mut(SETTINGS.side_by_side));
+        for (prepared, scores) in parts {
+            let points = Model::start_all(prepared);
+            scores.par_iter_mut().zip(prepared).zip(points).for_each(|((score, (model, from)), point)| {
+                let Some(point) = point else { return };
+                score.gain = self.point.objective() - point.objective();
+                self.resize(score, model, from, &point.predictions);
+            });
         }
-        out
+        scores.retain(|score| score.gain.is_finite());
+        scores
+    }
+
+    /// Moves a score to the best size of its effect, whose predictions at its first size are known.
+    fn resize(&self, score: &mut StartScore, model: &Model, from: &Point, predictions: &[Prediction]) {
+        let size = score.hypothesis.size.and_then(|key| Some((key, score.effect.number(key)?)));
+        let Some((key, size)) = size else { return };
+        for scale in SETTINGS.scales {
+            let scaled =
+                predictions.iter().zip(self.point.predictions.iter()).map(|(own, null)| own.scaled(null, scale));
+            let gain = self.point.objective() - model.started(from, scaled.collect()).objective();
+            if gain > score.gain {
+                *score = StartScore { gain, effect: score.effect.clone().with_number(key, scale * size), ..*score };
+            }
+        }
     }
 }
 
@@ -114,17 +129,16 @@ pub fn candidates<'d, 'a>(
         return Vec::new();
     };
     // Every start on one brief recording, the best on two, the best of these on all.
-    let starts: Vec<(&Hypothesis, &EffectEntry)> =
-        list.iter().flat_map(|h| h.starts.iter().map(move |s| (h, s))).collect();
-    let kept = best_starts(first.scores(&fitted, &starts), SETTINGS.starts, SETTINGS.starts_each);
-    let starts: Vec<(&Hypothesis, &EffectEntry)> = kept.into_iter().map(|(_, h, s)| (h, s)).collect();
-    let kept = best_starts(second.scores(&fitted, &starts), SETTINGS.hypotheses, 1);
-    let searched = kept.into_par_iter().filter_map(|(_, h, s)| {
-        let (model, from) = prepare(&second.model, &fitted, &second.point, h, s, true)?;
-        let candidate = Candidate::started(model, &from, &second.point, h)?;
+    let starts = list.iter().flat_map(|h| h.starts.iter().map(move |s| (h, s.clone()))).collect();
+    let kept = best_starts(first.scores(&fitted, starts), SETTINGS.starts, SETTINGS.starts_each);
+    let starts = kept.into_iter().map(|score| (score.hypothesis, score.effect)).collect();
+    let kept = best_starts(second.scores(&fitted, starts), SETTINGS.hypotheses, 1);
+    let searched = kept.into_par_iter().filter_map(|StartScore { hypothesis, effect, .. }| {
+        let (model, from) = prepare(&second.model, &fitted, &second.point, hypothesis, &effect, true)?;
+        let candidate = Candidate::started(model, &from, &second.point, hypothesis)?;
         let best = candidate.searched(&second.point, SETTINGS.brief_steps);
         let rig = best.model.rig_at(&best.point.values).ok()?;
-        Some((best.gain, h, rig.effects.last()?.clone()))
+        Some((best.gain, hypothesis, rig.effects.last()?.clone()))
     });
     let mut screened: Vec<(f64, &Hypothesis, EffectEntry)> = searched.collect();
     screened.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -153,17 +167,21 @@ fn fit_drift<'d, 'a>(null: &Model<'d, 'a>, fitted: &Rig, at: &Point, list: &[Hyp
     Some(starts.max_by(|a, b| a.gain.total_cmp(&b.gain))?.searched(at, SETTINGS.steps[0]))
 }
 
-/// Gain of a hypothesis from a start.
-type StartScore<'h> = (f64, &'h Hypothesis, &'h EffectEntry);
+/// Gain of a hypothesis at a start.
+struct StartScore<'h> {
+    gain: f64,
+    hypothesis: &'h Hypothesis,
+    effect: EffectEntry,
+}
 
 /// Best starts, at most `each` of a hypothesis, and of a kind at most some hypotheses.
 fn best_starts(mut scores: Vec<StartScore>, most: usize, each: usize) -> Vec<StartScore> {
-    scores.sort_by(|a, b| b.0.total_cmp(&a.0));
+    scores.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let mut places = std::collections::BTreeMap::new();
     let mut kinds = std::collections::BTreeMap::new();
-    scores.retain(|(_, h, _)| {
-        let place = places.entry((h.kind, h.place.as_str())).or_insert(0);
-        let kind = kinds.entry(h.kind).or_insert(0);
+    scores.retain(|score| {
+        let place = places.entry((score.hypothesis.kind, score.hypothesis.place.as_str())).or_insert(0);
+        let kind = kinds.entry(score.hypothesis.kind).or_insert(0);
         *kind += usize::from(*place == 0);
         *place += 1;
         *place <= each && *kind <= SETTINGS.places
@@ -267,7 +285,7 @@ impl<'d, 'a> Candidate<'d, 'a> {
             .collect();
         let (kind, place) = (self.kind, self.place.clone());
         let free = if free.contains(&AngleRad) { DEFECT_KEYS } else { &DEFECT_KEYS[..2] };
-        let hypothesis = Hypothesis { kind, place, free, starts: Vec::new() };
+        let hypothesis = Hypothesis { kind, place, free, starts: Vec::new(), size: None };
         let mut started: Vec<Candidate> =
             others.par_iter().filter_map(|other| Self::new(null, fitted, at, &hypothesis, other)).collect();
         started.sort_by(|a, b| b.gain.total_cmp(&a.gain));

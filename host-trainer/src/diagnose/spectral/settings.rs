@@ -326,6 +326,8 @@ pub struct SearchSettings {
     pub brief_steps: usize,
     /// Starts that are simulated together. By hand: a multiple of a vector's runs, few enough for the memory.
     pub side_by_side: usize,
+    /// Sizes over that of the start at which a score is taken too, where one run tells them. By hand: half a decade apart.
+    pub scales: [f64; 6],
     /// Starts after the first screening.
     pub starts: usize,
     /// Starts of a hypothesis after it.
@@ -360,6 +362,7 @@ impl SearchSettings {
         brief_s: [0.3, 0.5],
         brief_steps: 3,
         side_by_side: 64,
+        scales: [0.06, 0.2, 0.6, 2.0, 6.0, 20.0],
         starts: 40,
         starts_each: 4,
         hypotheses: 9,

@@ -34,6 +34,8 @@ pub struct Prediction {
 pub struct Noise {
     /// Variance S of `ax` and `ay`, one per bin, (m/s²)².
     pub variance: [Vec<f64>; 2],
+    /// Share of the process force in it.
+    pub process_share: [Vec<f64>; 2],
     /// Velocity covariance under the process force.
     pub velocity_covariance: VelocityCovariance,
 }
@@ -77,18 +79,22 @@ fn seen(rig: &Rig, condition: &OperatingCondition, part: RandomPart) -> Noise {
     });
     let RandomPart { responses, noise_gain, scatter } = part;
     let force = 0.5 * psd * condition.sample_rate_hz;
-    let mut variance = [0, 1].map(|channel| -> Vec<f64> {
+    let process = [0, 1].map(|channel| -> Vec<f64> {
         let of_channel: Vec<&[f64]> = responses.iter().map(|r| r[channel].as_slice()).collect();
-        let power = mean_power(&of_channel, condition.samples);
-        let noise = noise * noise_gain[channel].powi(2);
-        power.iter().map(|power| (noise + force * power).max(f64::MIN_POSITIVE)).collect()
+        mean_power(&of_channel, condition.samples).iter().map(|power| force * power).collect()
     });
+    let mut variance = [0, 1].map(|channel| -> Vec<f64> {
+        let noise = noise * noise_gain[channel].powi(2);
+        process[channel].iter().map(|process| (noise + process).max(f64::MIN_POSITIVE)).collect()
+    });
+    let process_share =
+        [0, 1].map(|channel| process[channel].iter().zip(&variance[channel]).map(|(p, v)| p / v).collect());
     for path in &rig.paths {
         for (_, variance) in CHANNELS.iter().zip(&mut variance).filter(|(channel, _)| **channel == path.channel) {
             variance.iter_mut().zip(path.power(condition.samples)).for_each(|(s, h)| *s *= h);
         }
     }
-    Noise { variance, velocity_covariance: scatter }
+    Noise { variance, process_share, velocity_covariance: scatter }
 }
 
 /// Mean squared magnitude of the Fourier coefficients of short signals, each padded with zeros to `length`. For many, by

@@ -58,7 +58,8 @@ pub fn spun(
     };
     let rigs: Vec<Rig> = (0..SETTINGS.spins).map(respun).collect();
     let mut out = Vec::new();
-    for ((o, Noise { variance, velocity_covariance: scatter }), [cage, shaft]) in observed.iter().zip(noise).zip(known)
+    for ((o, Noise { variance, velocity_covariance: scatter, .. }), [cage, shaft]) in
+        observed.iter().zip(noise).zip(known)
     {
         let choices: Vec<(usize, usize)> =
             (0..balls).flat_map(|ball| (0..SETTINGS.spins).map(move |spin| (ball, spin))).collect();
