@@ -297,4 +297,6 @@ pub struct DiagnosisResult {
     pub fitted: Vec<Fitted>,
     /// Caveats, a sentence each.
     pub caveats: Vec<String>,
+    /// Settings of each stage.
+    pub settings: serde_json::Value,
 }

@@ -77,6 +77,42 @@ fn most(errors: &Errors, noise_floor: f64) -> Vec<[f64; 2]> {
     found
 }
 
+/// Band of a held-out signal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Band {
+    /// Name of the signal.
+    pub name: String,
+    /// Ends, Hz.
+    pub hz: [f64; 2],
+    /// Measured level over that before and after the correction, dB.
+    pub over_db: [f64; 2],
+}
+
+/// Third of an octave in which the correction changes the difference to the measured level most; `None` without signals.
+pub fn strongest_band(held: &[HeldOut]) -> Option<Band> {
+    let bands = held.iter().flat_map(|h| thirds(h).unwrap_or_default());
+    let nearer = |band: &Band| band.over_db[0].abs() - band.over_db[1].abs();
+    bands.max_by(|a, b| nearer(a).total_cmp(&nearer(b)))
+}
+
+/// Thirds of an octave of a signal with at least two bins.
+fn thirds(held: &HeldOut) -> Option<Vec<Band>> {
+    let segment = SEGMENT.min(held.measured.len());
+    let of = |samples: &[f64]| welch(&[samples], held.sample_rate_hz, segment);
+    let (measured, before, after) = (of(&held.measured)?, of(&held.before)?, of(&held.after)?);
+    let last = measured.values.len() - 1;
+    let first = 4.0 * measured.step_hz;
+    let count = (3.0 * (last as f64 * measured.step_hz / first).log2()).floor() as usize;
+    let band = |n: usize| {
+        let hz = [n, n + 1].map(|n| first * (n as f64 / 3.0).exp2());
+        let [from, to] = hz.map(|hz| (hz / measured.step_hz).round() as usize);
+        let level = |values: &[f64]| 10.0 * values[from..to].iter().sum::<f64>().max(f64::MIN_POSITIVE).log10();
+        let over_db = [&before, &after].map(|s| level(&measured.values) - level(&s.values));
+        (to >= from + 2).then(|| Band { name: held.name.clone(), hz, over_db })
+    };
+    Some((0..count).filter_map(band).collect())
+}
+
 /// Distance of two recordings of the same noise, dB: a mean over K half-overlapping Hann segments has a relative variance of
 /// 1.06/K (P. Welch, IEEE Trans. Audio Electroacoustics 15 (1967) 70–73).
 fn of_chance(samples: usize) -> f64 {

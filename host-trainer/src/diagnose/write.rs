@@ -56,6 +56,8 @@ pub struct Document<'a> {
     tests: &'a [Test],
     /// Caveats.
     caveats: &'a [String],
+    /// Settings of each stage.
+    settings: &'a serde_json::Value,
     /// Files in the folder of the document.
     files: Vec<String>,
 }
@@ -80,6 +82,7 @@ impl<'a> Document<'a> {
                 .collect(),
             tests: &outcome.tests,
             caveats: &outcome.caveats,
+            settings: &outcome.settings,
             files: [RIG, REPORT].map(String::from).into_iter().chain(held_out).collect(),
         }
     }

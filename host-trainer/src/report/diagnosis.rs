@@ -6,9 +6,9 @@ use super::held_out::{self, Quantity, Rigs};
 use super::machine;
 use super::settings::ReportSettings;
 use super::{Cell, Document, Section, Tone};
-use crate::diagnose::Task;
 use crate::diagnose::result::{Aspect, Cause, DiagnosisResult, FDR_LEVEL, HeldOut, Parameter, Test, Verdict};
 use crate::diagnose::write::{self, REPORT, StoreError};
+use crate::diagnose::{Task, shown};
 use crate::recording::Recording;
 use crate::report::plot::DrawError;
 use crate::report::plot::comparison::{self, Curve, Names};
@@ -76,7 +76,8 @@ fn about(task: &Task) -> String {
 pub fn verdict(outcome: &DiagnosisResult) -> (Tone, String) {
     let diagnosis = &outcome.diagnosis;
     let fit = &diagnosis.fit;
-    let numbers = [fit.before, fit.after, fit.noise_floor].map(|v| significant(v, 3));
+    let unit = if fit.metric == shown::METRIC { " dB" } else { "" };
+    let numbers = [fit.before, fit.after, fit.noise_floor].map(|v| significant(v, 3) + unit);
     let chance = by_chance(fit.p_value);
     match diagnosis.verdict {
         Verdict::Mismatch => {
@@ -84,8 +85,11 @@ pub fn verdict(outcome: &DiagnosisResult) -> (Tone, String) {
             let named = listed(&named);
             let gain = if fit.after < fit.before {
                 format!(
-                    "With this correction the held-out error falls from {} to {} (noise floor {}; {chance}).",
-                    numbers[0], numbers[1], numbers[2]
+                    "With this correction the held-out error falls from {} to {} (noise floor {}; {chance}).{}",
+                    numbers[0],
+                    numbers[1],
+                    numbers[2],
+                    strongest_band(outcome)
                 )
             } else {
                 "The evidence, given below, is in the samples themselves.".to_owned()
@@ -110,6 +114,23 @@ pub fn verdict(outcome: &DiagnosisResult) -> (Tone, String) {
             (Tone::Open, text)
         }
     }
+}
+
+/// Band in which the correction brings the rig nearest to the recordings, as a sentence; empty where spectra are no measure.
+fn strongest_band(outcome: &DiagnosisResult) -> String {
+    if outcome.diagnosis.fit.metric != shown::METRIC {
+        return String::new();
+    }
+    let band = shown::strongest_band(&outcome.held_out);
+    band.map_or_else(String::new, |band| {
+        let [from, to] = band.hz.map(|hz| significant(hz, 3));
+        let [before, after] =
+            band.over_db.map(|db| format!("{:.1} dB {}", db.abs(), if db < 0.0 { "below" } else { "above" }));
+        format!(
+            " In {} from {from} to {to} Hz the recording is {before} the rig and {after} the corrected one.",
+            band.name
+        )
+    })
 }
 
 /// Most significant test of the residual, as a sentence; empty if none is significant.
@@ -398,6 +419,7 @@ mod tests {
             tests: (0..20).map(test).collect(),
             fitted: vec![(ModelKey::OuterStiffness.to_string(), 1e7, [f64::NEG_INFINITY, f64::INFINITY])],
             caveats: vec!["Mind the <gap>.".into()],
+            settings: serde_json::Value::Null,
         }
     }
 

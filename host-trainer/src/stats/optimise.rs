@@ -99,7 +99,7 @@ pub fn damped_search<P: Damped>(
 }
 
 /// Damping that falls by a factor after every step and grows by another after every trial without decrease.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct GeometricDamping {
     /// Current damping.
     pub value: f64,

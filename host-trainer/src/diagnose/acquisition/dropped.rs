@@ -7,6 +7,8 @@ use crate::recording::Recording;
 const TURNS: usize = 5;
 /// Samples, and share of a turn, by which turns of an even speed differ.
 const ALIKE: [f64; 2] = [2.5, 0.004];
+/// Variance of a turn between two whole samples, each uniform within one.
+const WHOLE_SAMPLES: f64 = 1.0 / 6.0;
 /// Order of the autoregression whose errors show the jump.
 const ORDER: usize = 24;
 /// Samples after a jump in which these errors are large.
@@ -19,6 +21,8 @@ pub struct Gap {
     pub sample: usize,
     /// Their count.
     pub count: usize,
+    /// Standard deviations of a turn by which this one is short; a turn's is at least that of its whole samples.
+    pub z: f64,
 }
 
 /// Missing samples by a recording's tachometer; `None` without one, or if every turn is as long as the others.
@@ -37,7 +41,9 @@ pub fn gap(recording: &Recording) -> Option<Gap> {
     let [odd] = odd.as_slice() else { return None };
     let count = (usual - turns[*odd]).rem_euclid(usual).round() as usize;
     let within = pulses[*odd]..pulses[*odd + 1];
-    Some(Gap { sample: jump(recording, within)?, count })
+    let others = (0..turns.len()).filter(|n| n != odd).map(|n| (turns[n] - usual).powi(2));
+    let scatter = (others.sum::<f64>() / (turns.len() - 1) as f64).max(WHOLE_SAMPLES);
+    Some(Gap { sample: jump(recording, within)?, count, z: (turns[*odd] - usual).abs() / scatter.sqrt() })
 }
 
 /// Sample of the greatest jump within a turn: where the errors of an autoregression are largest.

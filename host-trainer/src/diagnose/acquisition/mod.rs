@@ -187,5 +187,5 @@ fn whole_part(recordings: &mut [Recording]) -> Option<Fault> {
         EffectKind::DroppedSamples,
         &[(ParameterKey::TimeS, gap.sample as f64 / rate), (ParameterKey::Count, gap.count as f64)],
     );
-    Some(Fault { effect, evidence, p_value: 1e-6 })
+    Some(Fault { effect, evidence, p_value: two_sided(gap.z) })
 }

@@ -211,6 +211,7 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
         tests: tests(&found, &geometry),
         fitted: Vec::new(),
         caveats: text::caveats(verdict, &data.baseline, data.half.is_some()),
+        settings: settings::document(),
     })
 }
 

@@ -1,7 +1,9 @@
 //! Settings of the diagnosis of real machines.
 
+use serde::Serialize;
+
 /// Settings of the squared-envelope spectra in bands.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ModulationSettings {
     /// Width of the local median that a spectrum is divided by, Hz. By hand: wider than a line with its sidebands of
     /// leakage, narrower than most resonances.
@@ -35,7 +37,7 @@ impl ModulationSettings {
 }
 
 /// Settings of the combs of lines.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct CombSettings {
     /// Least and greatest slip of the cage against pure rolling; negative for a contact angle beyond the stated one, and
     /// for an error of the stated speed.
@@ -78,7 +80,7 @@ impl CombSettings {
 }
 
 /// Settings of the comparison with the baseline.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ChangeSettings {
     /// Orders of the shaft that are compared.
     pub orders: usize,
@@ -124,7 +126,7 @@ impl ChangeSettings {
 ///
 /// The depths are between the highest of a wrong and the lowest of a right name: 0.31 and 0.54 for races, on 30 recordings
 /// of three public sets and their three sensors.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct NameSettings {
     /// Modulation depth at the rate of one race only at which its defect is as probable as none.
     pub race_depth: f64,
@@ -186,7 +188,7 @@ impl NameSettings {
 }
 
 /// Settings of the synthesis of held-out recordings.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SynthesisSettings {
     /// Greatest segment of the power densities, samples.
     pub segment: usize,
@@ -237,4 +239,15 @@ impl SynthesisSettings {
         blocks: 24,
         p_value: 0.05,
     };
+}
+
+/// All settings, stage by stage.
+pub fn document() -> serde_json::Value {
+    serde_json::json!({
+        "modulation": ModulationSettings::DEFAULT,
+        "comb": CombSettings::DEFAULT,
+        "change": ChangeSettings::DEFAULT,
+        "name": NameSettings::DEFAULT,
+        "synthesis": SynthesisSettings::DEFAULT,
+    })
 }

@@ -74,6 +74,7 @@ pub fn result(case: &Case, judged: Judged) -> DiagnosisResult {
         tests: tests(case.table, &judged.selection, channel),
         fitted: own(fitted),
         caveats: caveats(case, &judged),
+        settings: super::settings::document(),
         rig: corrected,
     }
 }

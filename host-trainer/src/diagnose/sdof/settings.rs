@@ -1,7 +1,9 @@
 //! Settings of the diagnosis of a rig of one degree of freedom.
 
+use serde::Serialize;
+
 /// Acquisition, selection, validation and report, theory (66) to (69).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SdofSettings {
     /// Least samples of all recordings together, by the contract.
     pub min_samples: usize,
@@ -114,4 +116,11 @@ impl SdofSettings {
         curve_points: 25,
         traces: 12,
     };
+}
+
+/// All settings, stage by stage.
+pub fn document() -> serde_json::Value {
+    serde_json::json!({
+        "sdof": SdofSettings::DEFAULT,
+    })
 }

@@ -10,7 +10,7 @@ use super::events::{Event, Occurrence};
 use super::expansion::Expansion;
 use super::fit::Model;
 use super::search::Candidate;
-use super::settings::{GateSettings, LackSettings};
+use super::settings::{EventSettings, GateSettings};
 use super::text;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::acquisition::Fault;
@@ -127,29 +127,26 @@ pub fn fault_cause(fault: &Fault) -> Cause {
 pub fn event_cause(event: &Event, names: &[String]) -> Cause {
     let effect = event.mean();
     let times: Vec<(String, f64)> = occurrences(event, names).map(|(o, name)| (name.clone(), o.time_s)).collect();
-    let mut interval95 = BTreeMap::new();
-    if let Some(time) = effect.number(ParameterKey::TimeS) {
-        interval95.insert(ParameterKey::TimeS.to_string(), [time - 1e-3, time + 1e-3]);
-    }
     Cause {
         name: effect.kind.to_string(),
         probability: GATE.event_probability,
         parameters: stated(&effect),
-        interval95,
+        interval95: BTreeMap::new(),
         evidence: text::event(&times, event.gain()),
         equation: effect.equation(RigKind::Bearing5Dof),
     }
 }
 
-/// Tests of an event in the recordings in which it happened.
-pub fn event_tests<'e>(event: &'e Event, names: &'e [String]) -> impl Iterator<Item = Test> + 'e {
-    occurrences(event, names).map(|(o, name)| Test {
+/// Tests of an event in the recordings in which it happened; each of all `samples` was a time of each template.
+pub fn event_tests<'e>(event: &'e Event, names: &'e [String], samples: usize) -> impl Iterator<Item = Test> + 'e {
+    let tried = (samples * EventSettings::DEFAULT.templates()) as f64;
+    occurrences(event, names).map(move |(o, name)| Test {
         aspect: Aspect::Time,
-        channel: "ay",
+        channel: "",
         at: Some([o.time_s - 2e-3, o.time_s + 5e-3]),
         what: format!("{name}, {:.4} s: response to a {}", o.time_s, event.effect.kind),
         z: (2.0 * o.gain).sqrt(),
-        p_value: (LackSettings::DEFAULT.tried_bins * (-o.gain).exp()).min(1.0),
+        p_value: (tried * (-o.gain).exp()).min(1.0),
         q_value: 1.0,
     })
 }

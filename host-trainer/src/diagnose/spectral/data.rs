@@ -7,7 +7,7 @@ use faer::linalg::solvers::DenseSolveCore;
 use rayon::prelude::*;
 
 use super::likelihood::{
-    Channel, Colour, KNOTS, Range, best_stretch, colour_covariance, hats, jitter_shares, spacing_shares,
+    COLOURS, Channel, Colour, KNOTS, Range, best_stretch, colour_covariance, hats, jitter_shares, spacing_shares,
 };
 use super::observation::Observation;
 use super::prediction::Prediction;
@@ -22,8 +22,8 @@ pub struct Data<'a> {
     pub observations: &'a [Observation],
     /// Orders of the bearing.
     pub orders: Orders,
-    /// Inverse covariance of a channel's colour before any recording.
-    pub colour_precision: Mat<f64>,
+    /// Inverse covariance of each colour before any recording.
+    pub colour_precision: [Mat<f64>; COLOURS],
     hats: Vec<Vec<(usize, f64)>>,
     /// Shares of the lines' power that jitter takes, of each recording and jitter of the settings.
     jitter: Vec<Vec<Vec<f64>>>,
@@ -35,7 +35,9 @@ impl<'a> Data<'a> {
     /// Data of recordings.
     pub fn new(observations: &'a [Observation], orders: Orders) -> Self {
         let covariance = Mat::from_fn(KNOTS, KNOTS, colour_covariance);
-        let colour_precision = covariance.partial_piv_lu().inverse();
+        let precision = covariance.partial_piv_lu().inverse();
+        let colour_precision =
+            LIKELIHOOD.colour_std.map(|std| Mat::from_fn(KNOTS, KNOTS, |a, b| precision[(a, b)] / (std * std)));
         let jitter = |o: &Observation| LIKELIHOOD.jitter_s.iter().map(|s| jitter_shares(o, *s)).collect();
         let spacing =
             |o: &Observation| LIKELIHOOD.spacing_rad.iter().map(|rad| spacing_shares(o, *rad, orders.ftf)).collect();
@@ -83,11 +85,11 @@ impl<'a> Data<'a> {
 
     /// −ln of the colour's prior.
     pub fn colour_prior(&self, colour: &Colour) -> f64 {
-        let of = |c: &[f64; KNOTS]| {
+        let of = |(c, precision): (&[f64; KNOTS], &Mat<f64>)| {
             let pairs = (0..KNOTS).flat_map(|a| (0..KNOTS).map(move |b| (a, b)));
-            pairs.map(|(a, b)| 0.5 * c[a] * self.colour_precision[(a, b)] * c[b]).sum::<f64>()
+            pairs.map(|(a, b)| 0.5 * c[a] * precision[(a, b)] * c[b]).sum::<f64>()
         };
-        colour.iter().map(of).sum()
+        colour.iter().zip(&self.colour_precision).map(of).sum()
     }
 }
 

@@ -96,11 +96,11 @@ impl Expansion {
     }
 
     fn add_prior(&mut self, model: &Model, point: &Point) {
-        for (channel, colour) in point.colour.iter().enumerate() {
-            let from = model.coordinates.len() + channel * KNOTS;
+        for (n, colour) in point.colour.iter().enumerate() {
+            let from = model.coordinates.len() + n * KNOTS;
             for a in 0..KNOTS {
                 for (b, knot) in colour.iter().enumerate() {
-                    let precision = model.data.colour_precision[(a, b)];
+                    let precision = model.data.colour_precision[n][(a, b)];
                     self.information[(from + a, from + b)] += precision;
                     self.gradient[from + a] += precision * knot;
                 }

@@ -1,6 +1,5 @@
 //! Held-out recordings, and simulations of them before and after the correction.
 
-use super::data::Point;
 use super::events::Event;
 use super::likelihood::{Colour, hats};
 use super::observation::Observation;
@@ -21,14 +20,6 @@ pub struct Synthesis<'s> {
 }
 
 impl Synthesis<'_> {
-    /// Rig of a fit at a point.
-    ///
-    /// # Errors
-    /// Values that the rig refuses.
-    pub fn new<'s>(model: &super::fit::Model, point: &'s Point) -> Result<Synthesis<'s>, RigError> {
-        Ok(Synthesis { rig: model.rig_at(&point.values)?, colour: &point.colour })
-    }
-
     /// Samples of both channels of a run of `rig`, with the colours of the noise.
     ///
     /// # Errors

@@ -23,7 +23,7 @@ pub struct Hypothesis {
     /// Starts of the search.
     pub starts: Vec<EffectEntry>,
     /// Parameter by whose square the power of the effect's lines grows, so that one run tells all its sizes; `None` for an
-    /// effect whose sizes are simulated each.
+    /// effect whose sizes are simulated each. Waviness is among these: at small sizes it is what uneven balls do.
     pub size: Option<ParameterKey>,
 }
 
@@ -70,7 +70,6 @@ impl List<'_> {
             EffectKind::OuterRaceDefect | EffectKind::InnerRaceDefect | EffectKind::BallDefect => {
                 Some(ParameterKey::DepthM)
             }
-            EffectKind::OuterRaceWaviness | EffectKind::InnerRaceWaviness => Some(ParameterKey::AmplitudeM),
             EffectKind::Misalignment => Some(ParameterKey::ForceN),
             _ => None,
         };
@@ -141,7 +140,7 @@ impl List<'_> {
         let of = |share: f64| {
             EffectEntry::new(EffectKind::ConstantForce, &[(ForceN, share * self.load)]).with_text(Component, "inner-y")
         };
-        let starts = both_ways(0.05, 0.3, 2).into_iter().map(of).collect();
+        let starts = both_ways(0.01, 0.3, 3).into_iter().map(of).collect();
         self.add(EffectKind::ConstantForce, "inner-y", &[ForceN], starts);
     }
 

@@ -27,6 +27,7 @@ impl Lack {
 /// Lack of fit at a point.
 pub fn lack(data: &Data, at: &Point) -> Lack {
     let mut lack = Lack { nats: vec![0.0; data.observations.len()], tests: Vec::new() };
+    let tried = data.observations.iter().map(|o| CHANNELS.len() * o.bins().len()).sum::<usize>() as f64;
     for (channel, name) in CHANNELS.into_iter().enumerate() {
         let mut bands = std::collections::BTreeMap::<i64, (f64, f64)>::new();
         let mut lines: Vec<(f64, f64, f64)> = Vec::new();
@@ -76,7 +77,7 @@ pub fn lack(data: &Data, at: &Point) -> Lack {
             at: Some([order; 2]),
             what: format!("{name}, a line at {hz:.1} Hz, order {order:.3}"),
             z: (2.0 * excess).sqrt(),
-            p_value: (SETTINGS.tried_bins * (-excess).exp()).min(1.0),
+            p_value: (tried * (-excess).exp()).min(1.0),
             q_value: 1.0,
         }));
     }

@@ -86,6 +86,11 @@ pub fn mean_load_n(observations: &[Observation]) -> f64 {
     observations.iter().map(|o| o.condition.load_n.abs()).sum::<f64>() / observations.len().max(1) as f64
 }
 
+/// Duration of all recordings, s.
+pub fn duration_s(observations: &[Observation]) -> f64 {
+    observations.iter().map(|o| o.condition.samples as f64 / o.condition.sample_rate_hz).sum()
+}
+
 /// Power spectrum by sine tapers (K. S. Riedel, A. Sidorenko, "Minimum bias multiple taper spectral estimation", IEEE Trans.
 /// Signal Process. 43 (1995) 188–195).
 pub fn power(samples: &[f64]) -> Vec<f64> {

@@ -6,10 +6,10 @@ use super::events::{Event, events, without_event};
 use super::fit::Model;
 use super::held_out::{Synthesis, held_out};
 use super::lack::lack;
-use super::observation::{Observation, mean_load_n};
+use super::observation::{Observation, duration_s, mean_load_n};
 use super::prediction::Known;
 use super::search::{Brief, Candidate, candidates};
-use super::settings::{FitSettings, GateSettings};
+use super::settings::{self, FitSettings, GateSettings};
 use super::terms::term;
 use super::text;
 use crate::diagnose::acquisition::Acquired;
@@ -78,7 +78,9 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     }));
 
     progress("simulating held-out recordings");
-    let (before_rig, after_rig) = (Synthesis::new(&nominal, &null)?, Synthesis::new(&model, &point)?);
+    // Both have the noise's colours of the last fit, so that they differ by the causes alone.
+    let before_rig = Synthesis { rig: nominal.rig_at(&null.values)?, colour: &point.colour };
+    let after_rig = Synthesis { rig: corrected.clone(), colour: &point.colour };
     let signals = held_out(&all_held, &before_rig, &after_rig, (event, all_fitted.len()), &orders, task.seed)?;
     let (mut fit, mut left) = shown::fit(&signals, split.describe(), task.seed);
     fit.p_value = if accepted.is_empty() && event.is_none() {
@@ -91,8 +93,9 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
         Verdict::NoMismatch => 0.0,
         _ => (lack(&data, &point).total() / before.total().max(1.0)).min(1.0),
     };
+    let samples = all_fitted.iter().chain(&all_held).map(|o| o.condition.samples).sum();
     let mut tests = before.tests.clone();
-    tests.extend(event.iter().flat_map(|e| causes::event_tests(e, &names)));
+    tests.extend(event.iter().flat_map(|e| causes::event_tests(e, &names, samples)));
     let tests = evidence::ranked(tests);
     let mut corrected_rig = event.map_or_else(|| corrected.clone(), |e| corrected.clone().with_effect(e.mean()));
     let location = match verdict {
@@ -123,7 +126,8 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
         left,
         fit,
     };
-    Ok(DiagnosisResult { diagnosis, rig: corrected_rig, held_out: signals, tests, fitted: numbers, caveats })
+    let settings = settings::document();
+    Ok(DiagnosisResult { diagnosis, rig: corrected_rig, held_out: signals, tests, fitted: numbers, caveats, settings })
 }
 
 /// Selection of causes, one after the other.
@@ -166,7 +170,9 @@ impl<'d, 'a> Selection<'d, 'a> {
             let best = found.remove(load_error_or_first(&found, observations));
             let judged = refit_nuisances(held_data, &best.model, &best.point)?.objective();
             let share = if is_second { GATE.second_share } else { GATE.first_share };
-            if best.gain < GATE.gain.max(share * left) || held_now - judged < GATE.held_out {
+            let held_share = duration_s(held_data.observations) / duration_s(observations);
+            let enough_held = GATE.held_out.max(GATE.held_out_share * held_share * best.gain);
+            if best.gain < GATE.gain.max(share * left) || held_now - judged < enough_held {
                 self.rejected.push(best);
                 self.rejected.extend(found);
                 break;
@@ -260,7 +266,7 @@ fn rejected_names(accepted: &[Accepted], rejected: &[Candidate], causes: &[Cause
 fn nuisances(data: &Data, point: &Point) -> Vec<Nuisance> {
     let of = |(n, o): (usize, &Observation)| Nuisance {
         recording: o.name.clone(),
-        shaft_hz: Some(o.condition.shaft_hz),
+        shaft_hz: None,
         slip: Some(-point.stretch[n]),
         wander: None,
     };

@@ -79,7 +79,12 @@ impl<'d, 'a> NullFit<'d, 'a> {
     }
 
     /// Scores of hypotheses at starts, each with the best of some sizes; starts that cannot run are left out.
-    fn scores<'h>(&self, fitted: &Rig, starts: Vec<(&'h Hypothesis, EffectEntry)>) -> Vec<StartScore<'h>> {
+    fn scores<'h>(
+        &self,
+        fitted: &Rig,
+        starts: Vec<(&'h Hypothesis, EffectEntry)>,
+        scales: &[f64],
+    ) -> Vec<StartScore<'h>> {
         let prepared = starts.into_iter().filter_map(|(hypothesis, effect)| {
             let prepared = prepare(&self.model, fitted, &self.point, hypothesis, &effect, true)?;
             Some((prepared, StartScore { gain: f64::NEG_INFINITY, hypothesis, effect }))
@@ -91,7 +96,7 @@ impl<'d, 'a> NullFit<'d, 'a> {
             scores.par_iter_mut().zip(prepared).zip(points).for_each(|((score, (model, from)), point)| {
                 let Some(point) = point else { return };
                 score.gain = self.point.objective() - point.objective();
-                self.resize(score, model, from, &point.predictions);
+                self.resize(score, model, from, &point.predictions, scales);
             });
         }
         scores.retain(|score| score.gain.is_finite());
@@ -99,10 +104,10 @@ impl<'d, 'a> NullFit<'d, 'a> {
     }
 
     /// Moves a score to the best size of its effect, whose predictions at its first size are known.
-    fn resize(&self, score: &mut StartScore, model: &Model, from: &Point, predictions: &[Prediction]) {
+    fn resize(&self, score: &mut StartScore, model: &Model, from: &Point, predictions: &[Prediction], scales: &[f64]) {
         let size = score.hypothesis.size.and_then(|key| Some((key, score.effect.number(key)?)));
         let Some((key, size)) = size else { return };
-        for scale in SETTINGS.scales {
+        for &scale in scales {
             let scaled =
                 predictions.iter().zip(self.point.predictions.iter()).map(|(own, null)| own.scaled(null, scale));
             let gain = self.point.objective() - model.started(from, scaled.collect()).objective();
@@ -130,9 +135,9 @@ pub fn candidates<'d, 'a>(
     };
     // Every start on one brief recording, the best on two, the best of these on all.
     let starts = list.iter().flat_map(|h| h.starts.iter().map(move |s| (h, s.clone()))).collect();
-    let kept = best_starts(first.scores(&fitted, starts), SETTINGS.starts, SETTINGS.starts_each);
+    let kept = best_starts(first.scores(&fitted, starts, &SETTINGS.scales), SETTINGS.starts, SETTINGS.starts_each);
     let starts = kept.into_iter().map(|score| (score.hypothesis, score.effect)).collect();
-    let kept = best_starts(second.scores(&fitted, starts), SETTINGS.hypotheses, 1);
+    let kept = best_starts(second.scores(&fitted, starts, &[]), SETTINGS.hypotheses, 1);
     let searched = kept.into_par_iter().filter_map(|StartScore { hypothesis, effect, .. }| {
         let (model, from) = prepare(&second.model, &fitted, &second.point, hypothesis, &effect, true)?;
         let candidate = Candidate::started(model, &from, &second.point, hypothesis)?;
@@ -149,7 +154,10 @@ pub fn candidates<'d, 'a>(
         Some(Candidate::best_of(null, &fitted, at, hypothesis, &effect)?.searched(at, SETTINGS.steps[0]))
     });
     let mut full: Vec<Candidate> = full.collect();
-    full.extend(fit_drift(null, &fitted, at, &list));
+    // A brief recording does not show a drift of the speed, and an error of the load is always a rival.
+    let also = [EffectKind::SpeedDrift, EffectKind::ConstantForce].into_iter();
+    let also = also.filter(|kind| full.iter().all(|c| c.kind != *kind)).collect::<Vec<_>>();
+    full.extend(also.into_iter().filter_map(|kind| fit_without_screening(null, &fitted, at, &list, kind)));
     full.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let most = full.first().map_or(0.0, |c| c.gain);
     let close = |c: &Candidate| c.gain > most - SETTINGS.close_nats - SETTINGS.close_share * most.abs();
@@ -160,11 +168,18 @@ pub fn candidates<'d, 'a>(
     near.into_iter().chain(far).collect()
 }
 
-/// Fit of a speed that drifts, which a brief recording does not show.
-fn fit_drift<'d, 'a>(null: &Model<'d, 'a>, fitted: &Rig, at: &Point, list: &[Hypothesis]) -> Option<Candidate<'d, 'a>> {
-    let drift = list.iter().find(|h| h.kind == EffectKind::SpeedDrift)?;
-    let starts = drift.starts.par_iter().filter_map(|start| Candidate::new(null, fitted, at, drift, start));
-    Some(starts.max_by(|a, b| a.gain.total_cmp(&b.gain))?.searched(at, SETTINGS.steps[0]))
+/// Fit of an effect to all recordings without a screening; `None` if it is not among the hypotheses.
+fn fit_without_screening<'d, 'a>(
+    null: &Model<'d, 'a>,
+    fitted: &Rig,
+    at: &Point,
+    list: &[Hypothesis],
+    kind: EffectKind,
+) -> Option<Candidate<'d, 'a>> {
+    let hypothesis = list.iter().find(|h| h.kind == kind)?;
+    let started = Candidate::started_all(null, fitted, at, hypothesis, &hypothesis.starts);
+    let best = started.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))?;
+    Some(best.searched(at, SETTINGS.steps[0]))
 }
 
 /// Gain of a hypothesis at a start.
@@ -217,22 +232,29 @@ fn prepare<'d, 'a>(
 }
 
 impl<'d, 'a> Candidate<'d, 'a> {
-    /// Candidate at a start of its search.
-    fn new(
+    /// Candidates at starts of a search, all simulated side by side; those that cannot run are left out.
+    fn started_all(
         null: &Model<'d, 'a>,
         fitted: &Rig,
         at: &Point,
         hypothesis: &Hypothesis,
-        effect: &EffectEntry,
-    ) -> Option<Self> {
-        let (model, from) = prepare(null, fitted, at, hypothesis, effect, false)?;
-        Self::started(model, &from, at, hypothesis)
+        starts: &[EffectEntry],
+    ) -> Vec<Self> {
+        let prepared: Vec<_> =
+            starts.iter().filter_map(|start| prepare(null, fitted, at, hypothesis, start, false)).collect();
+        let points = Model::start_all(&prepared);
+        let all = prepared.into_iter().zip(points);
+        all.filter_map(|((model, _), point)| Some(Self::at(model, point?, at, hypothesis))).collect()
+    }
+
+    fn at(model: Model<'d, 'a>, point: Point, null: &Point, hypothesis: &Hypothesis) -> Self {
+        let gain = null.objective() - point.objective();
+        Self { kind: hypothesis.kind, place: hypothesis.place.clone(), model, point, gain }
     }
 
     fn started(model: Model<'d, 'a>, from: &Point, at: &Point, hypothesis: &Hypothesis) -> Option<Self> {
         let point = model.start_from(from).ok()?;
-        let gain = at.objective() - point.objective();
-        Some(Self { kind: hypothesis.kind, place: hypothesis.place.clone(), model, point, gain })
+        Some(Self::at(model, point, at, hypothesis))
     }
 
     /// Best of an effect as screened and weaker: friction reduces the motion on which the screening's noise rests.
@@ -244,16 +266,16 @@ impl<'d, 'a> Candidate<'d, 'a> {
         effect: &EffectEntry,
     ) -> Option<Self> {
         let key = match effect.kind {
-            EffectKind::CoulombFriction => ParameterKey::ForceN,
-            EffectKind::QuadraticDrag => ParameterKey::DragNS2PerM2,
-            _ => return Self::new(null, fitted, at, hypothesis, effect),
+            EffectKind::CoulombFriction => Some(ParameterKey::ForceN),
+            EffectKind::QuadraticDrag => Some(ParameterKey::DragNS2PerM2),
+            _ => None,
         };
-        let size = effect.number(key)?;
-        let weaker = SETTINGS.weaker.into_par_iter().filter_map(|share| {
-            let effect = effect.clone().with_number(key, share * size);
-            Self::new(null, fitted, at, hypothesis, &effect)
-        });
-        weaker.max_by(|a, b| a.gain.total_cmp(&b.gain))
+        let starts = match key.and_then(|key| Some((key, effect.number(key)?))) {
+            Some((key, size)) => SETTINGS.weaker.map(|share| effect.clone().with_number(key, share * size)).to_vec(),
+            None => vec![effect.clone()],
+        };
+        let started = Self::started_all(null, fitted, at, hypothesis, &starts);
+        started.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 
     /// Better of a defect and defects with like spectra: a search may end at another width, of another place of the zeros in
@@ -264,7 +286,7 @@ impl<'d, 'a> Candidate<'d, 'a> {
         else {
             return self;
         };
-        let (Some(depth), Some(width)) = (effect.number(DepthM), effect.number(WidthRad)) else { return self };
+        let Some(width) = effect.number(WidthRad) else { return self };
         let free: Vec<ParameterKey> =
             self.model.coordinates.iter().filter_map(|c| c.key.of_effect(self.model.rig.effects.len() - 1)).collect();
         let angles = match effect.number(AngleRad).filter(|_| free.contains(&AngleRad)) {
@@ -274,22 +296,22 @@ impl<'d, 'a> Candidate<'d, 'a> {
             }
             None => vec![None],
         };
-        let sizes =
-            SETTINGS.other_widths.iter().flat_map(|share| [share.powf(-0.5), *share].map(|deeper| (*share, deeper)));
-        let others = sizes.flat_map(|size| angles.iter().map(move |angle| (size, *angle)));
-        let others: Vec<EffectEntry> = others
-            .map(|((wider, deeper), angle)| {
-                let other = effect.clone().with_number(DepthM, deeper * depth).with_number(WidthRad, wider * width);
-                angle.map_or(other.clone(), |angle| other.with_number(AngleRad, angle))
-            })
-            .collect();
         let (kind, place) = (self.kind, self.place.clone());
         let free = if free.contains(&AngleRad) { DEFECT_KEYS } else { &DEFECT_KEYS[..2] };
-        let hypothesis = Hypothesis { kind, place, free, starts: Vec::new(), size: None };
-        let mut started: Vec<Candidate> =
-            others.par_iter().filter_map(|other| Self::new(null, fitted, at, &hypothesis, other)).collect();
-        started.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        started.truncate(SETTINGS.restarts);
+        let hypothesis = Hypothesis { kind, place, free, starts: Vec::new(), size: Some(DepthM) };
+        let widths = SETTINGS.other_widths.map(|share| effect.clone().with_number(WidthRad, share * width));
+        let turned = |other: EffectEntry| {
+            angles.iter().map(move |angle| match angle {
+                Some(angle) => other.clone().with_number(AngleRad, *angle),
+                None => other.clone(),
+            })
+        };
+        let starts = widths.into_iter().flat_map(turned).map(|start| (&hypothesis, start)).collect();
+        let healthy = NullFit { model: null.clone(), point: at.clone() };
+        let scores = healthy.scores(fitted, starts, &SETTINGS.other_depths);
+        let kept = best_starts(scores, SETTINGS.restarts, SETTINGS.restarts);
+        let starts: Vec<EffectEntry> = kept.into_iter().map(|score| score.effect).collect();
+        let started = Self::started_all(null, fitted, at, &hypothesis, &starts);
         let searched = started.into_par_iter().map(|c| c.searched(at, SETTINGS.steps[1]));
         let best = searched.max_by(|a, b| a.gain.total_cmp(&b.gain));
         best.filter(|best| best.gain > self.gain).unwrap_or(self)

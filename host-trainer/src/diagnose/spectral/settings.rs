@@ -1,9 +1,11 @@
 //! Settings of the diagnosis by power spectra.
 
+use serde::Serialize;
+
 use crate::stats::optimise::GeometricDamping;
 
 /// Settings of the likelihood of a power spectrum.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LikelihoodSettings {
     /// Longest settling of a run over its recording: what is left of the start is below the noise of a short recording. By
     /// hand: for the computing time.
@@ -25,6 +27,9 @@ pub struct LikelihoodSettings {
     pub cosines: usize,
     /// Standard deviation of the colour at each knot, Np of power.
     pub knot_np: f64,
+    /// Standard deviation of the colours of `ax`, `ay` and the process force over the ones above. By hand: half for the process
+    /// force, as a gain of one channel would else be a colour of both.
+    pub colour_std: [f64; 3],
     /// Relative variance of the power of a predicted line: the machine's error against its rig.
     pub line_variance: f64,
     /// Share of bins that are neither noise nor a predicted line.
@@ -67,6 +72,7 @@ impl LikelihoodSettings {
         cosine_np: 0.06,
         cosines: 3,
         knot_np: 0.05,
+        colour_std: [1.0, 1.0, 0.5],
         line_variance: 0.5,
         outliers: 0.01,
         outlier_power: 10.0,
@@ -85,7 +91,7 @@ impl LikelihoodSettings {
 }
 
 /// Settings of a fit.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FitSettings {
     /// Decrease of −ln L below which a step is the last.
     pub converged: f64,
@@ -139,7 +145,7 @@ impl FitSettings {
 }
 
 /// Settings of the search for events.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct EventSettings {
     /// Rise times of a step of the load, s.
     pub rises_s: [f64; 5],
@@ -185,8 +191,15 @@ impl EventSettings {
     };
 }
 
+impl EventSettings {
+    /// Number of templates.
+    pub const fn templates(&self) -> usize {
+        self.rises_s.len() + self.places.len() * self.durations_s.len()
+    }
+}
+
 /// Settings of the lack of fit.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LackSettings {
     /// Bands of an octave.
     pub bands_per_octave: f64,
@@ -200,8 +213,6 @@ pub struct LackSettings {
     pub line_nats: f64,
     /// Lines that are stated.
     pub most_lines: usize,
-    /// Bins of all recordings, by which a line's p-value is corrected.
-    pub tried_bins: f64,
 }
 
 impl LackSettings {
@@ -213,17 +224,18 @@ impl LackSettings {
         band_nats: 6.0,
         line_nats: 7.0,
         most_lines: 6,
-        tried_bins: 1e5,
     };
 }
 
 /// Settings of what counts as a cause.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct GateSettings {
     /// Gain on the fitted recordings that a cause must have.
     pub gain: f64,
     /// Gain on held-out recordings that a cause must have.
     pub held_out: f64,
+    /// Gain on the held-out recordings over that on as many fitted ones that a cause must have: a cause is in all recordings.
+    pub held_out_share: f64,
     /// Gain over the lack of fit that a first cause must have.
     pub first_share: f64,
     /// Gain over the lack of fit that the first cause leaves, for a second one.
@@ -251,6 +263,7 @@ impl GateSettings {
     pub const DEFAULT: Self = Self {
         gain: 25.0,
         held_out: 8.0,
+        held_out_share: 0.4,
         first_share: 0.1,
         second_share: 0.3,
         load_share: 0.025,
@@ -265,7 +278,7 @@ impl GateSettings {
 }
 
 /// Settings of the guesses from which searches start.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct GuessSettings {
     /// Middle and half width of the range of a slipping cage's slip.
     pub slip: [f64; 2],
@@ -318,7 +331,7 @@ impl GuessSettings {
 }
 
 /// Settings of the search for an effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SearchSettings {
     /// Lengths of the brief recordings of the first and the second screening, s.
     pub brief_s: [f64; 2],
@@ -344,8 +357,11 @@ pub struct SearchSettings {
     pub steps: [usize; 2],
     /// Sizes of a friction from which its full fit starts, over that of the screening.
     pub weaker: [f64; 4],
-    /// Widths of a defect from which its search is repeated, over the one found.
-    pub other_widths: [f64; 4],
+    /// Widths of a defect from which its search is repeated, over the one found. By hand: close enough that one of them is in
+    /// the right valley between the zeros of the lines' envelope.
+    pub other_widths: [f64; 10],
+    /// Depths from which it is repeated, over the one found.
+    pub other_depths: [f64; 6],
     /// Angle from the load at which a defect's search is repeated, rad.
     pub near_load_rad: f64,
     /// Searches from the best of these.
@@ -371,10 +387,24 @@ impl SearchSettings {
         full_fits: 6,
         steps: [4, 8],
         weaker: [1.0, 0.6, 0.35, 0.2],
-        other_widths: [0.45, 0.65, 1.0, 1.5],
+        other_widths: [0.35, 0.45, 0.55, 0.65, 0.78, 0.9, 1.0, 1.15, 1.4, 1.8],
+        other_depths: [0.3, 0.45, 0.65, 0.8, 1.3, 2.0],
         near_load_rad: 0.15,
-        restarts: 3,
+        restarts: 4,
         close_nats: 40.0,
         close_share: 0.05,
     };
+}
+
+/// All settings, stage by stage.
+pub fn document() -> serde_json::Value {
+    serde_json::json!({
+        "likelihood": LikelihoodSettings::DEFAULT,
+        "fit": FitSettings::DEFAULT,
+        "event": EventSettings::DEFAULT,
+        "lack": LackSettings::DEFAULT,
+        "gate": GateSettings::DEFAULT,
+        "guess": GuessSettings::DEFAULT,
+        "search": SearchSettings::DEFAULT,
+    })
 }
