@@ -142,15 +142,41 @@ fn most_telling(outcome: &DiagnosisResult) -> String {
 /// Name and parameters of a cause, for a sentence.
 fn short(cause: &Cause) -> String {
     let one = |(name, value): (&String, &Parameter)| match value {
-        Parameter::Number(v) => {
-            format!("{name} = {}", with_interval(*v, cause.interval95.get(name).copied()).0)
-        }
+        Parameter::Number(v) => in_units(name, *v, cause.interval95.get(name).copied()),
         Parameter::Name(text) => format!("{name} {text}"),
     };
     let (names, numbers): (Vec<_>, Vec<_>) =
         cause.parameters.iter().partition(|(_, v)| matches!(v, Parameter::Name(_)));
     let numbers: Vec<String> = numbers.into_iter().chain(names).map(one).collect();
     if numbers.is_empty() { cause.name.clone() } else { format!("{} ({})", cause.name, numbers.join(", ")) }
+}
+
+/// Endings of the keys of parameters, with unit and factor in which a sentence states them.
+const UNITS: [(&str, &str, f64); 16] = [
+    ("_n_s2_per_m2", "N s²/m²", 1.0),
+    ("_n_per_m3", "N/m³", 1.0),
+    ("_n_per_m2", "N/m²", 1.0),
+    ("_n_s_per_m", "N s/m", 1.0),
+    ("_m_per_s2", "m/s²", 1.0),
+    ("_m_per_s", "m/s", 1.0),
+    ("_n_per_m", "N/m", 1.0),
+    ("_kg_m", "g mm", 1e6),
+    ("_n_s", "N s", 1.0),
+    ("_per_s", "1/s", 1.0),
+    ("_rad", "°", 180.0 / std::f64::consts::PI),
+    ("_hz", "Hz", 1.0),
+    ("_kg", "kg", 1.0),
+    ("_m", "µm", 1e6),
+    ("_n", "N", 1.0),
+    ("_s", "s", 1.0),
+];
+
+/// Parameter in words: its key without the unit, the value to the digits of its interval, the unit.
+fn in_units(key: &str, value: f64, interval95: Option<[f64; 2]>) -> String {
+    let ending = UNITS.iter().find_map(|(ending, unit, factor)| Some((key.strip_suffix(ending)?, unit, *factor)));
+    let (name, unit, factor) = ending.unwrap_or((key, &"", 1.0));
+    let value = with_interval(factor * value, interval95.map(|ends| ends.map(|end| factor * end))).0;
+    format!("{} {value} {unit}", name.replace('_', " ")).trim_end().replace(" °", "°")
 }
 
 /// Probability in percent, never rounded to 0 % or 100 %.
@@ -439,8 +465,7 @@ mod tests {
         };
         let html = page(&outcome(Verdict::Mismatch, vec![cause], 1.0)).html();
         assert_well_formed(&html);
-        for expected in ["by outer-race-defect (depth_m = 1.23e−5)", "probability over 99 %", "1.20e−5 to 1.30e−5"]
-        {
+        for expected in ["by outer-race-defect (depth 12.3 µm)", "probability over 99 %", "1.20e−5 to 1.30e−5"] {
             assert!(html.contains(expected), "{expected}");
         }
         // The channel that shows it most is drawn.

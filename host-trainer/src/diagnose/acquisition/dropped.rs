@@ -106,7 +106,7 @@ mod tests {
                 &[(ParameterKey::TimeS, 0.4), (ParameterKey::Count, count)],
             );
             let gap = gap(&recording(&nominal().with_effect(effect))).unwrap();
-            assert!((gap.count as f64 - count).abs() <= 2.0 && gap.sample.abs_diff(10_240) < 400, "{gap:?}");
+            assert!((gap.count as f64 - count).abs() <= 2.0 && gap.sample.abs_diff(10_240) < 100, "{gap:?}");
         }
     }
 

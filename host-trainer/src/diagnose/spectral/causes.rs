@@ -15,6 +15,7 @@ use super::text;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::acquisition::Fault;
 use crate::diagnose::result::{Aspect, Cause, Fitted, Parameter, Test};
+use crate::identify::likelihood::observed::CHANNELS;
 use crate::rig::EffectEntry;
 use crate::rig::config::{RigKey, RigKind};
 use crate::rig::effect::ParameterKey;
@@ -36,13 +37,16 @@ pub struct Accepted<'d, 'a> {
     pub effect: usize,
 }
 
-/// Probability of a candidate among its rivals.
-pub fn probability(best: &Candidate, rivals: &[Candidate]) -> f64 {
+/// Probability of a candidate among its rivals: a small gain, and one in what a first cause leaves, may be an imperfection of
+/// the machine.
+pub fn probability(best: &Candidate, rivals: &[Candidate], is_second: bool) -> f64 {
     let [least, share] = GATE.rivalry;
     let scale = least + share * best.gain.max(0.0);
     let weight = |c: &Candidate| ((c.gain - best.gain) / scale).exp();
     let others: f64 = rivals.iter().filter(|c| c.kind != best.kind).map(weight).sum();
-    (1.0 / (1.0 + others)).min(GATE.most_probable)
+    let by_gain = 1.0 - GATE.doubt / best.gain.max(1.0).sqrt();
+    let by_rank = if is_second { GATE.second_trust } else { 1.0 };
+    (by_gain.max(0.0) * by_rank / (1.0 + others)).min(GATE.most_probable)
 }
 
 /// Intervals of the parameters of effects, by the effect's index and key.
@@ -142,7 +146,7 @@ pub fn event_tests<'e>(event: &'e Event, names: &'e [String], samples: usize) ->
     let tried = (samples * EventSettings::DEFAULT.templates()) as f64;
     occurrences(event, names).map(move |(o, name)| Test {
         aspect: Aspect::Time,
-        channel: "",
+        channel: CHANNELS[o.channel],
         at: Some([o.time_s - 2e-3, o.time_s + 5e-3]),
         what: format!("{name}, {:.4} s: response to a {}", o.time_s, event.effect.kind),
         z: (2.0 * o.gain).sqrt(),

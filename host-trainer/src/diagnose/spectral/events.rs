@@ -30,6 +30,8 @@ pub struct Occurrence {
     pub gain: f64,
     /// Gain over that of the next greatest elsewhere in the recording.
     pub isolation: f64,
+    /// Index of the channel that the response is strongest in.
+    pub channel: usize,
 }
 
 impl Occurrence {
@@ -188,16 +190,19 @@ impl Whitened {
     /// Best time and size of a response.
     fn matched(&self, response: &Responses) -> Occurrence {
         let (n, scale) = (self.samples, 1.0 / (self.samples as f64).sqrt());
-        let mut energy = 0.0;
+        let mut energies = [0.0; 2];
         let mut product = vec![Complex::default(); n / 2 + 1];
-        for ((spectrum, noise), response) in self.spectra.iter().zip(self.noise.iter()).zip(response) {
+        for (((spectrum, noise), response), energy) in
+            self.spectra.iter().zip(self.noise.iter()).zip(response).zip(&mut energies)
+        {
             let Some(spectrum) = spectrum else { continue };
             let template = padded(response, n, scale);
             for k in 1..template.len().min(product.len()).saturating_sub(1) {
-                energy += template[k].norm_sqr() / noise[k];
+                *energy += template[k].norm_sqr() / noise[k];
                 product[k] += spectrum[k] * template[k].conj();
             }
         }
+        let energy: f64 = energies.iter().sum();
         let inverse = inverse_plan(n);
         let mut correlation = inverse.make_output_vec();
         // Both buffers have the transform's length; twice the sum over positive frequencies comes out.
@@ -220,6 +225,7 @@ impl Whitened {
             amplitude: 0.5 * correlation[best] / energy.max(1e-300),
             gain: gain(correlation[best]) - usual,
             isolation: gain(correlation[best]) / most.max(1e-9),
+            channel: usize::from(energies[1] > energies[0]),
         }
     }
 }

@@ -183,7 +183,7 @@ impl<'d, 'a> Selection<'d, 'a> {
                 self.corrected_loads = true;
                 continue;
             }
-            let probability = causes::probability(&best, &found);
+            let probability = causes::probability(&best, &found, is_second);
             let effect = self.model.rig.effects.len() - 1;
             self.accepted.push(Accepted { candidate: best, held_out, probability, rivals: found, effect });
         }

@@ -1,6 +1,9 @@
 //! Sentences of the diagnosis by power spectra.
 
 use super::search::Candidate;
+use super::settings::GateSettings;
+
+const GATE: GateSettings = GateSettings::DEFAULT;
 
 /// Name of an effect with its place.
 pub fn named(kind: &str, place: &str) -> String {
@@ -28,6 +31,12 @@ pub fn rejected(candidate: &Candidate, kept: Option<f64>) -> String {
     let place = if candidate.place.is_empty() { String::new() } else { format!("({}) ", candidate.place) };
     match kept {
         Some(kept) => format!("{place}gains {:.0} in ln L, the cause {kept:.0}", candidate.gain.max(0.0)),
+        None if candidate.gain > GATE.gain => {
+            format!(
+                "{place}gains {:.0} in ln L, too little of what is left or of it on the held-out recordings",
+                candidate.gain
+            )
+        }
         None => format!(
             "{place}gains {:.1} in ln L, no more than chance and an imperfect machine do",
             candidate.gain.max(0.0)
