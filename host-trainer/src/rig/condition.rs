@@ -15,14 +15,6 @@ pub struct OperatingCondition {
     pub samples: usize,
 }
 
-impl OperatingCondition {
-    /// Whether a time, s, lies in the recording, at least `edge` samples from its ends.
-    pub fn is_within(&self, time_s: f64, edge: usize) -> bool {
-        let sample = time_s * self.sample_rate_hz;
-        sample >= edge as f64 && sample + edge as f64 <= self.samples as f64
-    }
-}
-
 /// Unknowns of a run: angles at its start, and its random parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {

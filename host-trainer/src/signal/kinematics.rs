@@ -46,16 +46,6 @@ impl Geometry {
             bsf: 0.5 * self.pitch_diameter_m / self.ball_diameter_m * (1.0 - ratio * ratio),
         }
     }
-
-    /// Radius of the outer race's track, m.
-    pub fn outer_radius_m(&self) -> f64 {
-        0.5 * (self.pitch_diameter_m + self.ball_diameter_m * self.contact_angle_rad.cos())
-    }
-
-    /// Radius of the inner race's track, m.
-    pub fn inner_radius_m(&self) -> f64 {
-        0.5 * (self.pitch_diameter_m - self.ball_diameter_m * self.contact_angle_rad.cos())
-    }
 }
 
 impl Orders {

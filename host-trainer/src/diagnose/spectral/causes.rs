@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
 
+use super::candidate::Candidate;
 use super::data::Point;
 use super::events::{Event, Occurrence};
 use super::expansion::Expansion;
 use super::fit::Model;
-use super::search::Candidate;
 use super::settings::{EventSettings, GateSettings};
 use super::text;
 use crate::diagnose::DiagnoseError;

@@ -71,13 +71,13 @@ impl<'a> Data<'a> {
         (0..self.observations.len()).into_par_iter().map(of).collect()
     }
 
-    /// Stretch of each recording that suits a point best, within `reach` of that of `around`.
+    /// Stretch of each recording that fits a point best, within `reach` of that of `around`.
     pub fn stretches(&self, point: &Point, around: &[f64], reach: f64) -> Vec<f64> {
         let of = |n: usize| self.stretch(point, n, Range { around: around[n], reach, healthy: true }).0;
         (0..self.observations.len()).into_par_iter().map(of).collect()
     }
 
-    /// Stretch of a recording that suits a point best, and its gain over no lines at all.
+    /// Stretch of a recording that fits a point best, and its gain over no lines at all.
     pub fn stretch(&self, point: &Point, recording: usize, range: Range) -> (f64, f64) {
         let (o, prediction) = (&self.observations[recording], &point.predictions[recording]);
         best_stretch(o, prediction, &self.hats[recording], &point.colour, range)

@@ -84,7 +84,7 @@ impl<'d, 'a> Model<'d, 'a> {
         all.into_par_iter().map(|((model, from), made)| Some(model.started(from, made?.ok()?))).collect()
     }
 
-    /// Point of the rig's own values, with their predictions. What a fit without the effect took for an imperfect machine may
+    /// Point of the rig's own values, with their predictions. What a fit without the effect counts as an imperfect machine may
     /// be the effect, so that the nuisances of usual machines compete with those of `from`.
     pub fn started(&self, from: &Point, predictions: Vec<Prediction>) -> Point {
         let mut point = Point { values: self.own_values(), predictions: Arc::new(predictions), ..from.clone() };
@@ -143,7 +143,7 @@ impl<'d, 'a> Model<'d, 'a> {
             + unknown.sum::<f64>();
     }
 
-    /// Moves the stretch of each recording to the best within its whole range.
+    /// Moves the stretch of each recording to the best within its range.
     fn fit_stretch(&self, point: &mut Point) {
         // A stated speed that drifts may be that of the start or the mean.
         let drifts = self.rig.effects.iter().any(|e| e.kind == EffectKind::SpeedDrift);
@@ -167,7 +167,7 @@ impl<'d, 'a> Model<'d, 'a> {
         }
     }
 
-    /// Moves the jitter of each recording to where it suits better, a step up or down, and the unevenness of the balls.
+    /// Moves the jitter of each recording to where it fits better, a step up or down, and the unevenness of the balls.
     fn refine_jitter(&self, point: &mut Point) {
         let last = LIKELIHOOD.jitter_s.len() - 1;
         let now = point.clone();

@@ -36,7 +36,7 @@ impl Guesses {
     }
 }
 
-/// Slip beyond that of a healthy cage with which the lines suit the recordings better.
+/// Slip beyond that of a healthy cage with which the lines fit the recordings better.
 fn slips(data: &Data, at: &Point) -> Vec<f64> {
     let of = |n: usize| {
         let healthy = Range { around: 0.0, reach: LIKELIHOOD.stretch[0], healthy: true };

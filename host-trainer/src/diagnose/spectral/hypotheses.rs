@@ -1,7 +1,7 @@
 //! Hypotheses: the lasting effects of the vocabulary that a bearing rig can have, with starts of their search.
 //!
 //! Sizes follow from the rig: a defect's depth from the contact's deflection, a spring's curvature from its static
-//! deflection. Phases are no part of a power spectrum and are not sought.
+//! deflection. Phases are no part of a power spectrum and are not estimated.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -22,7 +22,7 @@ pub struct Hypothesis {
     pub free: &'static [ParameterKey],
     /// Starts of the search.
     pub starts: Vec<EffectEntry>,
-    /// Parameter by whose square the power of the effect's lines grows, so that one run tells all its sizes; `None` for an
+    /// Parameter by whose square the power of the effect's lines grows, so that one run gives all its sizes; `None` for an
     /// effect whose sizes are simulated each. Waviness is among these: at small sizes it is what uneven balls do.
     pub size: Option<ParameterKey>,
 }

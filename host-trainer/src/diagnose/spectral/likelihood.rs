@@ -275,7 +275,7 @@ fn at(values: &[f64], place: f64) -> f64 {
     }
 }
 
-/// Range in which a stretch of the lines is sought.
+/// Range of a search for a stretch of the lines.
 #[derive(Clone, Copy, Debug)]
 pub struct Range {
     /// Middle.
@@ -296,7 +296,7 @@ struct LineBin {
     density: Density,
 }
 
-/// Stretch of the lines that suits a recording best, and its gain over no lines at all.
+/// Stretch of the lines that fits a recording best, and its gain over no lines at all.
 pub fn best_stretch(
     observation: &Observation,
     prediction: &Prediction,

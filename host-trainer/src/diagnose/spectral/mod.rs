@@ -11,7 +11,10 @@
 //! | `events` | shocks and steps of the load, each at a time of its own |
 //! | `hypotheses` | lasting effects with starts of their search |
 //! | `guesses` | numbers that recordings show at once |
+//! | `candidate` | hypotheses fitted on top of a null fit |
+//! | `screening` | starts of all hypotheses on brief recordings |
 //! | `search` | the effects that gain most |
+//! | `selection` | causes, one after the other, by fitted and held-out recordings |
 //! | `lack` | what a prediction leaves |
 //! | `pipeline` | from recordings to a result |
 //! | `causes` | causes and their numbers |
@@ -19,6 +22,7 @@
 //! | `terms` | causes as curves |
 //! | `text` | sentences |
 
+mod candidate;
 mod causes;
 mod data;
 mod events;
@@ -32,7 +36,9 @@ mod likelihood;
 mod observation;
 mod pipeline;
 mod prediction;
+mod screening;
 mod search;
+mod selection;
 mod settings;
 mod terms;
 mod text;

@@ -1,30 +1,32 @@
 //! From recordings to a result: acquire, split, fit the nominal rig, select causes, validate.
 
-use super::causes::{self, Accepted};
+use super::causes::{self, Accepted, Intervals};
 use super::data::{Data, Point};
 use super::events::{Event, events, without_event};
 use super::fit::Model;
 use super::held_out::{Synthesis, held_out};
 use super::lack::lack;
-use super::observation::{Observation, duration_s, mean_load_n};
+use super::observation::{Observation, mean_load_n};
 use super::prediction::Known;
-use super::search::{Brief, Candidate, candidates};
+use super::selection::{Selection, refit_nuisances, rejected_names};
 use super::settings::{self, FitSettings, GateSettings};
 use super::terms::term;
 use super::text;
 use crate::diagnose::acquisition::Acquired;
-use crate::diagnose::result::{Cause, Diagnosis, DiagnosisResult, Nuisance, Rejected, SCHEMA, Term, Verdict};
+use crate::diagnose::result::{Cause, Diagnosis, DiagnosisResult, Nuisance, SCHEMA, Term, Verdict};
 use crate::diagnose::{DiagnoseError, Task, evidence, locate, shown};
 use crate::identify::calibrate::split::Split;
 use crate::identify::likelihood::coordinate::Coordinate;
 use crate::identify::likelihood::observed::Observed;
 use crate::recording::Recording;
-use crate::rig::effect::{EffectKind, ParameterKey};
-use crate::rig::{Rig, RigError};
+use crate::rig::Rig;
+use crate::rig::config::BearingRig;
 use crate::signal::kinematics::Orders;
 
 const GATE: GateSettings = GateSettings::DEFAULT;
 const FIT: FitSettings = FitSettings::DEFAULT;
+/// Ends of the shown range of an event's size over it: no interval is estimated.
+const EVENT_BAND: [f64; 2] = [0.9, 1.1];
 
 /// Diagnoses recordings of a bearing rig of known structure; `rig` is calibrated to the baseline.
 ///
@@ -64,18 +66,8 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     let corrected = model.rig_at(&point.values)?;
     let names: Vec<String> = all_fitted.iter().chain(&all_held).map(|o| o.name.clone()).collect();
     let (intervals, numbers) = causes::estimates(&model, &point, nominal.coordinates.len())?;
-    let mut all_causes: Vec<Cause> = acquired.faults().map(causes::fault_cause).collect();
-    all_causes.extend(event.map(|e| causes::event_cause(e, &names)));
-    let mut found: Vec<Cause> =
-        accepted.iter().map(|a| causes::cause(a, &corrected.effects[a.effect], &intervals)).collect();
-    found.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    all_causes.extend(found);
-    let load_n = mean_load_n(&all_fitted);
-    let mut terms: Vec<Term> = event.iter().filter_map(|e| term(&e.mean(), machine, load_n, [0.9, 1.1])).collect();
-    terms.extend(accepted.iter().filter_map(|a| {
-        let effect = &corrected.effects[a.effect];
-        term(effect, machine, load_n, causes::band(effect, a, &intervals))
-    }));
+    let found = Found { event, names: &names, accepted: &accepted, corrected: &corrected, intervals: &intervals };
+    let (causes, terms) = (found.causes(&acquired), found.terms(machine, mean_load_n(&all_fitted)));
 
     progress("simulating held-out recordings");
     // Both have the noise's colours of the last fit, so that they differ by the causes alone.
@@ -109,17 +101,12 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
         let most = each.max_by(|a, b| a.0.total_cmp(b.0)).map_or(String::new(), |(_, name)| format!("in {name}"));
         caveats.push(text::unexplained(before_total, &most));
     }
-    if corrected_loads {
-        caveats.push(text::LOAD.into());
-    }
-    if task.recordings.iter().any(|recording| recording.load_n.is_none()) {
-        caveats.push(text::NO_LOAD.into());
-    }
+    caveats.extend(load_caveats(corrected_loads, task.recordings));
     let diagnosis = Diagnosis {
         schema: SCHEMA.into(),
         verdict,
-        rejected: rejected_names(&accepted, &rejected, &all_causes),
-        causes: all_causes,
+        rejected: rejected_names(&accepted, &rejected, &causes),
+        causes,
         location,
         terms,
         nuisance: nuisances(&data, &point),
@@ -130,79 +117,42 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     Ok(DiagnosisResult { diagnosis, rig: corrected_rig, held_out: signals, tests, fitted: numbers, caveats, settings })
 }
 
-/// Selection of causes, one after the other.
-struct Selection<'d, 'a> {
-    /// Nominal rig with the effects so far.
-    model: Model<'d, 'a>,
-    /// Fit of the model.
-    point: Point,
-    accepted: Vec<Accepted<'d, 'a>>,
-    /// Candidates that did not pass the gate.
-    rejected: Vec<Candidate<'d, 'a>>,
-    /// Whether an error of the stated loads is among the effects.
-    corrected_loads: bool,
+/// What was found: an event, and effects of the corrected rig.
+struct Found<'f, 'd, 'a> {
+    event: Option<&'f Event>,
+    /// Names of all recordings.
+    names: &'f [String],
+    accepted: &'f [Accepted<'d, 'a>],
+    corrected: &'f Rig,
+    intervals: &'f Intervals,
 }
 
-impl<'d, 'a> Selection<'d, 'a> {
-    /// Nominal rig without causes.
-    fn new(nominal: &Model<'d, 'a>, null: &Point) -> Self {
-        let (model, point) = (nominal.clone(), null.clone());
-        Self { model, point, accepted: Vec::new(), rejected: Vec::new(), corrected_loads: false }
+impl Found<'_, '_, '_> {
+    /// Causes: faults of the acquisition, the event, and the lasting effects, the most probable first.
+    fn causes(&self, acquired: &Acquired) -> Vec<Cause> {
+        let cause = |a: &Accepted| causes::cause(a, &self.corrected.effects[a.effect], self.intervals);
+        let mut lasting: Vec<Cause> = self.accepted.iter().map(cause).collect();
+        lasting.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        let event = self.event.map(|e| causes::event_cause(e, self.names));
+        acquired.faults().map(causes::fault_cause).chain(event).chain(lasting).collect()
     }
 
-    /// Adds at most two causes, each judged by the held-out recordings; `held_null` is −ln there without any.
-    fn with_causes(mut self, held_data: &Data, held_null: f64, progress: &dyn Fn(&str)) -> Result<Self, DiagnoseError> {
-        let observations = self.model.data.observations;
-        let brief = Brief::new(observations);
-        let mut held_now = held_null;
-        while self.accepted.len() < 2 {
-            let is_second = !self.accepted.is_empty();
-            progress(if is_second { "searching for a second cause" } else { "searching for a cause" });
-            let left = lack(self.model.data, &self.point).total();
-            if is_second && left < GATE.second_lack {
-                break;
-            }
-            let kinds: Vec<EffectKind> = self.model.rig.effects.iter().map(|e| e.kind).collect();
-            let mut found = candidates(&self.model, &self.point, &brief, &kinds);
-            if found.is_empty() {
-                break;
-            }
-            let best = found.remove(load_error_or_first(&found, observations));
-            let judged = refit_nuisances(held_data, &best.model, &best.point)?.objective();
-            let share = if is_second { GATE.second_share } else { GATE.first_share };
-            let held_share = duration_s(held_data.observations) / duration_s(observations);
-            let enough_held = GATE.held_out.max(GATE.held_out_share * held_share * best.gain);
-            if best.gain < GATE.gain.max(share * left) || held_now - judged < enough_held {
-                self.rejected.push(best);
-                self.rejected.extend(found);
-                break;
-            }
-            let held_out = held_now - judged;
-            (self.model, self.point, held_now) = (best.model.clone(), best.point.clone(), judged);
-            if is_load_error(&best, observations) {
-                self.corrected_loads = true;
-                continue;
-            }
-            let probability = causes::probability(&best, &found, is_second);
-            let effect = self.model.rig.effects.len() - 1;
-            self.accepted.push(Accepted { candidate: best, held_out, probability, rivals: found, effect });
-        }
-        Ok(self)
+    /// Terms under a load, N.
+    fn terms(&self, machine: &BearingRig, load_n: f64) -> Vec<Term> {
+        let event = self.event.and_then(|e| term(&e.mean(), machine, load_n, EVENT_BAND));
+        let lasting = self.accepted.iter().filter_map(|a| {
+            let effect = &self.corrected.effects[a.effect];
+            term(effect, machine, load_n, causes::band(effect, a, self.intervals))
+        });
+        event.into_iter().chain(lasting).collect()
     }
 }
 
-/// Index of the first candidate, or of an error of the stated load that gains nearly as much.
-fn load_error_or_first(found: &[Candidate], observations: &[Observation]) -> usize {
-    let most = found[0].gain;
-    let is_close = |c: &Candidate| c.gain > most - GATE.load_nats - GATE.load_share_of_gain * most;
-    found.iter().position(|c| is_load_error(c, observations) && is_close(c)).unwrap_or(0)
-}
-
-/// Whether a candidate is an error of the stated load.
-fn is_load_error(candidate: &Candidate, observations: &[Observation]) -> bool {
-    let force = |rig: Rig| rig.effects.last().and_then(|e| e.number(ParameterKey::ForceN));
-    let force = candidate.model.rig_at(&candidate.point.values).ok().and_then(force).unwrap_or_default();
-    candidate.kind == EffectKind::ConstantForce && force.abs() < GATE.load_share * mean_load_n(observations)
+/// Caveats of loads that are off or not stated.
+fn load_caveats(is_corrected: bool, recordings: &[Recording]) -> Vec<String> {
+    let is_unknown = recordings.iter().any(|recording| recording.load_n.is_none());
+    let caveats = [(is_corrected, text::LOAD), (is_unknown, text::NO_LOAD)];
+    caveats.into_iter().filter(|(holds, _)| *holds).map(|(_, text)| text.into()).collect()
 }
 
 /// Nominal rig with its unknown numbers free.
@@ -212,15 +162,6 @@ fn nominal<'d, 'a>(rig: &Rig, data: &'d Data<'a>) -> Model<'d, 'a> {
     let guess = |c: &Coordinate| c.to_coordinate(rig.get(c.key).unwrap_or_default());
     let guesses = coordinates.iter().map(guess).collect();
     Model { data, rig: rig.clone(), coordinates, guesses, known: Known::Nothing }
-}
-
-/// Fitted model on other recordings, of which only the nuisances are fitted.
-fn refit_nuisances(data: &Data, model: &Model, point: &Point) -> Result<Point, RigError> {
-    let other = Model::fixed(data, model.rig_at(&point.values)?);
-    let count = data.observations.len();
-    let jitter = point.jitter.iter().copied().max().unwrap_or(0);
-    let from = Point { values: Vec::new(), stretch: vec![0.0; count], jitter: vec![jitter; count], ..point.clone() };
-    other.search(other.start_from(&from)?, FIT.held_out_steps)
 }
 
 /// Event that happened once in some of the recordings, the held-out ones last.
@@ -247,20 +188,6 @@ fn without(observations: &[Observation], event: Option<&Event>, first: usize) ->
         occurrence.map_or_else(|| o.clone(), |found| without_event(o, found.time_s))
     };
     observations.iter().enumerate().map(cut).collect()
-}
-
-/// Effects that were considered and are no causes, each once, with the reason.
-fn rejected_names(accepted: &[Accepted], rejected: &[Candidate], causes: &[Cause]) -> Vec<Rejected> {
-    let kept = accepted.first().map(|a| a.candidate.gain);
-    let rivals = accepted.iter().flat_map(|a| a.rivals.iter().map(|rival| (rival, kept)));
-    let mut out: Vec<Rejected> = Vec::new();
-    for (candidate, kept) in rivals.chain(rejected.iter().map(|c| (c, None))) {
-        let name = candidate.kind.to_string();
-        if !out.iter().any(|r| r.name == name) && !causes.iter().any(|c| c.name == name) {
-            out.push(Rejected { name, why: text::rejected(candidate, kept) });
-        }
-    }
-    out
 }
 
 fn nuisances(data: &Data, point: &Point) -> Vec<Nuisance> {

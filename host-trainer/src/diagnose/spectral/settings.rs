@@ -39,9 +39,9 @@ pub struct LikelihoodSettings {
     pub outlier_power: f64,
     /// Half width to which a wandering speed spreads a line that has lost its phase, Hz.
     pub wander_hz: f64,
-    /// Standard deviations of the time of a ball pass around that of an even speed, s, among which a recording's is sought.
+    /// Standard deviations of the time of a ball pass around that of an even speed, s, among which a recording's is found.
     pub jitter_s: [f64; 10],
-    /// Standard deviations of a ball's place in the cage, rad, among which a machine's is sought.
+    /// Standard deviations of a ball's place in the cage, rad, among which a machine's is found.
     pub spacing_rad: [f64; 7],
     /// Half width of a line in bins, by the tapers.
     pub lobe_bins: f64,
@@ -53,11 +53,11 @@ pub struct LikelihoodSettings {
     pub stretch_std: f64,
     /// Mean of the same: a healthy cage slips by up to 0.5 %.
     pub stretch_mean: f64,
-    /// Greatest stretch that is sought, as a share, and step.
+    /// Greatest stretch that is considered, as a share, and step.
     pub stretch: [f64; 2],
-    /// Predicted line's power over the noise from which it tells the stretch.
+    /// Predicted line's power over the noise from which it determines the stretch.
     pub line_ratio: f64,
-    /// Most bins of lines that tell it. By hand: for the computing time.
+    /// Most bins of lines that determine it. By hand: for the computing time.
     pub most_lines: usize,
 }
 
@@ -250,7 +250,7 @@ pub struct GateSettings {
     pub load_nats: f64,
     /// The same as a share of the best gain.
     pub load_share_of_gain: f64,
-    /// Lack of fit below which no second cause is sought.
+    /// Lack of fit below which no second cause is searched for.
     pub second_lack: f64,
     /// Lack of fit from which a mismatch without a cause is unexplained.
     pub lack: f64,
@@ -305,7 +305,7 @@ pub struct GuessSettings {
     pub mains_hz: [f64; 3],
     /// Least power of the mains over the prediction.
     pub mains_ratio: f64,
-    /// Bands of an octave in which a mode is sought.
+    /// Bands of an octave in which a mode is searched for.
     pub bands_per_octave: f64,
     /// Least frequency of a mode, Hz.
     pub least_mode_hz: f64,
@@ -350,7 +350,7 @@ pub struct SearchSettings {
     pub brief_steps: usize,
     /// Starts that are simulated together. By hand: a multiple of a vector's runs, few enough for the memory.
     pub side_by_side: usize,
-    /// Sizes over that of the start at which a score is taken too, where one run tells them. By hand: half a decade apart.
+    /// Sizes over that of the start at which a score is taken too, where one run gives them. By hand: half a decade apart.
     pub scales: [f64; 6],
     /// Starts after the first screening.
     pub starts: usize,

@@ -1,6 +1,6 @@
 //! Sentences of the diagnosis by power spectra.
 
-use super::search::Candidate;
+use super::candidate::Candidate;
 use super::settings::GateSettings;
 
 const GATE: GateSettings = GateSettings::DEFAULT;

@@ -4,7 +4,7 @@ use crate::rig::config::RigKey;
 use serde::Serialize;
 
 use super::distance::log_spectral;
-use super::estimate::{Estimate, ParameterPrior, Undetermined, covariance, estimates, undetermined};
+use super::estimate::{Estimate, Undetermined, covariance, estimates, undetermined};
 use super::settings::CalibrationSettings;
 use super::split::Split;
 use super::{CalibrateError, transfer_path};
@@ -72,9 +72,6 @@ pub struct Calibration {
     /// The rig.
     #[serde(skip)]
     pub rig: Rig,
-    /// Prior of the rig's parameters; empty with a transmission path.
-    #[serde(skip)]
-    pub prior: ParameterPrior,
     /// Parameters and noise levels; empty with a transmission path.
     pub parameters: Vec<Estimate>,
     /// Undetermined combinations of parameters.
@@ -129,7 +126,6 @@ pub fn calibrate(
             deviation: f64::MAX,
         };
         return Ok(Calibration {
-            prior: ParameterPrior::none(),
             parameters: Vec::new(),
             undetermined: if free.keys.is_empty() { Vec::new() } else { vec![free] },
             path_poles,
@@ -155,7 +151,6 @@ pub fn calibrate(
         rig.unknown_keys().into_iter().filter(|key| !known((*key).into())).map(|key| key.name().to_owned()).collect();
     let undetermined = undetermined(&whole.coordinates, &covariance);
     Ok(Calibration {
-        prior: ParameterPrior { coordinates: whole.coordinates.clone(), covariance }.restricted_to(|c| known(c.key)),
         undetermined,
         parameters,
         path_poles: Vec::new(),

@@ -1,4 +1,4 @@
-//! Estimates with intervals from a search, and undetermined combinations: theory (59) and (60).
+//! Estimates with intervals from a search, and undetermined combinations: theory (59).
 
 use crate::rig::config::RigKey;
 use crate::stats::significance::Z975;
@@ -67,55 +67,6 @@ fn inverse(information: &Mat<f64>) -> Mat<f64> {
         Err(_) => scaled.partial_piv_lu().inverse(),
     };
     Mat::from_fn(n, n, |a, b| inverse[(a, b)] * scale[a] * scale[b])
-}
-
-/// Prior of a rig's parameters, from recordings of the healthy machine.
-#[derive(Clone, Debug)]
-pub struct ParameterPrior {
-    /// Parameters.
-    pub coordinates: Vec<Coordinate>,
-    /// Covariance of the parameters' coordinates.
-    pub covariance: Mat<f64>,
-}
-
-impl ParameterPrior {
-    /// Prior without parameters: the rig's file is exact.
-    pub fn none() -> Self {
-        Self { coordinates: Vec::new(), covariance: Mat::zeros(0, 0) }
-    }
-
-    /// Prior of the parameters that `is_meant` selects.
-    #[must_use]
-    pub fn restricted_to(&self, is_meant: impl Fn(&Coordinate) -> bool) -> Self {
-        let kept: Vec<usize> = (0..self.coordinates.len()).filter(|a| is_meant(&self.coordinates[*a])).collect();
-        Self {
-            coordinates: kept.iter().map(|a| self.coordinates[*a].clone()).collect(),
-            covariance: part(&self.covariance, &kept, &kept),
-        }
-    }
-}
-
-/// Covariance of the first `count` unknowns of a problem whose rig has uncertain parameters `knowledge`, theory (60): as
-/// [`covariance`], plus the effect of the parameters' errors. `expansion` is at the solution, with the rig's parameters
-/// after the first `count`.
-pub fn covariance_under(knowledge: &ParameterPrior, expansion: &Expansion, count: usize) -> Mat<f64> {
-    let known = count..count + knowledge.coordinates.len();
-    let free: Vec<usize> = (0..expansion.gradient.len()).filter(|a| !known.contains(a)).collect();
-    let pick = |all: &[f64]| free.iter().map(|a| all[*a]).collect();
-    let own = Expansion {
-        neg_log_likelihoods: expansion.neg_log_likelihoods.clone(),
-        excess: expansion.excess,
-        gradient: pick(&expansion.gradient),
-        scores: expansion.scores.iter().map(|s| pick(s)).collect(),
-        information: part(&expansion.information, &free, &free),
-    };
-    let across = part(&expansion.information, &free, &known.collect::<Vec<_>>());
-    let moved = inverse(&own.information).subrows(0, count) * across;
-    covariance(&own, count) + &moved * &knowledge.covariance * moved.transpose()
-}
-
-fn part(of: &Mat<f64>, rows: &[usize], columns: &[usize]) -> Mat<f64> {
-    Mat::from_fn(rows.len(), columns.len(), |a, b| of[(rows[a], columns[b])])
 }
 
 /// Estimates of the `sought` coordinates at `found`, with intervals.
@@ -224,25 +175,6 @@ mod tests {
         // 25 · 4² / 100² in the place of 1/100.
         assert!((covariance(&expansion(4.0), 1)[(0, 0)] - 0.04).abs() < 1e-9);
         assert!((covariance(&expansion(1.0), 1)[(0, 0)] - 0.01).abs() < 1e-9);
-    }
-
-    /// Sum of two terms of which one is known from elsewhere: the other has the variances of both.
-    #[test]
-    fn what_is_hardly_known_of_the_rig_widens_what_it_can_stand_for() {
-        let sum = quiet(Mat::from_fn(2, 2, |_, _| 400.0));
-        let [cause, rigs] = <[Coordinate; 2]>::try_from(coordinates(&[ModelKey::Mass, ModelKey::Damping])).unwrap();
-        let knowledge = ParameterPrior {
-            coordinates: vec![rigs, cause],
-            covariance: Mat::from_fn(2, 2, |a, b| if a == b { 0.01 } else { 0.0 }),
-        };
-        let knowledge = knowledge.restricted_to(|c| c.key == ModelKey::Damping.into());
-        assert!((covariance_under(&knowledge, &sum, 1)[(0, 0)] - (1.0 / 400.0 + 0.01)).abs() < 1e-9);
-        assert!(
-            (covariance_under(&ParameterPrior::none(), &quiet(Mat::from_fn(1, 1, |_, _| 400.0)), 1)[(0, 0)]
-                - 1.0 / 400.0)
-                .abs()
-                < 1e-9
-        );
     }
 
     /// Correlation with the other unknowns widens an estimate's interval.

@@ -1,0 +1,133 @@
+//! Candidates: hypotheses fitted on top of a null fit.
+
+use std::sync::Arc;
+
+use super::data::Point;
+use super::fit::Model;
+use super::hypotheses::Hypothesis;
+use super::likelihood::Colour;
+use super::prediction::Known;
+use crate::identify::likelihood::coordinate::Coordinate;
+use crate::rig::config::RigKey;
+use crate::rig::effect::{EffectKind, ParameterKey};
+use crate::rig::{EffectEntry, Rig};
+use crate::signal::transform::median;
+
+/// Effect fitted together with all that the model had before.
+#[derive(Clone)]
+pub struct Candidate<'d, 'a> {
+    /// Effect.
+    pub kind: EffectKind,
+    /// Component, channel or lobes.
+    pub place: String,
+    /// Model with the effect last.
+    pub model: Model<'d, 'a>,
+    /// Fit.
+    pub point: Point,
+    /// Decrease of −ln by the effect.
+    pub gain: f64,
+}
+
+impl Candidate<'_, '_> {
+    /// Candidate after a search of at most `steps` steps; the same if the rig cannot run.
+    pub fn searched(self, null: &NullFit, steps: usize) -> Self {
+        match self.model.search(self.point.clone(), steps) {
+            Ok(point) => Self { gain: null.gain(&point), point, ..self },
+            Err(_) => self,
+        }
+    }
+
+    /// Effect with its fitted parameters; `None` if they are out of range.
+    pub fn effect(&self) -> Option<EffectEntry> {
+        self.model.rig_at(&self.point.values).ok()?.effects.last().cloned()
+    }
+}
+
+/// Candidate that gains most.
+pub fn best<'d, 'a>(candidates: impl IntoIterator<Item = Candidate<'d, 'a>>) -> Option<Candidate<'d, 'a>> {
+    candidates.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))
+}
+
+/// Sorts candidates, the one that gains most first.
+pub fn rank(candidates: &mut [Candidate]) {
+    candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+}
+
+/// Fit of a rig without another effect, on top of which hypotheses are fitted.
+pub struct NullFit<'d, 'a> {
+    /// Model.
+    pub model: Model<'d, 'a>,
+    /// Its fit.
+    pub point: Point,
+    /// Rig at the fit.
+    pub rig: Rig,
+}
+
+impl<'d, 'a> NullFit<'d, 'a> {
+    /// Null fit of a model.
+    pub fn new(model: &Model<'d, 'a>, point: &Point) -> Self {
+        let rig = model.rig_at(&point.values).unwrap_or_else(|_| model.rig.clone());
+        Self { model: model.clone(), point: point.clone(), rig }
+    }
+
+    /// Decrease of −ln from the null fit to a point.
+    pub fn gain(&self, point: &Point) -> f64 {
+        self.point.objective() - point.objective()
+    }
+
+    /// Model with an effect, and the nuisances from which its fit starts. A screening takes more of the null fit's predictions
+    /// as known.
+    pub fn with_effect(
+        &self,
+        hypothesis: &Hypothesis,
+        effect: &EffectEntry,
+        is_screening: bool,
+    ) -> Option<(Model<'d, 'a>, Point)> {
+        let null = &self.model;
+        let mut rig = self.rig.clone().with_effect(effect.clone());
+        let index = rig.effects.len() - 1;
+        let own = hypothesis.free.iter();
+        let own = own.filter_map(|key| Coordinate::for_key(&rig, RigKey::Effect { index, key: *key }));
+        let coordinates = null.coordinates.iter().cloned().chain(own).collect();
+        let is_steady = effect.definition().is_deterministic && null.coordinates.is_empty();
+        let known = match (is_steady, is_screening) {
+            (true, _) => Known::Noise(Arc::clone(&self.point.predictions)),
+            (false, true) => Known::Scatter(self.point.predictions.iter().map(|p| p.scatter).collect()),
+            (false, false) => Known::Nothing,
+        };
+        let mut from = self.point.clone();
+        if effect.kind == EffectKind::SensorGain {
+            take_level(&mut rig, &mut from.colour)?;
+        }
+        Some((Model { data: null.data, rig, coordinates, guesses: null.guesses.clone(), known }, from))
+    }
+
+    /// Candidates of a hypothesis at starts of a search, all simulated side by side; those that cannot run are left out.
+    pub fn started(&self, hypothesis: &Hypothesis, starts: &[EffectEntry]) -> Vec<Candidate<'d, 'a>> {
+        let prepared: Vec<_> = starts.iter().filter_map(|start| self.with_effect(hypothesis, start, false)).collect();
+        let points = Model::start_all(&prepared);
+        let all = prepared.into_iter().zip(points);
+        all.filter_map(|((model, _), point)| Some(self.candidate(hypothesis, model, point?))).collect()
+    }
+
+    /// Candidate of a hypothesis at a point of its model.
+    pub fn candidate(&self, hypothesis: &Hypothesis, model: Model<'d, 'a>, point: Point) -> Candidate<'d, 'a> {
+        let gain = self.gain(&point);
+        Candidate { kind: hypothesis.kind, place: hypothesis.place.clone(), model, point, gain }
+    }
+}
+
+/// Moves the level of a noise's colour to the last effect, a sensor's gain; `None` if there is none.
+fn take_level(rig: &mut Rig, colour: &mut Colour) -> Option<()> {
+    let effect = rig.effects.last()?;
+    let channels: Vec<usize> = match effect.text(ParameterKey::Channel) {
+        Some("ax") => vec![0],
+        Some("ay") => vec![1],
+        _ => vec![0, 1],
+    };
+    let mut levels: Vec<f64> = channels.iter().flat_map(|c| colour[*c]).collect();
+    let level = median(&mut levels)?;
+    let index = rig.effects.len() - 1;
+    channels.iter().for_each(|c| colour[*c].iter_mut().for_each(|knot| *knot -= level));
+    rig.set(RigKey::Effect { index, key: ParameterKey::Value }, (0.5 * level).exp()).ok()
+}

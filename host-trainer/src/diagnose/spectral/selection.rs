@@ -1,0 +1,127 @@
+//! Selection of causes: the best candidate, one after the other, by what it gains on fitted and on held-out recordings.
+
+use super::candidate::{Candidate, NullFit};
+use super::causes::{self, Accepted};
+use super::data::{Data, Point};
+use super::fit::Model;
+use super::lack::lack;
+use super::observation::{Observation, duration_s, mean_load_n};
+use super::screening::Brief;
+use super::search::candidates;
+use super::settings::{FitSettings, GateSettings};
+use super::text;
+use crate::diagnose::DiagnoseError;
+use crate::diagnose::result::{Cause, Rejected};
+use crate::rig::RigError;
+use crate::rig::effect::{EffectKind, ParameterKey};
+
+const GATE: GateSettings = GateSettings::DEFAULT;
+const FIT: FitSettings = FitSettings::DEFAULT;
+
+/// Selection of causes, one after the other.
+pub struct Selection<'d, 'a> {
+    /// Nominal rig with the effects so far.
+    pub model: Model<'d, 'a>,
+    /// Fit of the model.
+    pub point: Point,
+    /// Causes.
+    pub accepted: Vec<Accepted<'d, 'a>>,
+    /// Candidates that did not pass the gate.
+    pub rejected: Vec<Candidate<'d, 'a>>,
+    /// Whether an error of the stated loads is among the effects.
+    pub corrected_loads: bool,
+}
+
+impl<'d, 'a> Selection<'d, 'a> {
+    /// Nominal rig without causes.
+    pub fn new(nominal: &Model<'d, 'a>, null: &Point) -> Self {
+        let (model, point) = (nominal.clone(), null.clone());
+        Self { model, point, accepted: Vec::new(), rejected: Vec::new(), corrected_loads: false }
+    }
+
+    /// Adds at most two causes, each judged by the held-out recordings; `held_null` is −ln there without any.
+    ///
+    /// # Errors
+    /// What the simulation refuses.
+    pub fn with_causes(
+        mut self,
+        held_data: &Data,
+        held_null: f64,
+        progress: &dyn Fn(&str),
+    ) -> Result<Self, DiagnoseError> {
+        let observations = self.model.data.observations;
+        let brief = Brief::new(observations);
+        let mut held_now = held_null;
+        while self.accepted.len() < 2 {
+            let is_second = !self.accepted.is_empty();
+            progress(if is_second { "searching for a second cause" } else { "searching for a cause" });
+            let left = lack(self.model.data, &self.point).total();
+            if is_second && left < GATE.second_lack {
+                break;
+            }
+            let mut found = candidates(&NullFit::new(&self.model, &self.point), &brief);
+            if found.is_empty() {
+                break;
+            }
+            let best = found.remove(load_error_or_first(&found, observations));
+            let judged = refit_nuisances(held_data, &best.model, &best.point)?.objective();
+            let share = if is_second { GATE.second_share } else { GATE.first_share };
+            let held_share = duration_s(held_data.observations) / duration_s(observations);
+            let enough_held = GATE.held_out.max(GATE.held_out_share * held_share * best.gain);
+            if best.gain < GATE.gain.max(share * left) || held_now - judged < enough_held {
+                self.rejected.push(best);
+                self.rejected.extend(found);
+                break;
+            }
+            let held_out = held_now - judged;
+            (self.model, self.point, held_now) = (best.model.clone(), best.point.clone(), judged);
+            if is_load_error(&best, observations) {
+                self.corrected_loads = true;
+                continue;
+            }
+            let probability = causes::probability(&best, &found, is_second);
+            let effect = self.model.rig.effects.len() - 1;
+            self.accepted.push(Accepted { candidate: best, held_out, probability, rivals: found, effect });
+        }
+        Ok(self)
+    }
+}
+
+/// Index of the first candidate, or of an error of the stated load that gains nearly as much.
+fn load_error_or_first(found: &[Candidate], observations: &[Observation]) -> usize {
+    let most = found[0].gain;
+    let is_close = |c: &Candidate| c.gain > most - GATE.load_nats - GATE.load_share_of_gain * most;
+    found.iter().position(|c| is_load_error(c, observations) && is_close(c)).unwrap_or(0)
+}
+
+/// Whether a candidate is an error of the stated load.
+fn is_load_error(candidate: &Candidate, observations: &[Observation]) -> bool {
+    let force = candidate.effect().and_then(|e| e.number(ParameterKey::ForceN)).unwrap_or_default();
+    candidate.kind == EffectKind::ConstantForce && force.abs() < GATE.load_share * mean_load_n(observations)
+}
+
+/// Fitted model on other recordings, of which only the nuisances are fitted.
+///
+/// # Errors
+/// What the simulation refuses.
+pub fn refit_nuisances(data: &Data, model: &Model, point: &Point) -> Result<Point, RigError> {
+    let other = Model::fixed(data, model.rig_at(&point.values)?);
+    let count = data.observations.len();
+    let jitter = point.jitter.iter().copied().max().unwrap_or(0);
+    let from = Point { values: Vec::new(), stretch: vec![0.0; count], jitter: vec![jitter; count], ..point.clone() };
+    other.search(other.start_from(&from)?, FIT.held_out_steps)
+}
+
+/// Effects that were considered and are no causes, each once, with the reason.
+pub fn rejected_names(accepted: &[Accepted], rejected: &[Candidate], causes: &[Cause]) -> Vec<Rejected> {
+    let kept = accepted.first().map(|a| a.candidate.gain);
+    let rivals = accepted.iter().flat_map(|a| a.rivals.iter().map(|rival| (rival, kept)));
+    let mut out: Vec<Rejected> = Vec::new();
+    for (candidate, kept) in rivals.chain(rejected.iter().map(|c| (c, None))) {
+        let name = candidate.kind.to_string();
+        if !out.iter().any(|r| r.name == name) && !causes.iter().any(|c| c.name == name) {
+            out.push(Rejected { name, why: text::rejected(candidate, kept) });
+        }
+    }
+    out
+}
