@@ -33,6 +33,9 @@ pub struct Start {
     /// Velocity covariance of the process force that a noise-free run leaves out: force laws that depend on it take their
     /// mean over it, theory (46) and (47).
     pub velocity_covariance: Option<VelocityCovariance>,
+    /// Standard deviation of a ball's angle in the cage from an even spacing, rad; the angles follow from the seed. Waviness and
+    /// local defects meet the balls at even angles.
+    pub ball_std_rad: f64,
 }
 
 impl Start {
@@ -50,6 +53,7 @@ impl Start {
             settle_s: Self::SETTLE_S,
             substeps: None,
             velocity_covariance: None,
+            ball_std_rad: 0.0,
         }
     }
 

@@ -9,6 +9,8 @@ use rand_distr::{Distribution, StandardNormal};
 pub const PROCESS_FORCE: u64 = 1;
 /// Stream of the initial angles.
 pub const ANGLES: u64 = 2;
+/// Stream of the balls' places in the cage.
+pub const BALLS: u64 = 3;
 /// Stream of the first channel's sensor noise; the next channel's is the next.
 pub const SENSOR: u64 = 16;
 

@@ -14,9 +14,10 @@ use crate::stats::significance::two_sided;
 
 /// Minimum count of samples at the maximum of a clipped channel; noise has one, or a few by rounding.
 const TIES: usize = 12;
-/// Standard errors from 0 of a mean that is an offset.
-const OFFSET: f64 = 6.0;
-/// Standard deviation of an offset that a sensor has when nothing is wrong with it, over that of its noise: by hand.
+/// Standard deviations from 0 of a mean that is an offset.
+const OFFSET: f64 = 4.0;
+/// Standard deviation of an offset that a sensor has when nothing is wrong with it, over that of its noise: by hand. It is the same
+/// in all recordings of a sensor.
 const OFFSET_OF_NOISE: f64 = 0.3;
 /// Standard errors by which two channels' offsets may differ and count as one.
 const ALIKE: f64 = 3.0;
@@ -104,33 +105,31 @@ fn clipped(recordings: &[Recording]) -> Vec<Fault> {
 fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
     let (mut out, mut levels) = (Vec::new(), Vec::new());
     for (channel, name) in CHANNELS.into_iter().enumerate() {
-        let means: Vec<(f64, f64)> = observed
-            .iter()
-            .filter_map(|o| o.samples[channel].as_ref())
-            .map(|s| {
-                // A window, so that turns of the shaft that are not whole leave no mean.
-                let window = hann(s.len());
-                let sum: f64 = window.iter().sum();
-                let mean = s.iter().zip(&window).map(|(v, w)| v * w).sum::<f64>() / sum;
-                let squares: f64 = window.iter().map(|w| w * w).sum();
-                (mean, noise_std * (squares.sqrt() / sum).max(OFFSET_OF_NOISE))
-            })
-            .collect();
-        let weight: f64 = means.iter().map(|(_, d)| d.powi(-2)).sum();
-        let mean = means.iter().map(|(m, d)| m / (d * d)).sum::<f64>() / weight;
-        let alike = means.iter().all(|(m, d)| m.signum() == mean.signum() && m.abs() > 0.5 * OFFSET * d);
-        if means.is_empty() || !alike || mean.abs() * weight.sqrt() < OFFSET {
+        let mean = |samples: &Vec<f64>| {
+            // A window, so that turns of the shaft that are not whole leave no mean.
+            let window = hann(samples.len());
+            let sum: f64 = window.iter().sum();
+            let mean = samples.iter().zip(&window).map(|(v, w)| v * w).sum::<f64>() / sum;
+            let squares: f64 = window.iter().map(|w| w * w).sum();
+            (mean, noise_std * squares.sqrt() / sum)
+        };
+        let means: Vec<(f64, f64)> = observed.iter().filter_map(|o| o.samples[channel].as_ref()).map(mean).collect();
+        let weight: f64 = means.iter().map(|(_, std)| std.powi(-2)).sum();
+        let mean = means.iter().map(|(m, std)| m / (std * std)).sum::<f64>() / weight;
+        let healthy = OFFSET_OF_NOISE * noise_std;
+        let z = mean.abs() / healthy.hypot(weight.sqrt().recip());
+        let alike =
+            means.iter().all(|(m, std)| m.signum() == mean.signum() && m.abs() > 0.5 * OFFSET * healthy.hypot(*std));
+        if means.is_empty() || !alike || z < OFFSET {
             continue;
         }
         let effect = EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, mean)])
             .with_text(ParameterKey::Channel, name);
         let evidence = format!(
-            "{} has a mean of {mean:.4} m/s² in every recording, {:.0} standard errors of its noise from 0.",
-            name,
-            mean.abs() * weight.sqrt()
+            "{name} has a mean of {mean:.4} m/s² in every recording, {z:.0} standard deviations of a healthy sensor's from 0.",
         );
-        out.push(Fault { effect, evidence, p_value: two_sided(mean.abs() * weight.sqrt()) });
-        levels.push((mean, weight.recip()));
+        out.push(Fault { effect, evidence, p_value: two_sided(z) });
+        levels.push((mean, healthy * healthy + weight.recip()));
     }
     // The same offset in all channels is one fault.
     if let ([first, second], [(a, va), (b, vb)]) = (out.as_slice(), levels.as_slice())

@@ -12,6 +12,7 @@ use super::likelihood::{
 use super::observation::Observation;
 use super::prediction::Prediction;
 use super::settings::LikelihoodSettings;
+use super::unevenness::Unevenness;
 use crate::signal::kinematics::Orders;
 
 const LIKELIHOOD: LikelihoodSettings = LikelihoodSettings::DEFAULT;
@@ -22,6 +23,8 @@ pub struct Data<'a> {
     pub observations: &'a [Observation],
     /// Orders of the bearing.
     pub orders: Orders,
+    /// Lines of uneven machines; empty where they are not known.
+    pub unevenness: Vec<Unevenness>,
     /// Inverse covariance of each colour before any recording.
     pub colour_precision: [Mat<f64>; COLOURS],
     hats: Vec<Vec<(usize, f64)>>,
@@ -33,7 +36,7 @@ pub struct Data<'a> {
 
 impl<'a> Data<'a> {
     /// Data of recordings.
-    pub fn new(observations: &'a [Observation], orders: Orders) -> Self {
+    pub fn new(observations: &'a [Observation], orders: Orders, unevenness: Vec<Unevenness>) -> Self {
         let covariance = Mat::from_fn(KNOTS, KNOTS, colour_covariance);
         let precision = covariance.partial_piv_lu().inverse();
         let colour_precision =
@@ -44,6 +47,7 @@ impl<'a> Data<'a> {
         Self {
             observations,
             orders,
+            unevenness,
             colour_precision,
             hats: observations.iter().map(hats).collect(),
             jitter: observations.par_iter().map(jitter).collect(),

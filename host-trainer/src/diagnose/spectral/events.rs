@@ -16,6 +16,7 @@ use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::simulate::{fewest_substeps, shortest_settling_s, simulate_all};
 use crate::rig::{EffectEntry, OperatingCondition, Rig, RigError, Run, Start};
 use crate::signal::transform::{inverse_plan, median};
+use crate::stats::significance::Z975;
 
 const SETTINGS: EventSettings = EventSettings::DEFAULT;
 
@@ -54,6 +55,13 @@ impl Event {
     /// Gain of the recordings in which it happened.
     pub fn gain(&self) -> f64 {
         self.occurrences.iter().filter(|o| o.is_event()).map(|o| o.gain).sum()
+    }
+
+    /// Ends of the 95 % interval of the size over it, where the response has the template's shape: the information of a size a
+    /// is 2 G/a² by theory (96).
+    pub fn band(&self) -> [f64; 2] {
+        let width = Z975 / (2.0 * self.gain()).sqrt().max(Z975);
+        [1.0 - width, 1.0 + width]
     }
 
     /// Effect with its time and size in a recording.

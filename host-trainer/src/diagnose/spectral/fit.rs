@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::data::{Data, Point};
 use super::expansion::Expansion;
+use super::observation::Observation;
 use super::prediction::{Known, Prediction, predictions};
 use super::settings::{FitSettings, LikelihoodSettings};
 use crate::identify::likelihood::coordinate::Coordinate;
@@ -78,7 +79,8 @@ impl<'d, 'a> Model<'d, 'a> {
         let Some((first, _)) = models.first() else { return Vec::new() };
         let rigs: Vec<Option<Rig>> = models.iter().map(|(model, _)| model.own_rig().ok()).collect();
         let runs = models.iter().zip(&rigs).filter_map(|((model, _), rig)| Some((&model.known, rig.as_ref()?)));
-        let made = predictions(&runs.collect::<Vec<_>>(), first.data.observations, &first.data.orders);
+        let made =
+            predictions(&runs.collect::<Vec<_>>(), first.data.observations, &first.data.orders, &first.data.unevenness);
         let mut made = made.into_iter();
         let all: Vec<_> = models.iter().zip(rigs).map(|(model, rig)| (model, rig.and_then(|_| made.next()))).collect();
         all.into_par_iter().map(|((model, from), made)| Some(model.started(from, made?.ok()?))).collect()
@@ -124,13 +126,14 @@ impl<'d, 'a> Model<'d, 'a> {
 
     fn predictions(&self, rig: &Rig) -> Result<Vec<Prediction>, RigError> {
         // One rig in, one result out.
-        predictions(&[(&self.known, rig)], self.data.observations, &self.data.orders).swap_remove(0)
+        let Data { observations, orders, unevenness, .. } = self.data;
+        predictions(&[(&self.known, rig)], observations, orders, unevenness).swap_remove(0)
     }
 
     /// Sets likelihood and prior of a point by its predictions and nuisances.
     fn weigh(&self, point: &mut Point) {
         point.neg_logs = self.data.neg_log_likelihoods(point);
-        let stretch = |s: &f64| 0.5 * ((s - LIKELIHOOD.stretch_mean) / LIKELIHOOD.stretch_std).powi(2);
+        let stretch = |(s, o): (&f64, &Observation)| 0.5 * ((s - LIKELIHOOD.stretch_mean) / o.stretch_std).powi(2);
         let jitter = |j: &usize| {
             let [usual, scatter] = LIKELIHOOD.usual_jitter;
             0.5 * ((LIKELIHOOD.jitter_s[*j].max(LIKELIHOOD.jitter_s[1] / 2.0) / usual).ln() / scatter).powi(2)
@@ -138,7 +141,7 @@ impl<'d, 'a> Model<'d, 'a> {
         let unknown =
             self.guesses.iter().zip(&point.values).map(|(g, u)| 0.5 * ((u - g) / SETTINGS.unknown_std).powi(2));
         point.prior = self.data.colour_prior(&point.colour)
-            + point.stretch.iter().map(stretch).sum::<f64>()
+            + point.stretch.iter().zip(self.data.observations).map(stretch).sum::<f64>()
             + point.jitter.iter().map(jitter).sum::<f64>()
             + unknown.sum::<f64>();
     }

@@ -32,7 +32,7 @@ impl Synthesis<'_> {
         orders: &Orders,
     ) -> Result<[Vec<f64>; 2], RigError> {
         // One rig and one recording in, one result out.
-        let prediction = predictions(&[(&Known::Nothing, rig)], std::slice::from_ref(observation), orders)
+        let prediction = predictions(&[(&Known::Nothing, rig)], std::slice::from_ref(observation), orders, &[])
             .swap_remove(0)?
             .swap_remove(0);
         let hats = hats(observation);

@@ -324,7 +324,7 @@ pub fn best_stretch(
     lines.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
     lines.truncate(SETTINGS.most_lines);
     let cost = |stretch: f64| {
-        let off = if range.healthy { (stretch - SETTINGS.stretch_mean) / SETTINGS.stretch_std } else { 0.0 };
+        let off = if range.healthy { (stretch - SETTINGS.stretch_mean) / observation.stretch_std } else { 0.0 };
         let gain = lines.iter().filter_map(|line| {
             let (to, channel) = (((1.0 + stretch) * line.k as f64).round() as usize, line.channel);
             let (power, ln_power) = (observation.power[channel].as_ref()?, observation.ln_power[channel].as_ref()?);

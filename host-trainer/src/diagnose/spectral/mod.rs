@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `observation` | recordings as power spectra |
 //! | `prediction` | spectra that a rig predicts: noise and lines |
+//! | `unevenness` | lines of machines with unevenly spaced balls |
 //! | `likelihood` | their density, with all that a machine is beyond its drawing |
 //! | `data` | recordings of a fit, and points in the space of its unknowns |
 //! | `expansion` | gradient and information at a point |
@@ -42,5 +43,6 @@ mod selection;
 mod settings;
 mod terms;
 mod text;
+mod unevenness;
 
 pub(crate) use pipeline::diagnose;

@@ -23,6 +23,8 @@ pub struct Observation {
     pub name: String,
     /// Operating condition.
     pub condition: OperatingCondition,
+    /// Standard deviation of the lines' frequency over that predicted: of the stated speed and the slip of a healthy cage.
+    pub stretch_std: f64,
     /// Samples of `ax` and `ay`, m/s².
     pub samples: [Option<Vec<f64>>; 2],
     /// Power of `ax` and `ay`.
@@ -36,26 +38,19 @@ pub struct Observation {
 impl Observation {
     /// Spectra of a recording.
     pub fn new(observed: &Observed) -> Self {
-        let Observed { name, condition, samples, tachometer, .. } = observed;
-        Self::from_samples(name.clone(), *condition, samples.clone(), *tachometer)
-    }
-
-    fn from_samples(
-        name: String,
-        condition: OperatingCondition,
-        samples: [Option<Vec<f64>>; 2],
-        tachometer: Option<Reading>,
-    ) -> Self {
-        let power = samples.each_ref().map(|samples| samples.as_deref().map(power));
-        let ln_power = power.each_ref().map(|power| power.as_ref().map(|p| p.iter().map(|p| p.ln()).collect()));
-        Self { name, condition, samples, power, ln_power, tachometer }
+        let Observed { name, condition, shaft_hz_std, samples, tachometer, .. } = observed;
+        let [power, ln_power] = powers(samples);
+        let stretch_std = SETTINGS.slip_std.hypot(shaft_hz_std / condition.shaft_hz);
+        let (name, condition, samples, tachometer) = (name.clone(), *condition, samples.clone(), *tachometer);
+        Self { name, condition, stretch_std, samples, power, ln_power, tachometer }
     }
 
     /// Part of the recording, by its samples.
     fn part(&self, kept: Range<usize>) -> Self {
         let samples = self.samples.each_ref().map(|samples| samples.as_ref().map(|s| s[kept.clone()].to_vec()));
+        let [power, ln_power] = powers(&samples);
         let condition = OperatingCondition { samples: kept.len(), ..self.condition };
-        Self::from_samples(self.name.clone(), condition, samples, self.tachometer)
+        Self { name: self.name.clone(), condition, samples, power, ln_power, ..*self }
     }
 
     /// Beginning of at most `seconds`.
@@ -79,6 +74,13 @@ impl Observation {
     pub fn bins(&self) -> Range<usize> {
         SETTINGS.first_bin..(self.condition.samples / 2).max(SETTINGS.first_bin)
     }
+}
+
+/// Power of both channels, and its logarithm.
+fn powers(samples: &[Option<Vec<f64>>; 2]) -> [[Option<Vec<f64>>; 2]; 2] {
+    let power = samples.each_ref().map(|samples| samples.as_deref().map(power));
+    let ln = power.each_ref().map(|power| power.as_ref().map(|p| p.iter().map(|p| p.ln()).collect()));
+    [power, ln]
 }
 
 /// Mean load of recordings, N.

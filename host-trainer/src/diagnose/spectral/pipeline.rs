@@ -12,6 +12,7 @@ use super::selection::{Selection, refit_nuisances, rejected_names};
 use super::settings::{self, FitSettings, GateSettings};
 use super::terms::term;
 use super::text;
+use super::unevenness::unevenness;
 use crate::diagnose::acquisition::Acquired;
 use crate::diagnose::result::{Cause, Diagnosis, DiagnosisResult, Nuisance, SCHEMA, Term, Verdict};
 use crate::diagnose::{DiagnoseError, Task, evidence, locate, shown};
@@ -25,8 +26,6 @@ use crate::signal::kinematics::Orders;
 
 const GATE: GateSettings = GateSettings::DEFAULT;
 const FIT: FitSettings = FitSettings::DEFAULT;
-/// Ends of the shown range of an event's size over it: no interval is estimated.
-const EVENT_BAND: [f64; 2] = [0.9, 1.1];
 
 /// Diagnoses recordings of a bearing rig of known structure; `rig` is calibrated to the baseline.
 ///
@@ -47,7 +46,8 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     let fitted = without(&all_fitted, event, 0);
     let held = without(&all_held, event, all_fitted.len());
     progress("fitting the nominal rig");
-    let (data, held_data) = (Data::new(&fitted, orders), Data::new(&held, orders));
+    let data = Data::new(&fitted, orders, unevenness(rig, &fitted, &orders)?);
+    let held_data = Data::new(&held, orders, unevenness(rig, &held, &orders)?);
     let nominal = nominal(rig, &data);
     let null = nominal.search(nominal.start()?, FIT.nominal_steps)?;
     let held_null = refit_nuisances(&held_data, &nominal, &null)?;
@@ -139,7 +139,7 @@ impl Found<'_, '_, '_> {
 
     /// Terms under a load, N.
     fn terms(&self, machine: &BearingRig, load_n: f64) -> Vec<Term> {
-        let event = self.event.and_then(|e| term(&e.mean(), machine, load_n, EVENT_BAND));
+        let event = self.event.and_then(|e| term(&e.mean(), machine, load_n, e.band()));
         let lasting = self.accepted.iter().filter_map(|a| {
             let effect = &self.corrected.effects[a.effect];
             term(effect, machine, load_n, causes::band(effect, a, self.intervals))
@@ -172,7 +172,7 @@ fn event(
     orders: Orders,
 ) -> Result<Option<Event>, DiagnoseError> {
     let all: Vec<Observation> = fitted.iter().chain(held).cloned().collect();
-    let data = Data::new(&all, orders);
+    let data = Data::new(&all, orders, Vec::new());
     let nominal = nominal(rig, &data);
     let start = nominal.start()?;
     let point = if nominal.coordinates.is_empty() { start } else { nominal.search(start, FIT.nominal_steps)? };

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::observation::{Observation, Power, power};
 use super::settings::LikelihoodSettings;
+use super::unevenness::Unevenness;
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::identify::likelihood::whittle;
 use crate::recording::Recording;
@@ -73,11 +74,12 @@ pub enum Known {
 }
 
 /// Predictions of rigs for the same recordings, with what is known of each; all are simulated side by side. A rig that cannot
-/// run has an error of its own.
+/// run has an error of its own. Without `unevenness` uneven balls spread all lines alike.
 pub fn predictions(
     rigs: &[(&Known, &Rig)],
     observations: &[Observation],
     orders: &Orders,
+    unevenness: &[Unevenness],
 ) -> Vec<Result<Vec<Prediction>, RigError>> {
     let noises = noises_of(rigs, observations);
     let scatter =
@@ -88,10 +90,10 @@ pub fn predictions(
     let inner = [EffectKind::InnerRaceDefect, EffectKind::InnerRaceWaviness];
     let complete = |(rig, noise): (&Rig, Vec<Noise>), lines: Vec<Power>| -> Vec<Prediction> {
         let on_cage_orders = !rig.effects.iter().any(|effect| inner.contains(&effect.kind));
-        let all = noise.into_iter().zip(lines).zip(observations);
-        all.map(|((noise, lines), o)| Prediction {
+        let all = noise.into_iter().zip(lines).zip(observations).enumerate();
+        all.map(|(n, ((noise, lines), o))| Prediction {
             skirts: skirts(&lines, o),
-            spaced: spaced(&lines, o, orders, on_cage_orders),
+            spaced: spaced(&lines, unevenness.get(n), o, orders, on_cage_orders),
             noise: noise.variance,
             process_share: noise.process_share,
             scatter: noise.scatter,
@@ -115,11 +117,12 @@ pub struct Noise {
     /// Variance at each frequency.
     pub variance: Arc<Power>,
     process_share: Arc<Power>,
-    scatter: VelocityCovariance,
+    /// Velocity covariance.
+    pub scatter: VelocityCovariance,
 }
 
 /// Random parts of each rig in all recordings.
-fn noises_of(rigs: &[(&Known, &Rig)], observations: &[Observation]) -> Vec<Result<Vec<Noise>, RigError>> {
+pub fn noises_of(rigs: &[(&Known, &Rig)], observations: &[Observation]) -> Vec<Result<Vec<Noise>, RigError>> {
     let persistent: Vec<Rig> = rigs.iter().map(|(_, rig)| without_deterministic(rig)).collect();
     let mut asked = Vec::new();
     for ((known, _), rig) in rigs.iter().zip(&persistent) {
@@ -173,6 +176,12 @@ pub fn lines(rig: &Rig, observations: &[Observation], scatter: &[VelocityCovaria
         .map(|all| all.concat())
 }
 
+/// Settling of a run of a recording, s.
+pub fn settling_s(rig: &Rig, observation: &Observation) -> f64 {
+    let duration_s = observation.condition.samples as f64 / observation.condition.sample_rate_hz;
+    shortest_settling_s(rig).min(SETTINGS.settle_share * duration_s)
+}
+
 /// Powers of the deterministic part of rigs, each with the velocity covariances of its random part.
 fn lines_of(
     rigs: &[(&Rig, Vec<VelocityCovariance>)],
@@ -182,8 +191,7 @@ fn lines_of(
         let [cage, shaft] = START_ANGLES_RAD;
         let scatter = Some(scatter);
         let substeps = Some(fewest_substeps(rig, scatter, &o.condition));
-        let duration_s = o.condition.samples as f64 / o.condition.sample_rate_hz;
-        let settle_s = shortest_settling_s(rig).min(SETTINGS.settle_share * duration_s);
+        let settle_s = settling_s(rig, o);
         let start = Start { substeps, settle_s, velocity_covariance: scatter, ..Start::noise_free(cage, shaft) };
         Run { rig, condition: o.condition, start }
     }
@@ -214,8 +222,15 @@ fn skirts(lines: &Power, observation: &Observation) -> Power {
 }
 
 /// Lines spread over a ball pass: balls that pass unevenly put a line's power into the orders of the cage around it. What the
-/// inner race modulates lies between these too, so that it is spread evenly.
-fn spaced(lines: &Power, observation: &Observation, orders: &Orders, on_cage_orders: bool) -> Power {
+/// inner race modulates lies between these too, so that it is spread evenly. Where the lines of an uneven machine are known, only
+/// what an effect adds to them is spread.
+fn spaced(
+    lines: &Power,
+    unevenness: Option<&Unevenness>,
+    observation: &Observation,
+    orders: &Orders,
+    on_cage_orders: bool,
+) -> Power {
     let bins = |order: f64| order * observation.condition.shaft_hz / observation.hz(1.0);
     let reach = (0.25 * bins(orders.bpfo)).round().max(1.0) as usize;
     let period = bins(orders.ftf);
@@ -227,10 +242,18 @@ fn spaced(lines: &Power, observation: &Observation, orders: &Orders, on_cage_ord
         scale * lobe((place - place.round()) * period)
     };
     let is_comb = on_cage_orders && period > 4.0 * SETTINGS.lobe_bins;
-    lines.each_ref().map(|power| {
-        let mut spread = mean_around(&mean_around(power, reach), reach);
+    [0, 1].map(|c| {
+        let beyond = |(power, even): (&f64, &f64)| (power - even).max(0.0);
+        let mut spread = match unevenness {
+            Some(known) => mean_around(&lines[c].iter().zip(&known.even[c]).map(beyond).collect::<Vec<_>>(), reach),
+            None => mean_around(&lines[c], reach),
+        };
+        spread = mean_around(&spread, reach);
         if is_comb {
             spread.iter_mut().enumerate().for_each(|(k, p)| *p *= weight(k));
+        }
+        if let Some(known) = unevenness {
+            spread.iter_mut().zip(&known.added[c]).for_each(|(p, added)| *p += added);
         }
         spread
     })

@@ -11,6 +11,7 @@ use super::hypotheses::Hypothesis;
 use super::observation::Observation;
 use super::prediction::Prediction;
 use super::settings::SearchSettings;
+use super::unevenness::unevenness;
 use crate::rig::EffectEntry;
 
 const SETTINGS: SearchSettings = SearchSettings::DEFAULT;
@@ -52,7 +53,8 @@ pub struct StartScore<'h> {
 /// the best of them on two, and a short search of the best of these.
 pub fn screened<'h>(null: &NullFit, brief: &Brief, hypotheses: &'h [Hypothesis]) -> Vec<StartScore<'h>> {
     let orders = null.model.data.orders;
-    let (first, second) = (Data::new(&brief.first, orders), Data::new(&brief.second, orders));
+    let data = |observations| Some(Data::new(observations, orders, unevenness(&null.rig, observations, &orders).ok()?));
+    let (Some(first), Some(second)) = (data(&brief.first), data(&brief.second)) else { return Vec::new() };
     let (Some(first), Some(second)) = (brief_null(null, &first), brief_null(null, &second)) else {
         return Vec::new();
     };

@@ -43,14 +43,19 @@ pub struct LikelihoodSettings {
     pub jitter_s: [f64; 10],
     /// Standard deviations of a ball's place in the cage, rad, among which a machine's is found.
     pub spacing_rad: [f64; 7],
+    /// Standard deviation of a ball's place with which uneven machines are simulated, rad, in the middle of those above, and their
+    /// count. By hand: for the computing time.
+    pub drawn_spacing_rad: f64,
+    /// Simulated uneven machines.
+    pub drawn_machines: u64,
     /// Half width of a line in bins, by the tapers.
     pub lobe_bins: f64,
     /// Jitter and spacing of machines that turn evenly and unevenly, by their places in these lists.
     pub usual: [[usize; 2]; 2],
     /// Median of the jitter over all machines, s, and standard deviation of its logarithm.
     pub usual_jitter: [f64; 2],
-    /// Standard deviation of the ball passes' frequency over the prediction's: stated speed and slip of the cage.
-    pub stretch_std: f64,
+    /// Standard deviation of a healthy cage's slip; with that of the stated speed it is that of the stretch.
+    pub slip_std: f64,
     /// Mean of the same: a healthy cage slips by up to 0.5 %.
     pub stretch_mean: f64,
     /// Greatest stretch that is considered, as a share, and step.
@@ -80,10 +85,12 @@ impl LikelihoodSettings {
         wander_hz: 4.0,
         jitter_s: [0.0, 2e-6, 4e-6, 8e-6, 1.5e-5, 3e-5, 6e-5, 1.2e-4, 2.5e-4, 5e-4],
         spacing_rad: [0.0, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2],
+        drawn_spacing_rad: 3e-3,
+        drawn_machines: 5,
         lobe_bins: 2.2,
         usual: [[2, 2], [6, 3]],
         usual_jitter: [1e-5, 1.5],
-        stretch_std: 0.0025,
+        slip_std: 0.0015,
         stretch_mean: -0.002,
         stretch: [0.009, 1.5e-4],
         line_ratio: 0.5,

@@ -24,6 +24,8 @@ pub struct Observed {
     pub name: String,
     /// Operating condition.
     pub condition: OperatingCondition,
+    /// Standard deviation of the stated speed, Hz.
+    pub shaft_hz_std: f64,
     /// Samples of `ax` and `ay`, m/s²; `None` for a channel that was not recorded.
     pub samples: [Option<Vec<f64>>; 2],
     /// Fourier coefficients of `ax` and `ay`.
@@ -91,7 +93,8 @@ impl Observed {
         let spectra = channels.map(|channel| channel.map(|c| coefficients(&c.samples)));
         let samples = channels.map(|channel| channel.map(|c| c.samples.clone()));
         let tachometer = Reading::from_recording(recording, shaft_hz);
-        Ok(Self { name: recording.name(), condition, samples, spectra, tachometer })
+        let shaft_hz_std = recording.speed_std_hz().unwrap_or_default();
+        Ok(Self { name: recording.name(), condition, shaft_hz_std, samples, spectra, tachometer })
     }
 }
 
@@ -116,6 +119,7 @@ impl Observed {
         Cow::Owned(Self {
             name: self.name.clone(),
             condition: self.condition,
+            shaft_hz_std: self.shaft_hz_std,
             tachometer: self.tachometer,
             samples,
             spectra,

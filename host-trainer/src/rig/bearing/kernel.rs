@@ -61,6 +61,10 @@ pub(super) struct Kernel<'a, L: Lanes, const HOOKS: bool> {
     setup: Setup<L::V>,
     /// Ball pitch angles cos α_j, sin α_j.
     slots: Vec<[f64; 2]>,
+    /// Whether the balls of any run are unevenly spaced.
+    uneven: bool,
+    /// Cosine and sine of the angle of the ball in each slot of each run, where balls are uneven.
+    uneven_slots: [Vec<f64>; 2],
     /// Loss of deflection in each slot, at the three instants of a step, and [`AS_IT_IS`] where that begins.
     losses: [Vec<f64>; 4],
     /// Loss of deflection of each ball of one run.
@@ -100,6 +104,8 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
             runs,
             setup: Setup::new(l, runs),
             slots: slots.collect(),
+            uneven: runs.iter().any(|run| !run.balls_rad.is_empty()),
+            uneven_slots: [losses(), losses()],
             losses: [losses(), losses(), losses(), losses()],
             ball_losses: vec![0.0; balls],
             passages: Vec::new(),
@@ -256,7 +262,12 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
         let zero = l.splat(0.0);
         let (mut fu, mut fw) = (zero, zero);
         for (j, &[cos, sin]) in self.slots.iter().enumerate() {
-            let (cos, sin) = (l.splat(cos), l.splat(sin));
+            let (cos, sin) = if HOOKS && self.uneven {
+                let [cos, sin] = &self.uneven_slots;
+                (l.load(&cos[j * L::RUNS..]), l.load(&sin[j * L::RUNS..]))
+            } else {
+                (l.splat(cos), l.splat(sin))
+            };
             let mut deflection = l.sub(l.mul_add(u, cos, l.mul(w, sin)), set.clearance);
             if HOOKS {
                 deflection = l.sub(deflection, l.load(&self.losses[instant][j * L::RUNS..]));

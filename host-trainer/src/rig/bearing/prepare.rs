@@ -52,6 +52,8 @@ impl Turning {
 /// A run with all numbers that the loop needs.
 pub(in crate::rig) struct Prepared {
     pub balls: usize,
+    /// Angle of each ball from an even spacing, rad; empty if they are even.
+    pub balls_rad: Vec<f64>,
     pub settle: usize,
     pub samples: usize,
     pub preroll: usize,
@@ -130,6 +132,7 @@ impl Prepared {
         };
         Self {
             balls: rig.bearing.balls,
+            balls_rad: balls_rad(rig.bearing.balls, start),
             settle,
             samples,
             preroll: ((assembly.preroll_s * rate).ceil() as usize).min(settle),
@@ -183,9 +186,22 @@ impl Prepared {
             substeps: self.substeps,
             drifting: self.drifting,
             hertzian: self.exponent == 1.5,
-            hooks: !(self.forces.is_empty() && self.profiles.is_empty() && self.defects.is_empty()),
+            hooks: !(self.forces.is_empty()
+                && self.profiles.is_empty()
+                && self.defects.is_empty()
+                && self.balls_rad.is_empty()),
         }
     }
+}
+
+/// Angles of balls from an even spacing, rad, 0 on average, which is an angle of the cage; empty if they are even.
+fn balls_rad(balls: usize, start: &Start) -> Vec<f64> {
+    if start.ball_std_rad == 0.0 {
+        return Vec::new();
+    }
+    let angles = noise::white(start.seed, noise::BALLS, start.ball_std_rad, balls);
+    let mean = angles.iter().sum::<f64>() / balls as f64;
+    angles.into_iter().map(|angle| angle - mean).collect()
 }
 
 pub(super) fn masses(rig: &BearingRig) -> [f64; DOFS] {

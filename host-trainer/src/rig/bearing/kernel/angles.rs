@@ -46,10 +46,28 @@ impl<L: Lanes, const HOOKS: bool> Kernel<'_, L, HOOKS> {
             }
             lanes[8][r] = run.unbalance * run.turning.speed(time_s).powi(2);
         }
+        if HOOKS && self.uneven {
+            self.place_balls();
+        }
         let v = |k: usize| l.load(&lanes[k]);
         self.setup.unbalance = v(8);
         let now = Angles { cage: [v(0), v(1)], shaft: [v(2), v(3)] };
         (now, Angles { cage: [v(4), v(5)], shaft: [v(6), v(7)] })
+    }
+
+    /// Moves the balls into the slots that the turn of each run's cage gives them.
+    fn place_balls(&mut self) {
+        let balls = self.runs[0].balls;
+        for r in 0..L::RUNS {
+            let angles = &self.runs[r.min(self.runs.len() - 1)].balls_rad;
+            for slot in 0..balls {
+                let ball = (slot + balls - self.pitches[r]) % balls;
+                let even = std::f64::consts::TAU * slot as f64 / balls as f64;
+                let (s, c) = (even + angles.get(ball).copied().unwrap_or(0.0)).sin_cos();
+                let [cos, sin] = &mut self.uneven_slots;
+                (cos[slot * L::RUNS + r], sin[slot * L::RUNS + r]) = (c, s);
+            }
+        }
     }
 
     pub(super) fn advance_angles(&mut self, sample: usize) {
