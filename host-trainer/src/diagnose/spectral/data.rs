@@ -7,12 +7,13 @@ use faer::linalg::solvers::DenseSolveCore;
 use rayon::prelude::*;
 
 use super::likelihood::{
-    COLOURS, Channel, Colour, KNOTS, Range, best_stretch, colour_covariance, hats, jitter_shares, spacing_shares,
+    COLOURS, Channel, Colour, KNOTS, Range, Stretch, best_stretch, colour_covariance, hats, jitter_shares,
+    spacing_shares,
 };
 use super::observation::Observation;
 use super::prediction::Prediction;
 use super::settings::LikelihoodSettings;
-use super::unevenness::Unevenness;
+use super::unevenness::UnevenMachines;
 use crate::signal::kinematics::Orders;
 
 const LIKELIHOOD: LikelihoodSettings = LikelihoodSettings::DEFAULT;
@@ -24,7 +25,7 @@ pub struct Data<'a> {
     /// Orders of the bearing.
     pub orders: Orders,
     /// Lines of uneven machines; empty where they are not known.
-    pub unevenness: Vec<Unevenness>,
+    pub unevenness: UnevenMachines,
     /// Inverse covariance of each colour before any recording.
     pub colour_precision: [Mat<f64>; COLOURS],
     hats: Vec<Vec<(usize, f64)>>,
@@ -36,7 +37,7 @@ pub struct Data<'a> {
 
 impl<'a> Data<'a> {
     /// Data of recordings.
-    pub fn new(observations: &'a [Observation], orders: Orders, unevenness: Vec<Unevenness>) -> Self {
+    pub fn new(observations: &'a [Observation], orders: Orders, unevenness: UnevenMachines) -> Self {
         let covariance = Mat::from_fn(KNOTS, KNOTS, colour_covariance);
         let precision = covariance.partial_piv_lu().inverse();
         let colour_precision =
@@ -76,15 +77,49 @@ impl<'a> Data<'a> {
     }
 
     /// Stretch of each recording that fits a point best, within `reach` of that of `around`.
-    pub fn stretches(&self, point: &Point, around: &[f64], reach: f64) -> Vec<f64> {
-        let of = |n: usize| self.stretch(point, n, Range { around: around[n], reach, healthy: true }).0;
+    pub fn stretches(&self, point: &Point, around: &[Stretch], reach: f64) -> Vec<Stretch> {
+        let of = |n: usize| {
+            let o = &self.observations[n];
+            let range = Range { around: around[n].outer, reach };
+            let (outer, _) = self.outer_stretch(point, n, range, |outer| Stretch::outer_prior(o, outer));
+            let Some(lines) = &point.predictions[n].inner else { return Stretch { outer, inner: outer } };
+            let background = [0, 1].map(|c| {
+                let mut channel = self.channel(point, n, c);
+                channel.stretch.outer = outer;
+                (0..o.bins().end).map(|k| channel.noise(k) + channel.outer_line(k)).collect()
+            });
+            let prior = |inner: f64| Stretch { outer, inner }.prior(o, self.orders.ftf);
+            let range = Range { around: around[n].inner, reach };
+            let (inner, _) = best_stretch(o, &lines.power, &background, range, prior);
+            Stretch { outer, inner }
+        };
         (0..self.observations.len()).into_par_iter().map(of).collect()
     }
 
-    /// Stretch of a recording that fits a point best, and its gain over no lines at all.
-    pub fn stretch(&self, point: &Point, recording: usize, range: Range) -> (f64, f64) {
-        let (o, prediction) = (&self.observations[recording], &point.predictions[recording]);
-        best_stretch(o, prediction, &self.hats[recording], &point.colour, range)
+    /// Stretch of the lines without effects of the inner race that fits a recording best, and its gain over no lines at all.
+    pub fn outer_stretch(
+        &self,
+        point: &Point,
+        recording: usize,
+        range: Range,
+        prior: impl Fn(f64) -> f64,
+    ) -> (f64, f64) {
+        let o = &self.observations[recording];
+        let noise = |c: usize| {
+            let channel = self.channel(point, recording, c);
+            (0..o.bins().end).map(|k| channel.noise(k)).collect()
+        };
+        best_stretch(o, &point.predictions[recording].outer.power, &[0, 1].map(noise), range, prior)
+    }
+
+    /// −ln of the prior of a point's stretches.
+    pub fn stretch_prior(&self, point: &Point) -> f64 {
+        let each = self.observations.iter().zip(&point.stretch).zip(point.predictions.iter());
+        each.map(|((o, stretch), prediction)| match prediction.inner {
+            Some(_) => stretch.prior(o, self.orders.ftf),
+            None => Stretch::outer_prior(o, stretch.outer),
+        })
+        .sum()
     }
 
     /// −ln of the colour's prior.
@@ -104,8 +139,8 @@ pub struct Point {
     pub values: Vec<f64>,
     /// Colour of the noise.
     pub colour: Colour,
-    /// Frequency of the lines over that predicted, less 1, of each recording.
-    pub stretch: Vec<f64>,
+    /// Stretch of the lines of each recording.
+    pub stretch: Vec<Stretch>,
     /// Index of the time jitter of each recording in the settings.
     pub jitter: Vec<usize>,
     /// Index of the unevenness of the balls in the settings.

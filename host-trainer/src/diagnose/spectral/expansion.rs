@@ -8,16 +8,23 @@ use super::data::Point;
 use super::fit::Model;
 use super::likelihood::{COLOURS, Channel, KNOTS, PROCESS};
 use super::observation::Power;
-use super::prediction::{Known, lines, noise};
+use super::prediction::{Known, is_inner, lines, noise};
 use super::settings::FitSettings;
 use crate::identify::likelihood::coordinate::Coordinate;
 use crate::rig::RigError;
+use crate::rig::config::RigKey;
 use crate::rig::random_part::depends_on_velocity_noise;
 
 const SETTINGS: FitSettings = FitSettings::DEFAULT;
+/// Share of a line with its skirts from which its power in a bin determines their derivative.
+const LEAST_SHARE: f64 = 0.05;
 
-/// Derivatives of the noise and the lines of a recording by a coordinate.
-type Derivative = [Power; 2];
+/// Derivatives of the noise and the lines of a recording by a coordinate; empty where it moves nothing.
+struct Derivative {
+    noise: Power,
+    outer: Power,
+    inner: Power,
+}
 
 /// Gradient and information of likelihood and prior: coordinates first, then the colours.
 #[derive(Clone, Debug)]
@@ -66,7 +73,7 @@ impl Expansion {
         for (k, power, noise, line) in at.bins() {
             let density = at.bin(k, power, noise, line);
             for (slope, column) in slopes.iter_mut().zip(columns) {
-                *slope = slope_at(at, column, k, noise, line);
+                *slope = column.moves(at, k, noise) / (noise + line);
             }
             let (knot, share) = at.hats[k];
             let of_colour = |colour: usize, slope: f64| {
@@ -127,16 +134,29 @@ impl Expansion {
     }
 }
 
-/// Derivative of the logarithm of a bin's mean by a coordinate.
-fn slope_at(at: &Channel, [of_noise, of_lines]: &Derivative, k: usize, noise: f64, line: f64) -> f64 {
-    let (predicted, channel) = (&at.prediction, at.channel);
-    let by_noise = of_noise[channel].get(k).map_or(0.0, |d| d * noise / predicted.noise[channel][k]);
-    let lines = &predicted.lines[channel];
-    let unstretched = ((k as f64 / (1.0 + at.stretch)).round() as usize).min(lines.len() - 1);
-    let by_line = of_lines[channel].get(unstretched).copied().unwrap_or_default();
-    // The derivative of a line's skirts is the same share of them.
-    let by_line = if line > 0.0 && by_line != 0.0 { by_line * line / lines[unstretched].max(1e-300) } else { 0.0 };
-    (by_noise + by_line) / (noise + line)
+impl Derivative {
+    /// Derivative of a bin's mean, of which `noise` is coloured noise.
+    fn moves(&self, at: &Channel, k: usize, noise: f64) -> f64 {
+        let (predicted, channel) = (at.prediction, at.channel);
+        let by_noise = self.noise[channel].get(k).map_or(0.0, |d| d * noise / predicted.noise[channel][k]);
+        // The derivative of a line's skirts is the same share of them; far from a line its own share is rounding.
+        let by_lines = |slopes: &[f64], lines: &[f64], stretch: f64, line: &dyn Fn() -> f64| {
+            let unstretched = ((k as f64 / (1.0 + stretch)).round() as usize).min(lines.len() - 1);
+            match slopes.get(unstretched) {
+                Some(slope) if *slope != 0.0 => {
+                    let line = line();
+                    slope * line / lines[unstretched].max(LEAST_SHARE * line).max(f64::MIN_POSITIVE)
+                }
+                _ => 0.0,
+            }
+        };
+        let outer = &predicted.outer.power[channel];
+        let by_outer = by_lines(&self.outer[channel], outer, at.stretch.outer, &|| at.outer_line(k));
+        let by_inner = predicted.inner.as_ref().map_or(0.0, |inner| {
+            by_lines(&self.inner[channel], &inner.power[channel], at.stretch.inner, &|| at.inner_line(k))
+        });
+        by_noise + by_outer + by_inner
+    }
 }
 
 /// Derivatives by each coordinate, of each recording.
@@ -158,19 +178,29 @@ fn columns(model: &Model, point: &Point) -> Result<Vec<Vec<Derivative>>, RigErro
         } else {
             None
         };
-        let moved_lines = if coordinate.moves_mean { Some(lines(&rig, observations, &scatter)?) } else { None };
-        let quotient = |moved: Option<&Power>, still: &Power| -> Power {
+        // A number of an effect of the inner race moves that part alone.
+        let is_inner = matches!(coordinate.key, RigKey::Effect { index, .. } if is_inner(&rig.effects[index]));
+        let outer = || point.predictions.iter().map(|p| p.outer.power.clone()).collect();
+        let moved_lines = match coordinate.moves_mean {
+            true => Some(lines(&rig, observations, &scatter, is_inner.then(outer))?),
+            false => None,
+        };
+        let quotient = |moved: Option<&Power>, still: Option<&Power>| -> Power {
+            let both = moved.zip(still);
             [0, 1].map(|c| {
-                moved.map_or_else(Vec::new, |m| m[c].iter().zip(&still[c]).map(|(m, s)| (m - s) / step).collect())
+                both.map_or_else(Vec::new, |(m, s)| m[c].iter().zip(&s[c]).map(|(m, s)| (m - s) / step).collect())
             })
         };
         let of = |n: usize| {
             let now = &point.predictions[n];
             let still = base.as_ref().map_or(&now.noise, |base| &base[n].variance);
-            [
-                quotient(moved_noise.as_ref().map(|all| all[n].variance.as_ref()), still),
-                quotient(moved_lines.as_ref().map(|all| &all[n]), &now.lines),
-            ]
+            let moved = moved_lines.as_ref().map(|all| &all[n]);
+            let inner = moved.and_then(|parts| parts.inner.as_ref());
+            Derivative {
+                noise: quotient(moved_noise.as_ref().map(|all| all[n].variance.as_ref()), Some(still)),
+                outer: quotient(moved.map(|parts| &parts.outer), Some(&now.outer.power)),
+                inner: quotient(inner, now.inner.as_ref().map(|lines| &lines.power)),
+            }
         };
         Ok((0..observations.len()).map(of).collect())
     };

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::data::{Data, Point};
 use super::expansion::Expansion;
-use super::observation::Observation;
+use super::likelihood::Stretch;
 use super::prediction::{Known, Prediction, predictions};
 use super::settings::{FitSettings, LikelihoodSettings};
 use crate::identify::likelihood::coordinate::Coordinate;
@@ -58,7 +58,7 @@ impl<'d, 'a> Model<'d, 'a> {
     pub fn start(&self) -> Result<Point, RigError> {
         let count = self.data.observations.len();
         let predictions = Arc::new(self.predictions(&self.own_rig()?)?);
-        let nuisances = Point { stretch: vec![0.0; count], jitter: vec![0; count], ..Point::default() };
+        let nuisances = Point { stretch: vec![Stretch::default(); count], jitter: vec![0; count], ..Point::default() };
         let mut point = Point { values: self.own_values(), predictions, ..nuisances };
         self.weigh(&mut point);
         self.fit_stretch(&mut point);
@@ -96,11 +96,18 @@ impl<'d, 'a> Model<'d, 'a> {
             let (jitter, colour) = (vec![jitter; point.jitter.len()], Default::default());
             let mut usual = Point { colour, jitter, spacing, ..point.clone() };
             self.weigh(&mut usual);
-            self.fit_stretch(&mut usual);
             if usual.objective() < point.objective() {
                 point = usual;
             }
         }
+        self.fit_stretch(&mut point);
+        point
+    }
+
+    /// Point with other predictions and the nuisances of `from`.
+    pub fn with_predictions(&self, from: &Point, predictions: Vec<Prediction>) -> Point {
+        let mut point = Point { predictions: Arc::new(predictions), ..from.clone() };
+        self.weigh(&mut point);
         point
     }
 
@@ -133,7 +140,6 @@ impl<'d, 'a> Model<'d, 'a> {
     /// Sets likelihood and prior of a point by its predictions and nuisances.
     fn weigh(&self, point: &mut Point) {
         point.neg_logs = self.data.neg_log_likelihoods(point);
-        let stretch = |(s, o): (&f64, &Observation)| 0.5 * ((s - LIKELIHOOD.stretch_mean) / o.stretch_std).powi(2);
         let jitter = |j: &usize| {
             let [usual, scatter] = LIKELIHOOD.usual_jitter;
             0.5 * ((LIKELIHOOD.jitter_s[*j].max(LIKELIHOOD.jitter_s[1] / 2.0) / usual).ln() / scatter).powi(2)
@@ -141,7 +147,7 @@ impl<'d, 'a> Model<'d, 'a> {
         let unknown =
             self.guesses.iter().zip(&point.values).map(|(g, u)| 0.5 * ((u - g) / SETTINGS.unknown_std).powi(2));
         point.prior = self.data.colour_prior(&point.colour)
-            + point.stretch.iter().zip(self.data.observations).map(stretch).sum::<f64>()
+            + self.data.stretch_prior(point)
             + point.jitter.iter().map(jitter).sum::<f64>()
             + unknown.sum::<f64>();
     }
@@ -151,7 +157,7 @@ impl<'d, 'a> Model<'d, 'a> {
         // A stated speed that drifts may be that of the start or the mean.
         let drifts = self.rig.effects.iter().any(|e| e.kind == EffectKind::SpeedDrift);
         let reach = if drifts { SETTINGS.drift_reach } else { 1.0 } * LIKELIHOOD.stretch[0];
-        let stretch = self.data.stretches(point, &vec![0.0; point.stretch.len()], reach);
+        let stretch = self.data.stretches(point, &vec![Stretch::default(); point.stretch.len()], reach);
         if stretch != point.stretch {
             point.stretch = stretch;
             self.weigh(point);
@@ -256,5 +262,34 @@ impl Damped for Scoring<'_, '_, '_> {
         self.point = next;
         self.expansion = OnceCell::new();
         Ok(gain < SETTINGS.converged + SETTINGS.converged_share * so_far)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::spectral::observation::Observation;
+    use crate::diagnose::spectral::unevenness::UnevenMachines;
+    use crate::identify::likelihood::observed::Observed;
+    use crate::rig::effect::ParameterKey;
+    use crate::rig::test_support::{condition, nominal};
+    use crate::rig::{EffectEntry, Start, simulate};
+
+    /// A slipping cage slows the passes over the outer race and quickens those over the inner one.
+    #[test]
+    fn invariant_a_slipping_cage_moves_the_lines_of_the_races_apart() {
+        let defect = [(ParameterKey::DepthM, 5e-7), (ParameterKey::WidthRad, 0.05), (ParameterKey::AngleRad, 0.0)];
+        let rig = nominal().with_effect(EffectEntry::new(EffectKind::InnerRaceDefect, &defect));
+        let slip = 0.004;
+        let slipping = EffectEntry::new(EffectKind::CageSlip, &[(ParameterKey::Fraction, slip)]);
+        let recording =
+            simulate(&rig.clone().with_effect(slipping), &condition(30.0, 800.0, 25_600), &Start::seeded(5)).unwrap();
+        let observations = [Observation::new(&Observed::from_recording(&recording).unwrap())];
+        let orders = rig.bearing().unwrap().bearing.geometry().orders();
+        let data = Data::new(&observations, orders, UnevenMachines::default());
+        let point = Model::fixed(&data, rig).start().unwrap();
+        let found = point.stretch[0];
+        let inner = slip * orders.ftf / (1.0 - orders.ftf);
+        assert!((found.outer + slip).abs() < 8e-4 && (found.inner - inner).abs() < 8e-4, "{found:?}");
     }
 }

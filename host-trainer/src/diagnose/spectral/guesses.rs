@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::data::{Data, Point};
-use super::likelihood::Range;
+use super::likelihood::{Range, Stretch};
 use super::settings::{GuessSettings, LikelihoodSettings};
 
 const SETTINGS: GuessSettings = GuessSettings::DEFAULT;
@@ -39,9 +39,11 @@ impl Guesses {
 /// Slip beyond that of a healthy cage with which the lines fit the recordings better.
 fn slips(data: &Data, at: &Point) -> Vec<f64> {
     let of = |n: usize| {
-        let healthy = Range { around: 0.0, reach: LIKELIHOOD.stretch[0], healthy: true };
-        let any = Range { around: -SETTINGS.slip[0], reach: SETTINGS.slip[1], healthy: false };
-        let ((_, before), (stretch, after)) = (data.stretch(at, n, healthy), data.stretch(at, n, any));
+        let healthy = Range { around: 0.0, reach: LIKELIHOOD.stretch[0] };
+        let any = Range { around: -SETTINGS.slip[0], reach: SETTINGS.slip[1] };
+        let prior = |stretch: f64| Stretch::outer_prior(&data.observations[n], stretch);
+        let (_, before) = data.outer_stretch(at, n, healthy, prior);
+        let (stretch, after) = data.outer_stretch(at, n, any, |_| 0.0);
         (after > before + SETTINGS.slip_gain).then_some(-stretch)
     };
     let mut all: Vec<f64> = (0..data.observations.len()).into_par_iter().filter_map(of).collect();

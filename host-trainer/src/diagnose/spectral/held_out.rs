@@ -4,6 +4,7 @@ use super::events::Event;
 use super::likelihood::{Colour, hats};
 use super::observation::Observation;
 use super::prediction::{Known, START_ANGLES_RAD, predictions};
+use super::unevenness::UnevenMachines;
 use crate::diagnose::result::HeldOut;
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::recording::Recording;
@@ -32,9 +33,14 @@ impl Synthesis<'_> {
         orders: &Orders,
     ) -> Result<[Vec<f64>; 2], RigError> {
         // One rig and one recording in, one result out.
-        let prediction = predictions(&[(&Known::Nothing, rig)], std::slice::from_ref(observation), orders, &[])
-            .swap_remove(0)?
-            .swap_remove(0);
+        let prediction = predictions(
+            &[(&Known::Nothing, rig)],
+            std::slice::from_ref(observation),
+            orders,
+            &UnevenMachines::default(),
+        )
+        .swap_remove(0)?
+        .swap_remove(0);
         let hats = hats(observation);
         Ok([0, 1].map(|channel| {
             let samples = run.channel(CHANNELS[channel]).map_or_else(Vec::new, |c| c.samples.clone());

@@ -23,7 +23,7 @@ pub struct Hypothesis {
     /// Starts of the search.
     pub starts: Vec<EffectEntry>,
     /// Parameter by whose square the power of the effect's lines grows, so that one run gives all its sizes; `None` for an
-    /// effect whose sizes are simulated each. Waviness is among these: at small sizes it is what uneven balls do.
+    /// effect whose sizes are simulated each.
     pub size: Option<ParameterKey>,
 }
 
@@ -70,6 +70,7 @@ impl List<'_> {
             EffectKind::OuterRaceDefect | EffectKind::InnerRaceDefect | EffectKind::BallDefect => {
                 Some(ParameterKey::DepthM)
             }
+            EffectKind::OuterRaceWaviness | EffectKind::InnerRaceWaviness => Some(ParameterKey::AmplitudeM),
             EffectKind::Misalignment => Some(ParameterKey::ForceN),
             _ => None,
         };

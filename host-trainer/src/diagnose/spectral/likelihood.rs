@@ -12,7 +12,7 @@ use std::sync::LazyLock;
 use statrs::function::gamma::ln_gamma;
 
 use super::observation::{Observation, Power};
-use super::prediction::Prediction;
+use super::prediction::{Lines, Prediction};
 use super::settings::LikelihoodSettings;
 
 const SETTINGS: LikelihoodSettings = LikelihoodSettings::DEFAULT;
@@ -171,8 +171,8 @@ pub struct Channel<'a> {
     pub hats: &'a [(usize, f64)],
     /// Colour of both channels.
     pub colour: &'a Colour,
-    /// Frequency of the lines over that predicted, less 1.
-    pub stretch: f64,
+    /// Stretch of the lines.
+    pub stretch: Stretch,
     /// Share of a line's power at each bin that the jitter of the ball passes takes; empty without any.
     pub jitter: &'a [f64],
     /// Share that uneven balls take; empty if they are even.
@@ -196,14 +196,28 @@ impl Channel<'_> {
 
     /// Power of lines at a bin.
     pub fn line(&self, k: usize) -> f64 {
-        let place = k as f64 / (1.0 + self.stretch);
+        self.outer_line(k) + self.inner_line(k)
+    }
+
+    /// Power of lines at a bin without the effects of the inner race.
+    pub fn outer_line(&self, k: usize) -> f64 {
+        self.spread(&self.prediction.outer, self.stretch.outer, k)
+    }
+
+    /// Power of what these add.
+    pub fn inner_line(&self, k: usize) -> f64 {
+        self.prediction.inner.as_ref().map_or(0.0, |lines| self.spread(lines, self.stretch.inner, k))
+    }
+
+    fn spread(&self, lines: &Lines, stretch: f64, k: usize) -> f64 {
+        let place = k as f64 / (1.0 + stretch);
         let spread = |power: f64, to: &Power, share: f64| power + share * (at(&to[self.channel], place) - power);
-        let mut line = at(&self.prediction.lines[self.channel], place);
+        let mut line = at(&lines.power[self.channel], place);
         if let Some(share) = self.jitter.get(k) {
-            line = spread(line, &self.prediction.skirts, *share);
+            line = spread(line, &lines.skirts, *share);
         }
         if let Some(share) = self.spacing.get(k) {
-            line = spread(line, &self.prediction.spaced, *share);
+            line = spread(line, &lines.spaced, *share);
         }
         line
     }
@@ -275,6 +289,32 @@ fn at(values: &[f64], place: f64) -> f64 {
     }
 }
 
+/// Frequencies of lines over those predicted, less 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stretch {
+    /// Of the balls' passes over the outer race: stated speed less slip of the cage.
+    pub outer: f64,
+    /// Of the inner race: stated speed and what the slip adds.
+    pub inner: f64,
+}
+
+impl Stretch {
+    /// −ln of the prior of a stretch without lines of the inner race.
+    pub fn outer_prior(observation: &Observation, outer: f64) -> f64 {
+        let std = SETTINGS.slip_std.hypot(observation.speed_std);
+        0.5 * ((outer + SETTINGS.slip_mean) / std).powi(2)
+    }
+
+    /// −ln of the prior with such lines; `cage_per_shaft` is the order of the cage.
+    pub fn prior(self, observation: &Observation, cage_per_shaft: f64) -> f64 {
+        // outer = speed − slip, inner = speed + slip times the cage's speed over that of the shaft against it.
+        let slip = (self.inner - self.outer) * (1.0 - cage_per_shaft);
+        let speed = self.outer + slip;
+        let speed_std = observation.speed_std.max(SETTINGS.least_speed_std);
+        0.5 * ((slip - SETTINGS.slip_mean) / SETTINGS.slip_std).powi(2) + 0.5 * (speed / speed_std).powi(2)
+    }
+}
+
 /// Range of a search for a stretch of the lines.
 #[derive(Clone, Copy, Debug)]
 pub struct Range {
@@ -282,58 +322,55 @@ pub struct Range {
     pub around: f64,
     /// Half width.
     pub reach: f64,
-    /// Whether a healthy machine's stretch is preferred.
-    pub healthy: bool,
 }
 
 /// Bin of a predicted line.
 struct LineBin {
-    /// Power over that of the noise.
+    /// Power over the background.
     ratio: f64,
     channel: usize,
     k: usize,
-    /// Density of a power to which the line is moved: the noise is nearly the same there.
+    /// Density of a power to which the line is moved: the background is nearly the same there.
     density: Density,
 }
 
-/// Stretch of the lines that fits a recording best, and its gain over no lines at all.
+/// Stretch of `lines` over a `background` of each channel that fits a recording best under a `prior`, −ln, and its gain over no
+/// lines at all.
 pub fn best_stretch(
     observation: &Observation,
-    prediction: &Prediction,
-    hats: &[(usize, f64)],
-    colour: &Colour,
+    lines: &Power,
+    background: &Power,
     range: Range,
+    prior: impl Fn(f64) -> f64,
 ) -> (f64, f64) {
-    let last = observation.bins().end;
-    let mut lines: Vec<LineBin> = Vec::new();
+    let mut bins: Vec<LineBin> = Vec::new();
     let mut without_lines: [Vec<f64>; 2] = Default::default();
     for (channel, without) in without_lines.iter_mut().enumerate() {
         let (Some(power), Some(ln_power)) = (&observation.power[channel], &observation.ln_power[channel]) else {
             continue;
         };
-        let (jitter, spacing) = ([].as_slice(), [].as_slice());
-        let at = Channel { observation, prediction, hats, colour, stretch: 0.0, jitter, spacing, channel };
-        let noise: Vec<f64> = (0..last).map(|k| at.noise(k)).collect();
-        let predicted = &prediction.lines[channel];
-        let ratio = |k: usize| predicted[k] / noise[k];
-        let line = |k: usize| LineBin { ratio: ratio(k), channel, k, density: Density::new(noise[k], predicted[k]) };
-        lines.extend(observation.bins().filter(|k| ratio(*k) > SETTINGS.line_ratio).map(line));
-        let bins = noise.iter().zip(power).zip(ln_power);
-        *without = bins.map(|((noise, p), ln)| Density::new(*noise, 0.0).neg_log(*p, *ln)).collect();
+        let (predicted, background) = (&lines[channel], &background[channel]);
+        let ratio = |k: usize| predicted[k] / background[k];
+        let line =
+            |k: usize| LineBin { ratio: ratio(k), channel, k, density: Density::new(background[k], predicted[k]) };
+        bins.extend(observation.bins().filter(|k| ratio(*k) > SETTINGS.line_ratio).map(line));
+        let each = background.iter().zip(power).zip(ln_power);
+        *without = each.map(|((background, p), ln)| Density::new(*background, 0.0).neg_log(*p, *ln)).collect();
     }
-    lines.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
-    lines.truncate(SETTINGS.most_lines);
+    bins.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
+    bins.truncate(SETTINGS.most_lines);
     let cost = |stretch: f64| {
-        let off = if range.healthy { (stretch - SETTINGS.stretch_mean) / observation.stretch_std } else { 0.0 };
-        let gain = lines.iter().filter_map(|line| {
+        let gain = bins.iter().filter_map(|line| {
             let (to, channel) = (((1.0 + stretch) * line.k as f64).round() as usize, line.channel);
             let (power, ln_power) = (observation.power[channel].as_ref()?, observation.ln_power[channel].as_ref()?);
             Some(without_lines[channel].get(to)? - line.density.neg_log(power[to], ln_power[to]))
         });
-        0.5 * off * off - gain.sum::<f64>()
+        prior(stretch) - gain.sum::<f64>()
     };
-    let steps = (range.reach / SETTINGS.stretch[1]).round() as i32;
-    let grid = (-steps..=steps).map(|n| range.around + f64::from(n) * SETTINGS.stretch[1]);
+    let last = bins.iter().map(|line| line.k).max().unwrap_or(1) as f64;
+    let step = SETTINGS.stretch[1].max(SETTINGS.stretch_bins / last);
+    let steps = (range.reach / step).round() as i32;
+    let grid = (-steps..=steps).map(|n| range.around + f64::from(n) * step);
     let best = grid.map(|stretch| (cost(stretch), stretch)).min_by(|a, b| a.0.total_cmp(&b.0));
     best.map_or((range.around, 0.0), |(cost, stretch)| (stretch, -cost))
 }

@@ -23,8 +23,8 @@ pub struct Observation {
     pub name: String,
     /// Operating condition.
     pub condition: OperatingCondition,
-    /// Standard deviation of the lines' frequency over that predicted: of the stated speed and the slip of a healthy cage.
-    pub stretch_std: f64,
+    /// Standard deviation of the stated speed, as a share of it.
+    pub speed_std: f64,
     /// Samples of `ax` and `ay`, m/s².
     pub samples: [Option<Vec<f64>>; 2],
     /// Power of `ax` and `ay`.
@@ -40,9 +40,9 @@ impl Observation {
     pub fn new(observed: &Observed) -> Self {
         let Observed { name, condition, shaft_hz_std, samples, tachometer, .. } = observed;
         let [power, ln_power] = powers(samples);
-        let stretch_std = SETTINGS.slip_std.hypot(shaft_hz_std / condition.shaft_hz);
+        let speed_std = shaft_hz_std / condition.shaft_hz;
         let (name, condition, samples, tachometer) = (name.clone(), *condition, samples.clone(), *tachometer);
-        Self { name, condition, stretch_std, samples, power, ln_power, tachometer }
+        Self { name, condition, speed_std, samples, power, ln_power, tachometer }
     }
 
     /// Part of the recording, by its samples.
@@ -68,6 +68,11 @@ impl Observation {
     /// Frequency of a bin, Hz.
     pub fn hz(&self, bin: f64) -> f64 {
         bin * self.condition.sample_rate_hz / self.condition.samples as f64
+    }
+
+    /// Bins of an order of the shaft.
+    pub fn bins_of(&self, order: f64) -> f64 {
+        order * self.condition.shaft_hz / self.hz(1.0)
     }
 
     /// Bins of the likelihood.

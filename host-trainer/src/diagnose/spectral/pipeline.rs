@@ -12,7 +12,7 @@ use super::selection::{Selection, refit_nuisances, rejected_names};
 use super::settings::{self, FitSettings, GateSettings};
 use super::terms::term;
 use super::text;
-use super::unevenness::unevenness;
+use super::unevenness::UnevenMachines;
 use crate::diagnose::acquisition::Acquired;
 use crate::diagnose::result::{Cause, Diagnosis, DiagnosisResult, Nuisance, SCHEMA, Term, Verdict};
 use crate::diagnose::{DiagnoseError, Task, evidence, locate, shown};
@@ -46,8 +46,8 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     let fitted = without(&all_fitted, event, 0);
     let held = without(&all_held, event, all_fitted.len());
     progress("fitting the nominal rig");
-    let data = Data::new(&fitted, orders, unevenness(rig, &fitted, &orders)?);
-    let held_data = Data::new(&held, orders, unevenness(rig, &held, &orders)?);
+    let data = Data::new(&fitted, orders, UnevenMachines::new(rig, &fitted, &orders)?);
+    let held_data = Data::new(&held, orders, UnevenMachines::new(rig, &held, &orders)?);
     let nominal = nominal(rig, &data);
     let null = nominal.search(nominal.start()?, FIT.nominal_steps)?;
     let held_null = refit_nuisances(&held_data, &nominal, &null)?;
@@ -172,7 +172,7 @@ fn event(
     orders: Orders,
 ) -> Result<Option<Event>, DiagnoseError> {
     let all: Vec<Observation> = fitted.iter().chain(held).cloned().collect();
-    let data = Data::new(&all, orders, Vec::new());
+    let data = Data::new(&all, orders, UnevenMachines::default());
     let nominal = nominal(rig, &data);
     let start = nominal.start()?;
     let point = if nominal.coordinates.is_empty() { start } else { nominal.search(start, FIT.nominal_steps)? };
@@ -194,7 +194,7 @@ fn nuisances(data: &Data, point: &Point) -> Vec<Nuisance> {
     let of = |(n, o): (usize, &Observation)| Nuisance {
         recording: o.name.clone(),
         shaft_hz: None,
-        slip: Some(-point.stretch[n]),
+        slip: Some(-point.stretch[n].outer),
         wander: None,
     };
     data.observations.iter().enumerate().map(of).collect()

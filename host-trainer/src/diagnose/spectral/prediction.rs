@@ -1,4 +1,5 @@
-//! Power spectra that a rig predicts: noise, and lines of the deterministic motion.
+//! Power spectra that a rig predicts: noise, and lines of the deterministic motion, those of the inner race apart: where a cage
+//! slips, balls pass the outer race more slowly and the inner race faster.
 
 use std::sync::Arc;
 
@@ -6,7 +7,7 @@ use rayon::prelude::*;
 
 use super::observation::{Observation, Power, power};
 use super::settings::LikelihoodSettings;
-use super::unevenness::Unevenness;
+use super::unevenness::{UnevenMachines, Unevenness};
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::identify::likelihood::whittle;
 use crate::recording::Recording;
@@ -14,7 +15,7 @@ use crate::rig::effect::EffectKind;
 use crate::rig::random_part::Asked;
 use crate::rig::simulate::{fewest_substeps, shortest_settling_s, simulate_all};
 use crate::rig::state::VelocityCovariance;
-use crate::rig::{Rig, RigError, Run, Start};
+use crate::rig::{EffectEntry, Rig, RigError, Run, Start};
 use crate::signal::kinematics::Orders;
 
 const SETTINGS: LikelihoodSettings = LikelihoodSettings::DEFAULT;
@@ -28,17 +29,70 @@ pub struct Prediction {
     pub noise: Arc<Power>,
     /// Share of the process force in it.
     pub process_share: Arc<Power>,
-    /// Power of the deterministic part.
-    pub lines: Power,
-    /// The same where a wandering speed has taken the lines' phase.
-    pub skirts: Power,
-    /// The same where balls are so unevenly spaced that no harmonic of the ball pass stands out.
-    pub spaced: Power,
+    /// Lines of the deterministic part without the effects of the inner race.
+    pub outer: Lines,
+    /// What the effects of the inner race add; `None` without any.
+    pub inner: Option<Lines>,
     /// Velocity covariance of the random part.
     pub scatter: VelocityCovariance,
 }
 
+/// Lines of which each keeps its ratio to the others when the cage slips.
+#[derive(Clone, Debug)]
+pub struct Lines {
+    /// Power.
+    pub power: Power,
+    /// The same where a wandering speed has taken the lines' phase.
+    pub skirts: Power,
+    /// The same where balls are so unevenly spaced that no harmonic of the ball pass stands out.
+    pub spaced: Power,
+}
+
+impl Lines {
+    /// Lines as if they had grown from `from` to these by a factor in the amplitude.
+    fn scaled(&self, from: Option<&Self>, scale: f64) -> Self {
+        let power = |own: &Power, from: Option<&Power>| -> Power {
+            [0, 1].map(|c| {
+                let grown = |(k, own): (usize, &f64)| {
+                    let from = from.map_or(0.0, |from| from[c][k]);
+                    from + scale * scale * (own - from).max(0.0)
+                };
+                own[c].iter().enumerate().map(grown).collect()
+            })
+        };
+        Self {
+            power: power(&self.power, from.map(|f| &f.power)),
+            skirts: power(&self.skirts, from.map(|f| &f.skirts)),
+            spaced: power(&self.spaced, from.map(|f| &f.spaced)),
+        }
+    }
+}
+
 impl Prediction {
+    fn new(
+        noise: Noise,
+        Parts { outer, inner }: Parts,
+        unevenness: Option<&Unevenness>,
+        observation: &Observation,
+        orders: &Orders,
+    ) -> Self {
+        Self {
+            outer: Lines {
+                skirts: skirts(&outer, observation),
+                spaced: spaced(&outer, unevenness, observation, orders),
+                power: outer,
+            },
+            inner: inner.map(|power| Lines {
+                skirts: skirts(&power, observation),
+                spaced: power.each_ref().map(|power| over_ball_pass(power, observation, orders)),
+                power,
+            }),
+            noise: noise.variance,
+            process_share: noise.process_share,
+            scatter: noise.scatter,
+        }
+    }
+
     fn random_part(&self) -> Noise {
         let (variance, process_share) = (Arc::clone(&self.noise), Arc::clone(&self.process_share));
         Noise { variance, process_share, scatter: self.scatter }
@@ -46,16 +100,9 @@ impl Prediction {
 
     /// Prediction of an effect `scale` times as large, whose lines grow with its square; `null` is that without the effect.
     pub fn scaled(&self, null: &Self, scale: f64) -> Self {
-        let power = |own: &Power, null: &Power| -> Power {
-            [0, 1].map(|c| {
-                let bins = own[c].iter().zip(&null[c]);
-                bins.map(|(own, null)| null + scale * scale * (own - null).max(0.0)).collect()
-            })
-        };
         Self {
-            lines: power(&self.lines, &null.lines),
-            skirts: power(&self.skirts, &null.skirts),
-            spaced: power(&self.spaced, &null.spaced),
+            outer: self.outer.scaled(Some(&null.outer), scale),
+            inner: self.inner.as_ref().map(|inner| inner.scaled(null.inner.as_ref(), scale)),
             ..self.clone()
         }
     }
@@ -73,42 +120,44 @@ pub enum Known {
     Scatter(Vec<VelocityCovariance>),
 }
 
+impl Known {
+    /// Lines of each recording without the effects of the inner race, if the nearby rig has none there.
+    fn outer_lines(&self) -> Option<Vec<Power>> {
+        match self {
+            Self::Noise(known) if known.iter().all(|p| p.inner.is_none()) => {
+                Some(known.iter().map(|p| p.outer.power.clone()).collect())
+            }
+            _ => None,
+        }
+    }
+}
+
 /// Predictions of rigs for the same recordings, with what is known of each; all are simulated side by side. A rig that cannot
-/// run has an error of its own. Without `unevenness` uneven balls spread all lines alike.
+/// run has an error of its own. Where `unevenness` is not known, uneven balls spread all lines alike.
 pub fn predictions(
     rigs: &[(&Known, &Rig)],
     observations: &[Observation],
     orders: &Orders,
-    unevenness: &[Unevenness],
+    unevenness: &UnevenMachines,
 ) -> Vec<Result<Vec<Prediction>, RigError>> {
     let noises = noises_of(rigs, observations);
-    let scatter =
-        |noise: &Result<Vec<Noise>, RigError>| noise.as_ref().ok().map(|n| n.iter().map(|n| n.scatter).collect());
-    let runs: Vec<(&Rig, Vec<VelocityCovariance>)> =
-        rigs.iter().zip(&noises).filter_map(|((_, rig), noise)| Some((*rig, scatter(noise)?))).collect();
-    let mut lines = lines_of(&runs, observations).into_iter();
-    let inner = [EffectKind::InnerRaceDefect, EffectKind::InnerRaceWaviness];
-    let complete = |(rig, noise): (&Rig, Vec<Noise>), lines: Vec<Power>| -> Vec<Prediction> {
-        let on_cage_orders = !rig.effects.iter().any(|effect| inner.contains(&effect.kind));
+    let runs = rigs.iter().zip(&noises).filter_map(|((known, rig), noise)| {
+        let scatter = noise.as_ref().ok()?.iter().map(|n| n.scatter).collect();
+        Some(Deterministic { rig, scatter, outer: known.outer_lines() })
+    });
+    let mut lines = lines_of(&runs.collect::<Vec<_>>(), observations).into_iter();
+    let mut found = Vec::with_capacity(rigs.len());
+    for ((_, rig), noise) in rigs.iter().zip(noises) {
+        found.push(match noise {
+            Ok(noise) => lines.next().unwrap_or_else(|| Ok(Vec::new())).map(|lines| (*rig, noise, lines)),
+            Err(error) => Err(error),
+        });
+    }
+    let complete = |(rig, noise, lines): (&Rig, Vec<Noise>, Vec<Parts>)| -> Vec<Prediction> {
         let all = noise.into_iter().zip(lines).zip(observations).enumerate();
-        all.map(|(n, ((noise, lines), o))| Prediction {
-            skirts: skirts(&lines, o),
-            spaced: spaced(&lines, unevenness.get(n), o, orders, on_cage_orders),
-            noise: noise.variance,
-            process_share: noise.process_share,
-            scatter: noise.scatter,
-            lines,
-        })
-        .collect()
+        all.map(|(n, ((noise, lines), o))| Prediction::new(noise, lines, unevenness.of(rig, n), o, orders)).collect()
     };
-    let with_lines = noises.into_iter().map(|noise| noise.map(|noise| (noise, lines.next())));
-    let all: Vec<_> = rigs.iter().zip(with_lines).collect();
-    all.into_par_iter()
-        .map(|((_, rig), found)| {
-            let (noise, lines) = found?;
-            Ok(complete((rig, noise), lines.unwrap_or_else(|| Ok(Vec::new()))?))
-        })
-        .collect()
+    found.into_par_iter().map(|found| found.map(complete)).collect()
 }
 
 /// Random part of a recording, as in a [`Prediction`].
@@ -165,15 +214,83 @@ pub fn noise(rig: &Rig, observations: &[Observation], known: &[VelocityCovarianc
         .map(|all| all.concat())
 }
 
-/// Power of the deterministic part.
+/// Power of the deterministic part; `outer` is that without the effects of the inner race, if it is known.
 ///
 /// # Errors
 /// What the simulation refuses, or a run that diverges.
-pub fn lines(rig: &Rig, observations: &[Observation], scatter: &[VelocityCovariance]) -> Result<Vec<Power>, RigError> {
-    lines_of(&[(rig, scatter.to_vec())], observations)
-        .into_iter()
-        .collect::<Result<Vec<_>, _>>()
-        .map(|all| all.concat())
+pub fn lines(
+    rig: &Rig,
+    observations: &[Observation],
+    scatter: &[VelocityCovariance],
+    outer: Option<Vec<Power>>,
+) -> Result<Vec<Parts>, RigError> {
+    // One rig in, one result out.
+    lines_of(&[Deterministic { rig, scatter: scatter.to_vec(), outer }], observations).swap_remove(0)
+}
+
+/// Deterministic part of a rig that is asked for.
+struct Deterministic<'r> {
+    rig: &'r Rig,
+    /// Velocity covariance of the random part in each recording.
+    scatter: Vec<VelocityCovariance>,
+    /// Lines without the effects of the inner race, where they are known.
+    outer: Option<Vec<Power>>,
+}
+
+/// Power of the deterministic part of a recording.
+#[derive(Clone, Debug)]
+pub struct Parts {
+    /// Without the effects of the inner race.
+    pub outer: Power,
+    /// What these add; `None` without any.
+    pub inner: Option<Power>,
+}
+
+impl Parts {
+    /// Parts of the powers of each recording.
+    fn of_each(wholes: Vec<Power>, outer: Option<Vec<Power>>) -> Vec<Self> {
+        let mut outer = outer.map(Vec::into_iter);
+        wholes.into_iter().map(|whole| Self::new(whole, outer.as_mut().and_then(Iterator::next))).collect()
+    }
+
+    /// Parts of a power of which the part without the inner race's effects is known.
+    fn new(whole: Power, outer: Option<Power>) -> Self {
+        match outer {
+            None => Self { outer: whole, inner: None },
+            Some(outer) => {
+                let beyond = |c: usize| whole[c].iter().zip(&outer[c]).map(|(w, o)| (w - o).max(0.0)).collect();
+                Self { inner: Some([0, 1].map(beyond)), outer }
+            }
+        }
+    }
+}
+
+/// Whether an effect is fixed to the inner race.
+pub fn is_inner(effect: &EffectEntry) -> bool {
+    matches!(effect.kind, EffectKind::InnerRaceDefect | EffectKind::InnerRaceWaviness)
+}
+
+/// Deterministic parts of rigs.
+fn lines_of(asked: &[Deterministic], observations: &[Observation]) -> Vec<Result<Vec<Parts>, RigError>> {
+    let without_inner = |asked: &Deterministic| {
+        let mut rig = asked.rig.clone();
+        rig.effects.retain(|effect| !is_inner(effect));
+        (rig.effects.len() < asked.rig.effects.len() && asked.outer.is_none()).then_some(rig)
+    };
+    let others: Vec<Option<Rig>> = asked.iter().map(without_inner).collect();
+    let wholes = asked.iter().map(|one| (one.rig, one.scatter.as_slice()));
+    let rest = asked.iter().zip(&others).filter_map(|(one, rig)| Some((rig.as_ref()?, one.scatter.as_slice())));
+    let mut powers = powers_of(&wholes.chain(rest).collect::<Vec<_>>(), observations);
+    let mut rest = powers.split_off(asked.len()).into_iter();
+    let mut parts = Vec::with_capacity(asked.len());
+    for ((whole, one), other) in powers.into_iter().zip(asked).zip(&others) {
+        let outer = match other {
+            Some(_) => rest.next().transpose(),
+            None => Ok(one.outer.clone().filter(|_| one.rig.effects.iter().any(is_inner))),
+        };
+        parts.push(whole.and_then(|whole| Ok(Parts::of_each(whole, outer?))));
+    }
+    parts
 }
 
 /// Settling of a run of a recording, s.
@@ -183,8 +300,8 @@ pub fn settling_s(rig: &Rig, observation: &Observation) -> f64 {
 }
 
 /// Powers of the deterministic part of rigs, each with the velocity covariances of its random part.
-fn lines_of(
-    rigs: &[(&Rig, Vec<VelocityCovariance>)],
+fn powers_of(
+    rigs: &[(&Rig, &[VelocityCovariance])],
     observations: &[Observation],
 ) -> Vec<Result<Vec<Power>, RigError>> {
     fn run<'r>(rig: &'r Rig, o: &Observation, scatter: VelocityCovariance) -> Run<'r> {
@@ -197,7 +314,7 @@ fn lines_of(
     }
     let runs: Vec<Vec<Run>> = rigs
         .iter()
-        .map(|(rig, scatter)| observations.iter().zip(scatter).map(|(o, s)| run(rig, o, *s)).collect())
+        .map(|(rig, scatter)| observations.iter().zip(*scatter).map(|(o, s)| run(rig, o, *s)).collect())
         .collect();
     let spectrum = |recording: Recording| {
         CHANNELS.map(|name| recording.channel(name).map_or_else(Vec::new, |c| power(&c.samples)))
@@ -221,19 +338,16 @@ fn skirts(lines: &Power, observation: &Observation) -> Power {
     lines.each_ref().map(|power| mean_around(&mean_around(power, reach), reach))
 }
 
-/// Lines spread over a ball pass: balls that pass unevenly put a line's power into the orders of the cage around it. What the
-/// inner race modulates lies between these too, so that it is spread evenly. Where the lines of an uneven machine are known, only
-/// what an effect adds to them is spread.
-fn spaced(
-    lines: &Power,
-    unevenness: Option<&Unevenness>,
-    observation: &Observation,
-    orders: &Orders,
-    on_cage_orders: bool,
-) -> Power {
-    let bins = |order: f64| order * observation.condition.shaft_hz / observation.hz(1.0);
-    let reach = (0.25 * bins(orders.bpfo)).round().max(1.0) as usize;
-    let period = bins(orders.ftf);
+/// Lines spread over a ball pass, as what the inner race modulates is by uneven balls.
+fn over_ball_pass(power: &[f64], observation: &Observation, orders: &Orders) -> Vec<f64> {
+    let reach = (0.25 * observation.bins_of(orders.bpfo)).round().max(1.0) as usize;
+    mean_around(&mean_around(power, reach), reach)
+}
+
+/// Lines spread over the orders of the cage within a ball pass: balls that pass unevenly put a line's power there. Where the lines
+/// of an uneven machine are known, only what an effect adds to them is spread.
+fn spaced(lines: &Power, unevenness: Option<&Unevenness>, observation: &Observation, orders: &Orders) -> Power {
+    let period = observation.bins_of(orders.ftf);
     let lobe = |away: f64| (1.0 - (away / SETTINGS.lobe_bins).powi(2)).max(0.0);
     // A lobe's integral over all bins.
     let scale = period / (4.0 / 3.0 * SETTINGS.lobe_bins);
@@ -241,14 +355,16 @@ fn spaced(
         let place = k as f64 / period;
         scale * lobe((place - place.round()) * period)
     };
-    let is_comb = on_cage_orders && period > 4.0 * SETTINGS.lobe_bins;
+    let is_comb = period > 4.0 * SETTINGS.lobe_bins;
     [0, 1].map(|c| {
         let beyond = |(power, even): (&f64, &f64)| (power - even).max(0.0);
         let mut spread = match unevenness {
-            Some(known) => mean_around(&lines[c].iter().zip(&known.even[c]).map(beyond).collect::<Vec<_>>(), reach),
-            None => mean_around(&lines[c], reach),
+            Some(known) => {
+                let added: Vec<f64> = lines[c].iter().zip(&known.even[c]).map(beyond).collect();
+                over_ball_pass(&added, observation, orders)
+            }
+            None => over_ball_pass(&lines[c], observation, orders),
         };
-        spread = mean_around(&spread, reach);
         if is_comb {
             spread.iter_mut().enumerate().for_each(|(k, p)| *p *= weight(k));
         }

@@ -8,10 +8,10 @@ use super::candidate::NullFit;
 use super::data::{Data, Point};
 use super::fit::Model;
 use super::hypotheses::Hypothesis;
+use super::likelihood::Stretch;
 use super::observation::Observation;
-use super::prediction::Prediction;
 use super::settings::SearchSettings;
-use super::unevenness::unevenness;
+use super::unevenness::UnevenMachines;
 use crate::rig::EffectEntry;
 
 const SETTINGS: SearchSettings = SearchSettings::DEFAULT;
@@ -53,7 +53,9 @@ pub struct StartScore<'h> {
 /// the best of them on two, and a short search of the best of these.
 pub fn screened<'h>(null: &NullFit, brief: &Brief, hypotheses: &'h [Hypothesis]) -> Vec<StartScore<'h>> {
     let orders = null.model.data.orders;
-    let data = |observations| Some(Data::new(observations, orders, unevenness(&null.rig, observations, &orders).ok()?));
+    let data = |observations| {
+        Some(Data::new(observations, orders, UnevenMachines::new(&null.rig, observations, &orders).ok()?))
+    };
     let (Some(first), Some(second)) = (data(&brief.first), data(&brief.second)) else { return Vec::new() };
     let (Some(first), Some(second)) = (brief_null(null, &first), brief_null(null, &second)) else {
         return Vec::new();
@@ -78,7 +80,7 @@ fn brief_null<'d, 'a>(null: &NullFit, data: &'d Data<'a>) -> Option<NullFit<'d, 
     let (model, at) = (Model::fixed(data, null.rig.clone()), &null.point);
     let count = data.observations.len();
     let jitter = vec![at.jitter.iter().copied().max().unwrap_or(0); count];
-    let from = Point { stretch: vec![0.0; count], jitter, ..at.clone() };
+    let from = Point { stretch: vec![Stretch::default(); count], jitter, ..at.clone() };
     let point = model.search(model.start_from(&from).ok()?, SETTINGS.brief_steps).ok()?;
     Some(NullFit::new(&model, &point))
 }
@@ -96,7 +98,7 @@ pub fn scores<'h>(null: &NullFit, starts: Vec<(&'h Hypothesis, EffectEntry)>, sc
         scores.par_iter_mut().zip(prepared).zip(points).for_each(|((score, (model, from)), point)| {
             let Some(point) = point else { return };
             score.gain = null.gain(&point);
-            score.resize(null, model, from, &point.predictions, scales);
+            score.resize(null, model, from, &point, scales);
         });
     }
     scores.retain(|score| score.gain.is_finite());
@@ -104,17 +106,21 @@ pub fn scores<'h>(null: &NullFit, starts: Vec<(&'h Hypothesis, EffectEntry)>, sc
 }
 
 impl StartScore<'_> {
-    /// Moves a score to the best size of its effect, whose predictions at its first size are known.
-    fn resize(&mut self, null: &NullFit, model: &Model, from: &Point, predictions: &[Prediction], scales: &[f64]) {
+    /// Moves a score to the best size of its effect, of which `point` is at the first size.
+    fn resize(&mut self, null: &NullFit, model: &Model, from: &Point, point: &Point, scales: &[f64]) {
         let size = self.hypothesis.size.and_then(|key| Some((key, self.effect.number(key)?)));
         let Some((key, size)) = size else { return };
-        for &scale in scales {
-            let each = predictions.iter().zip(null.point.predictions.iter());
-            let scaled = each.map(|(own, null)| own.scaled(null, scale)).collect();
-            let gain = null.gain(&model.started(from, scaled));
-            if gain > self.gain {
-                *self = Self { gain, effect: self.effect.clone().with_number(key, scale * size), ..*self };
-            }
+        let scaled = |scale: f64| {
+            let each = point.predictions.iter().zip(null.point.predictions.iter());
+            each.map(|(own, null)| own.scaled(null, scale)).collect()
+        };
+        let near = Point { stretch: point.stretch.clone(), ..from.clone() };
+        let rough = |scale: &f64| null.gain(&model.with_predictions(&near, scaled(*scale)));
+        let best = scales.iter().map(|scale| (rough(scale), *scale)).max_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, scale)) = best else { return };
+        let gain = null.gain(&model.started(from, scaled(scale)));
+        if gain > self.gain {
+            *self = Self { gain, effect: self.effect.clone().with_number(key, scale * size), ..*self };
         }
     }
 }

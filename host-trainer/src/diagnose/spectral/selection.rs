@@ -5,11 +5,13 @@ use super::causes::{self, Accepted};
 use super::data::{Data, Point};
 use super::fit::Model;
 use super::lack::lack;
+use super::likelihood::Stretch;
 use super::observation::{Observation, duration_s, mean_load_n};
 use super::screening::Brief;
 use super::search::candidates;
 use super::settings::{FitSettings, GateSettings};
 use super::text;
+use super::unevenness::turns_otherwise;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::result::{Cause, Rejected};
 use crate::rig::RigError;
@@ -82,8 +84,21 @@ impl<'d, 'a> Selection<'d, 'a> {
             let probability = causes::probability(&best, &found, is_second);
             let effect = self.model.rig.effects.len() - 1;
             self.accepted.push(Accepted { candidate: best, held_out, probability, rivals: found, effect });
+            if turns_otherwise(&self.model.rig) {
+                held_now = self.turn(held_data)?;
+            }
         }
         Ok(self)
+    }
+
+    /// Fits the unevenness of the balls in the rotation that a cause has changed; −ln of the held-out recordings.
+    fn turn(&mut self, held_data: &Data) -> Result<f64, DiagnoseError> {
+        self.model.rig = self.model.rig_at(&self.point.values)?;
+        for data in [self.model.data, held_data] {
+            data.unevenness.turn(&self.model.rig, data.observations, &data.orders)?;
+        }
+        self.point = self.model.search(self.model.start_from(&self.point)?, FIT.held_out_steps)?;
+        Ok(refit_nuisances(held_data, &self.model, &self.point)?.objective())
     }
 }
 
@@ -108,7 +123,12 @@ pub fn refit_nuisances(data: &Data, model: &Model, point: &Point) -> Result<Poin
     let other = Model::fixed(data, model.rig_at(&point.values)?);
     let count = data.observations.len();
     let jitter = point.jitter.iter().copied().max().unwrap_or(0);
-    let from = Point { values: Vec::new(), stretch: vec![0.0; count], jitter: vec![jitter; count], ..point.clone() };
+    let from = Point {
+        values: Vec::new(),
+        stretch: vec![Stretch::default(); count],
+        jitter: vec![jitter; count],
+        ..point.clone()
+    };
     other.search(other.start_from(&from)?, FIT.held_out_steps)
 }
 

@@ -57,9 +57,13 @@ pub struct LikelihoodSettings {
     /// Standard deviation of a healthy cage's slip; with that of the stated speed it is that of the stretch.
     pub slip_std: f64,
     /// Mean of the same: a healthy cage slips by up to 0.5 %.
-    pub stretch_mean: f64,
-    /// Greatest stretch that is considered, as a share, and step.
+    pub slip_mean: f64,
+    /// Least standard deviation of a stated speed, as a share of it.
+    pub least_speed_std: f64,
+    /// Greatest stretch that is considered, as a share, and least step.
     pub stretch: [f64; 2],
+    /// Step by which the line of highest frequency moves, bins.
+    pub stretch_bins: f64,
     /// Predicted line's power over the noise from which it determines the stretch.
     pub line_ratio: f64,
     /// Most bins of lines that determine it. By hand: for the computing time.
@@ -91,8 +95,10 @@ impl LikelihoodSettings {
         usual: [[2, 2], [6, 3]],
         usual_jitter: [1e-5, 1.5],
         slip_std: 0.0015,
-        stretch_mean: -0.002,
+        slip_mean: 0.002,
+        least_speed_std: 1e-4,
         stretch: [0.009, 1.5e-4],
+        stretch_bins: 0.5,
         line_ratio: 0.5,
         most_lines: 400,
     };
@@ -358,7 +364,7 @@ pub struct SearchSettings {
     /// Starts that are simulated together. By hand: a multiple of a vector's runs, few enough for the memory.
     pub side_by_side: usize,
     /// Sizes over that of the start at which a score is taken too, where one run gives them. By hand: half a decade apart.
-    pub scales: [f64; 6],
+    pub scales: [f64; 7],
     /// Starts after the first screening.
     pub starts: usize,
     /// Starts of a hypothesis after it.
@@ -396,7 +402,7 @@ impl SearchSettings {
         brief_s: [0.3, 0.5],
         brief_steps: 3,
         side_by_side: 64,
-        scales: [0.06, 0.2, 0.6, 2.0, 6.0, 20.0],
+        scales: [0.02, 0.06, 0.2, 0.6, 2.0, 6.0, 20.0],
         starts: 40,
         starts_each: 4,
         hypotheses: 9,

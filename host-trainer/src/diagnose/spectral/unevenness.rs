@@ -1,11 +1,14 @@
 //! Lines of a machine whose balls are unevenly spaced, by simulation of some draws.
 
+use std::sync::OnceLock;
+
 use super::likelihood::spacing_shares;
 use super::observation::{Observation, Power, power};
 use super::prediction::{Known, START_ANGLES_RAD, noises_of, settling_s};
 use super::settings::LikelihoodSettings;
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::recording::Recording;
+use crate::rig::effect::EffectKind;
 use crate::rig::simulate::{fewest_substeps, simulate_all};
 use crate::rig::{Rig, RigError, Run, Start};
 use crate::signal::kinematics::Orders;
@@ -21,11 +24,53 @@ pub struct Unevenness {
     pub added: Power,
 }
 
+/// Unevenness of the recordings of a rig, and of the rig with another rotation.
+#[derive(Debug, Default)]
+pub struct UnevenMachines {
+    nominal: Vec<Unevenness>,
+    turned: OnceLock<Vec<Unevenness>>,
+}
+
+impl UnevenMachines {
+    /// Unevenness of recordings of a rig.
+    ///
+    /// # Errors
+    /// As [`unevenness`].
+    pub fn new(rig: &Rig, observations: &[Observation], orders: &Orders) -> Result<Self, RigError> {
+        let made = unevenness(rig, observations, orders)?;
+        Ok(match turns_otherwise(rig) {
+            true => Self { nominal: Vec::new(), turned: OnceLock::from(made) },
+            false => Self { nominal: made, turned: OnceLock::new() },
+        })
+    }
+
+    /// Adds the unevenness of the rig with a first effect that changes its rotation.
+    ///
+    /// # Errors
+    /// As [`unevenness`].
+    pub fn turn(&self, rig: &Rig, observations: &[Observation], orders: &Orders) -> Result<(), RigError> {
+        let made = unevenness(rig, observations, orders)?;
+        self.turned.get_or_init(|| made);
+        Ok(())
+    }
+
+    /// Unevenness of a recording of a rig, by whether an effect changes its rotation; `None` if it is not known.
+    pub fn of(&self, rig: &Rig, recording: usize) -> Option<&Unevenness> {
+        let all = if turns_otherwise(rig) { self.turned.get()? } else { &self.nominal };
+        all.get(recording)
+    }
+}
+
+/// Whether an effect changes the rotation of shaft or cage.
+pub fn turns_otherwise(rig: &Rig) -> bool {
+    rig.effects.iter().any(|effect| matches!(effect.kind, EffectKind::SpeedDrift | EffectKind::CageSlip))
+}
+
 /// Unevenness of each recording of a rig.
 ///
 /// # Errors
 /// What the simulation refuses, or a run that diverges.
-pub fn unevenness(rig: &Rig, observations: &[Observation], orders: &Orders) -> Result<Vec<Unevenness>, RigError> {
+fn unevenness(rig: &Rig, observations: &[Observation], orders: &Orders) -> Result<Vec<Unevenness>, RigError> {
     // One rig in, one result out.
     let noises = noises_of(&[(&Known::Nothing, rig)], observations).swap_remove(0)?;
     let [cage, shaft] = START_ANGLES_RAD;
@@ -44,11 +89,11 @@ pub fn unevenness(rig: &Rig, observations: &[Observation], orders: &Orders) -> R
     }
     let made = simulate_all(&runs)?.into_iter().collect::<Result<Vec<_>, _>>()?;
     let each = made.chunks(1 + SETTINGS.drawn_machines as usize).zip(observations);
-    Ok(each
-        .map(|(made, o)| {
-            Unevenness::new(&made[0], &made[1..], &spacing_shares(o, SETTINGS.drawn_spacing_rad, orders.ftf))
-        })
-        .collect())
+    let of = |(made, o): (&[Recording], &Observation)| {
+        let shares = spacing_shares(o, SETTINGS.drawn_spacing_rad, orders.ftf);
+        Unevenness::new(&made[0], &made[1..], &shares)
+    };
+    Ok(each.map(of).collect())
 }
 
 impl Unevenness {
