@@ -158,15 +158,17 @@ impl<'d, 'a> Model<'d, 'a> {
         let drifts = self.rig.effects.iter().any(|e| e.kind == EffectKind::SpeedDrift);
         let reach = if drifts { SETTINGS.drift_reach } else { 1.0 } * LIKELIHOOD.stretch[0];
         let stretch = self.data.stretches(point, &vec![Stretch::default(); point.stretch.len()], reach);
-        if stretch != point.stretch {
-            point.stretch = stretch;
-            self.weigh(point);
-        }
+        self.move_stretch(point, stretch);
     }
 
     /// Moves the stretch of each recording to the best nearby.
     fn refine_stretch(&self, point: &mut Point) {
         let stretch = self.data.stretches(point, &point.stretch, SETTINGS.near_steps * LIKELIHOOD.stretch[1]);
+        self.move_stretch(point, stretch);
+    }
+
+    /// Moves a point to another stretch of each recording if it fits better.
+    fn move_stretch(&self, point: &mut Point, stretch: Vec<Stretch>) {
         if stretch != point.stretch {
             let mut moved = Point { stretch, ..point.clone() };
             self.weigh(&mut moved);

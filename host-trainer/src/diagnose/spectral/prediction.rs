@@ -240,7 +240,7 @@ struct Deterministic<'r> {
 /// Power of the deterministic part of a recording.
 #[derive(Clone, Debug)]
 pub struct Parts {
-    /// Without the effects of the inner race.
+    /// Without the effects of the inner race, but no more than with them.
     pub outer: Power,
     /// What these add; `None` without any.
     pub inner: Option<Power>,
@@ -258,8 +258,10 @@ impl Parts {
         match outer {
             None => Self { outer: whole, inner: None },
             Some(outer) => {
-                let beyond = |c: usize| whole[c].iter().zip(&outer[c]).map(|(w, o)| (w - o).max(0.0)).collect();
-                Self { inner: Some([0, 1].map(beyond)), outer }
+                let both = |c: usize| whole[c].iter().zip(&outer[c]);
+                let rest = [0, 1].map(|c| both(c).map(|(whole, outer)| whole.min(*outer)).collect());
+                let inner = [0, 1].map(|c| both(c).map(|(whole, outer)| (whole - outer).max(0.0)).collect());
+                Self { outer: rest, inner: Some(inner) }
             }
         }
     }

@@ -98,7 +98,7 @@ impl LikelihoodSettings {
         slip_mean: 0.002,
         least_speed_std: 1e-4,
         stretch: [0.009, 1.5e-4],
-        stretch_bins: 0.5,
+        stretch_bins: 0.3,
         line_ratio: 0.5,
         most_lines: 400,
     };
