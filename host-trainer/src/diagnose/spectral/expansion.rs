@@ -179,10 +179,10 @@ fn columns(model: &Model, point: &Point) -> Result<Vec<Vec<Derivative>>, RigErro
             None
         };
         // A number of an effect of the inner race moves that part alone.
-        let is_inner = matches!(coordinate.key, RigKey::Effect { index, .. } if is_inner(&rig.effects[index]));
+        let moves_inner = matches!(coordinate.key, RigKey::Effect { index, .. } if is_inner(&rig.effects[index]));
         let outer = || point.predictions.iter().map(|p| p.outer.power.clone()).collect();
         let moved_lines = match coordinate.moves_mean {
-            true => Some(lines(&rig, observations, &scatter, is_inner.then(outer))?),
+            true => Some(lines(&rig, observations, &scatter, moves_inner.then(outer))?),
             false => None,
         };
         let quotient = |moved: Option<&Power>, still: Option<&Power>| -> Power {

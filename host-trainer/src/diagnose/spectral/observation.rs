@@ -39,7 +39,7 @@ impl Observation {
     /// Spectra of a recording.
     pub fn new(observed: &Observed) -> Self {
         let Observed { name, condition, shaft_hz_std, samples, tachometer, .. } = observed;
-        let [power, ln_power] = powers(samples);
+        let (power, ln_power) = powers(samples);
         let speed_std = shaft_hz_std / condition.shaft_hz;
         let (name, condition, samples, tachometer) = (name.clone(), *condition, samples.clone(), *tachometer);
         Self { name, condition, speed_std, samples, power, ln_power, tachometer }
@@ -48,7 +48,7 @@ impl Observation {
     /// Part of the recording, by its samples.
     fn part(&self, kept: Range<usize>) -> Self {
         let samples = self.samples.each_ref().map(|samples| samples.as_ref().map(|s| s[kept.clone()].to_vec()));
-        let [power, ln_power] = powers(&samples);
+        let (power, ln_power) = powers(&samples);
         let condition = OperatingCondition { samples: kept.len(), ..self.condition };
         Self { name: self.name.clone(), condition, samples, power, ln_power, ..*self }
     }
@@ -81,11 +81,14 @@ impl Observation {
     }
 }
 
+/// Values of both channels; `None` for one that was not recorded.
+type Channels = [Option<Vec<f64>>; 2];
+
 /// Power of both channels, and its logarithm.
-fn powers(samples: &[Option<Vec<f64>>; 2]) -> [[Option<Vec<f64>>; 2]; 2] {
+fn powers(samples: &Channels) -> (Channels, Channels) {
     let power = samples.each_ref().map(|samples| samples.as_deref().map(power));
     let ln = power.each_ref().map(|power| power.as_ref().map(|p| p.iter().map(|p| p.ln()).collect()));
-    [power, ln]
+    (power, ln)
 }
 
 /// Mean load of recordings, N.

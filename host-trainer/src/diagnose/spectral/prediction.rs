@@ -29,7 +29,7 @@ pub struct Prediction {
     pub noise: Arc<Power>,
     /// Share of the process force in it.
     pub process_share: Arc<Power>,
-    /// Lines of the deterministic part without the effects of the inner race.
+    /// Lines of the deterministic part without the effects of the inner race, but no more than with them.
     pub outer: Lines,
     /// What the effects of the inner race add; `None` without any.
     pub inner: Option<Lines>,
@@ -44,7 +44,7 @@ pub struct Lines {
     pub power: Power,
     /// The same where a wandering speed has taken the lines' phase.
     pub skirts: Power,
-    /// The same where balls are so unevenly spaced that no harmonic of the ball pass stands out.
+    /// What uneven balls make of it, over the share of a line's power that they take.
     pub spaced: Power,
 }
 
@@ -295,29 +295,28 @@ fn lines_of(asked: &[Deterministic], observations: &[Observation]) -> Vec<Result
     parts
 }
 
-/// Settling of a run of a recording, s.
-pub fn settling_s(rig: &Rig, observation: &Observation) -> f64 {
+/// Start of a noise-free run of a recording, with the velocity covariance of the random part.
+pub fn noise_free(rig: &Rig, observation: &Observation, scatter: VelocityCovariance) -> Start {
+    let [cage, shaft] = START_ANGLES_RAD;
     let duration_s = observation.condition.samples as f64 / observation.condition.sample_rate_hz;
-    shortest_settling_s(rig).min(SETTINGS.settle_share * duration_s)
+    Start {
+        substeps: Some(fewest_substeps(rig, Some(scatter), &observation.condition)),
+        settle_s: shortest_settling_s(rig).min(SETTINGS.settle_share * duration_s),
+        velocity_covariance: Some(scatter),
+        ..Start::noise_free(cage, shaft)
+    }
 }
 
 /// Powers of the deterministic part of rigs, each with the velocity covariances of its random part.
-fn powers_of(
-    rigs: &[(&Rig, &[VelocityCovariance])],
+fn powers_of<'r>(
+    rigs: &[(&'r Rig, &[VelocityCovariance])],
     observations: &[Observation],
 ) -> Vec<Result<Vec<Power>, RigError>> {
-    fn run<'r>(rig: &'r Rig, o: &Observation, scatter: VelocityCovariance) -> Run<'r> {
-        let [cage, shaft] = START_ANGLES_RAD;
-        let scatter = Some(scatter);
-        let substeps = Some(fewest_substeps(rig, scatter, &o.condition));
-        let settle_s = settling_s(rig, o);
-        let start = Start { substeps, settle_s, velocity_covariance: scatter, ..Start::noise_free(cage, shaft) };
-        Run { rig, condition: o.condition, start }
-    }
-    let runs: Vec<Vec<Run>> = rigs
-        .iter()
-        .map(|(rig, scatter)| observations.iter().zip(*scatter).map(|(o, s)| run(rig, o, *s)).collect())
-        .collect();
+    let runs_of = |(rig, scatter): &(&'r Rig, &[VelocityCovariance])| -> Vec<Run<'r>> {
+        let each = observations.iter().zip(*scatter);
+        each.map(|(o, s)| Run { rig, condition: o.condition, start: noise_free(rig, o, *s) }).collect()
+    };
+    let runs: Vec<Vec<Run>> = rigs.iter().map(runs_of).collect();
     let spectrum = |recording: Recording| {
         CHANNELS.map(|name| recording.channel(name).map_or_else(Vec::new, |c| power(&c.samples)))
     };

@@ -19,7 +19,7 @@ const SETTINGS: SearchSettings = SearchSettings::DEFAULT;
 const DEFECT_KEYS: &[ParameterKey] = &[ParameterKey::DepthM, ParameterKey::WidthRad, ParameterKey::AngleRad];
 /// Effects that are always fitted to all recordings: a brief recording does not show a drift of the speed, and an error of the
 /// load is always a rival.
-const NOT_SCREENED: [EffectKind; 2] = [EffectKind::SpeedDrift, EffectKind::ConstantForce];
+const ALWAYS_FITTED: [EffectKind; 2] = [EffectKind::SpeedDrift, EffectKind::ConstantForce];
 
 /// Candidates that gain most, best first; none of the kinds that the rig has already.
 pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief) -> Vec<Candidate<'d, 'a>> {
@@ -30,17 +30,14 @@ pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief) -> Vec<Candidat
     let most = kept.first().map_or(0.0, |score| score.gain);
     kept.retain(|score| score.gain > SETTINGS.rival_share * most);
     kept.truncate(SETTINGS.full_fits);
-    let fits = kept.into_par_iter().filter_map(|score| {
-        let started = null.started(score.hypothesis, &sizes(&score.effect));
-        Some(best(started)?.searched(null, SETTINGS.steps[0]))
-    });
+    let fit = |hypothesis: &Hypothesis, starts: &[EffectEntry]| {
+        Some(best(null.started(hypothesis, starts))?.searched(null, SETTINGS.steps[0]))
+    };
+    let fits = kept.into_par_iter().filter_map(|score| fit(score.hypothesis, &sizes(&score.effect)));
     let mut fits: Vec<Candidate> = fits.collect();
-    let also = hypotheses.iter().filter(|h| NOT_SCREENED.contains(&h.kind));
+    let also = hypotheses.iter().filter(|h| ALWAYS_FITTED.contains(&h.kind));
     let also: Vec<&Hypothesis> = also.filter(|h| fits.iter().all(|c| c.kind != h.kind)).collect();
-    fits.extend(also.into_iter().filter_map(|hypothesis| {
-        let started = null.started(hypothesis, &hypothesis.starts);
-        Some(best(started)?.searched(null, SETTINGS.steps[0]))
-    }));
+    fits.extend(also.into_iter().filter_map(|hypothesis| fit(hypothesis, &hypothesis.starts)));
     rank(&mut fits);
     let most = fits.first().map_or(0.0, |c| c.gain);
     let close = |c: &Candidate| c.gain > most - SETTINGS.close_nats - SETTINGS.close_share * most.abs();
@@ -73,24 +70,19 @@ fn restarted<'d, 'a>(candidate: Candidate<'d, 'a>, null: &NullFit<'d, 'a>) -> Ca
     let Some(width) = effect.number(WidthRad) else { return candidate };
     let index = candidate.model.rig.effects.len() - 1;
     let has_angle = candidate.model.coordinates.iter().any(|c| c.key.of_effect(index) == Some(AngleRad));
-    let angles = match effect.number(AngleRad).filter(|_| has_angle) {
+    let turned: Vec<EffectEntry> = match effect.number(AngleRad).filter(|_| has_angle) {
         Some(angle) => {
             let near_load = FRAC_PI_2 + SETTINGS.near_load_rad;
-            vec![Some(angle), Some(PI - angle), Some(0.5 * (angle + FRAC_PI_2)), Some(near_load)]
+            let angles = [angle, PI - angle, 0.5 * (angle + FRAC_PI_2), near_load];
+            angles.map(|angle| effect.clone().with_number(AngleRad, angle)).to_vec()
         }
-        None => vec![None],
+        None => vec![effect],
     };
     let free = if has_angle { DEFECT_KEYS } else { &DEFECT_KEYS[..2] };
     let (kind, place) = (candidate.kind, candidate.place.clone());
     let hypothesis = Hypothesis { kind, place, free, starts: Vec::new(), size: Some(DepthM) };
-    let widths = SETTINGS.other_widths.map(|share| effect.clone().with_number(WidthRad, share * width));
-    let turned = |other: EffectEntry| {
-        angles.iter().map(move |angle| match angle {
-            Some(angle) => other.clone().with_number(AngleRad, *angle),
-            None => other.clone(),
-        })
-    };
-    let starts = widths.into_iter().flat_map(turned).map(|start| (&hypothesis, start)).collect();
+    let of_width = |share: f64| turned.iter().map(move |effect| effect.clone().with_number(WidthRad, share * width));
+    let starts = SETTINGS.other_widths.into_iter().flat_map(of_width).map(|start| (&hypothesis, start)).collect();
     let kept = best_starts(scores(null, starts, &SETTINGS.other_depths), SETTINGS.restarts, SETTINGS.restarts);
     let starts: Vec<EffectEntry> = kept.into_iter().map(|score| score.effect).collect();
     let started = null.started(&hypothesis, &starts);
