@@ -6,7 +6,7 @@ use super::data::Point;
 use super::fit::Model;
 use super::hypotheses::Hypothesis;
 use super::likelihood::Colour;
-use super::prediction::Known;
+use super::prediction::{Known, is_inner};
 use crate::identify::likelihood::coordinate::Coordinate;
 use crate::rig::config::RigKey;
 use crate::rig::effect::{EffectKind, ParameterKey};
@@ -90,7 +90,9 @@ impl<'d, 'a> NullFit<'d, 'a> {
         let own = own.filter_map(|key| Coordinate::for_key(&rig, RigKey::Effect { index, key: *key }));
         let coordinates = null.coordinates.iter().cloned().chain(own).collect();
         let is_steady = effect.definition().is_deterministic && null.coordinates.is_empty();
+        let keeps_inner = !is_inner(effect) && self.point.predictions.iter().all(|p| p.inner.is_some());
         let known = match (is_steady, is_screening) {
+            (true, true) if keeps_inner => Known::NoiseAndInner(Arc::clone(&self.point.predictions)),
             (true, _) => Known::Noise(Arc::clone(&self.point.predictions)),
             (false, true) => Known::Scatter(self.point.predictions.iter().map(|p| p.scatter).collect()),
             (false, false) => Known::Nothing,

@@ -7,8 +7,8 @@ use faer::linalg::solvers::DenseSolveCore;
 use rayon::prelude::*;
 
 use super::likelihood::{
-    COLOURS, Channel, Colour, KNOTS, Range, Stretch, best_stretch, colour_covariance, hats, jitter_shares,
-    spacing_shares,
+    COLOURS, Channel, Colour, ColouredNoise, KNOTS, Range, Stretch, best_stretch, colour_covariance, hats,
+    jitter_shares, spacing_shares,
 };
 use super::observation::Observation;
 use super::prediction::Prediction;
@@ -62,12 +62,18 @@ impl<'a> Data<'a> {
             observation: &self.observations[recording],
             prediction: &point.predictions[recording],
             hats: &self.hats[recording],
-            colour: &point.colour,
+            coloured: &point.coloured[recording],
             stretch: point.stretch[recording],
             jitter: &self.jitter[recording][point.jitter[recording]],
             spacing: &self.spacing[recording][point.spacing],
             channel,
         }
+    }
+
+    /// Noise of each recording at a point in its colour; as the point has it already where that is the same.
+    pub fn coloured(&self, point: &Point) -> Vec<ColouredNoise> {
+        let each = point.predictions.par_iter().zip(&self.hats).enumerate();
+        each.map(|(n, (p, hats))| ColouredNoise::new(point.coloured.get(n), p, &point.colour, hats)).collect()
     }
 
     /// −ln L of each recording.
@@ -147,6 +153,8 @@ pub struct Point {
     pub spacing: usize,
     /// Predictions of each recording.
     pub predictions: Arc<Vec<Prediction>>,
+    /// Noise of each recording in that colour.
+    pub coloured: Vec<ColouredNoise>,
     /// −ln L of each recording.
     pub neg_logs: Vec<f64>,
     /// −ln of the prior.

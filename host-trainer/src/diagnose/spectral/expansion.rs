@@ -8,12 +8,12 @@ use super::data::Point;
 use super::fit::Model;
 use super::likelihood::{COLOURS, Channel, KNOTS, PROCESS};
 use super::observation::Power;
-use super::prediction::{Known, is_inner, lines, noise};
+use super::prediction::{Deterministic, Known, Part, is_inner, lines_of, noises_of};
 use super::settings::FitSettings;
 use crate::identify::likelihood::coordinate::Coordinate;
-use crate::rig::RigError;
 use crate::rig::config::RigKey;
 use crate::rig::random_part::depends_on_velocity_noise;
+use crate::rig::{Rig, RigError};
 
 const SETTINGS: FitSettings = FitSettings::DEFAULT;
 /// Share of a line with its skirts from which its power in a bin determines their derivative.
@@ -159,41 +159,53 @@ impl Derivative {
     }
 }
 
-/// Derivatives by each coordinate, of each recording.
+/// Derivatives by each coordinate, of each recording; all moved rigs are simulated side by side.
 fn columns(model: &Model, point: &Point) -> Result<Vec<Vec<Derivative>>, RigError> {
     let observations = model.data.observations;
-    let scatter: Vec<_> = point.predictions.iter().map(|p| p.scatter).collect();
-    let column = |(a, coordinate): (usize, &Coordinate)| -> Result<Vec<Derivative>, RigError> {
+    let step = SETTINGS.difference;
+    let moved_rig = |a: usize| {
         let mut values = point.values.clone();
-        let step = SETTINGS.difference;
         values[a] += step;
-        let rig = model.rig_at(&values)?;
-        let moved_noise = if coordinate.moves_variance && !matches!(model.known, Known::Noise(_)) {
-            Some(noise(&rig, observations, &scatter)?)
-        } else {
-            None
-        };
-        let base = if coordinate.moves_variance && depends_on_velocity_noise(&rig) {
-            Some(noise(&model.rig_at(&point.values)?, observations, &scatter)?)
-        } else {
-            None
-        };
-        // A number of an effect of the inner race moves that part alone.
-        let moves_inner = matches!(coordinate.key, RigKey::Effect { index, .. } if is_inner(&rig.effects[index]));
-        let outer = || point.predictions.iter().map(|p| p.outer.power.clone()).collect();
-        let moved_lines = match coordinate.moves_mean {
-            true => Some(lines(&rig, observations, &scatter, moves_inner.then(outer))?),
-            false => None,
-        };
-        let quotient = |moved: Option<&Power>, still: Option<&Power>| -> Power {
-            let both = moved.zip(still);
-            [0, 1].map(|c| {
-                both.map_or_else(Vec::new, |(m, s)| m[c].iter().zip(&s[c]).map(|(m, s)| (m - s) / step).collect())
-            })
-        };
+        model.rig_at(&values)
+    };
+    let rigs = (0..model.coordinates.len()).map(moved_rig).collect::<Result<Vec<Rig>, RigError>>()?;
+    let scatter: Vec<_> = point.predictions.iter().map(|p| p.scatter).collect();
+    let known = Known::Scatter(scatter.clone());
+    let outer: Vec<Power> = point.predictions.iter().map(|p| p.outer.power.clone()).collect();
+
+    let moves_noise =
+        |c: &Coordinate| c.moves_variance && !matches!(model.known, Known::Noise(_) | Known::NoiseAndInner(_));
+    let each = || model.coordinates.iter().zip(&rigs);
+    // At a point that was reached with another velocity covariance, the noise is not that of the predictions.
+    let own = each().any(|(c, rig)| c.moves_variance && depends_on_velocity_noise(rig));
+    let own = own.then(|| model.rig_at(&point.values)).transpose()?;
+    let noisy = own.iter().chain(each().filter(|(c, _)| moves_noise(c)).map(|(_, rig)| rig));
+    let mut noises = noises_of(&noisy.map(|rig| (&known, rig)).collect::<Vec<_>>(), observations).into_iter();
+    let base = own.and_then(|_| noises.next()).transpose()?;
+
+    // A number of an effect of the inner race moves that part alone.
+    let moves_inner =
+        |c: &Coordinate, rig: &Rig| matches!(c.key, RigKey::Effect { index, .. } if is_inner(&rig.effects[index]));
+    let runs = each().filter(|(c, _)| c.moves_mean).map(|(c, rig)| Deterministic {
+        rig,
+        scatter: scatter.clone(),
+        part: moves_inner(c, rig).then(|| Part::Outer(outer.clone())),
+    });
+    let mut lines = lines_of(&runs.collect::<Vec<_>>(), observations).into_iter();
+
+    let quotient = |moved: Option<&Power>, still: Option<&Power>| -> Power {
+        let both = moved.zip(still);
+        [0, 1]
+            .map(|c| both.map_or_else(Vec::new, |(m, s)| m[c].iter().zip(&s[c]).map(|(m, s)| (m - s) / step).collect()))
+    };
+    let mut columns = Vec::with_capacity(rigs.len());
+    for (coordinate, rig) in each() {
+        let moved_noise = if moves_noise(coordinate) { noises.next().transpose()? } else { None };
+        let moved_lines = if coordinate.moves_mean { lines.next().transpose()? } else { None };
+        let base = base.as_ref().filter(|_| coordinate.moves_variance && depends_on_velocity_noise(rig));
         let of = |n: usize| {
             let now = &point.predictions[n];
-            let still = base.as_ref().map_or(&now.noise, |base| &base[n].variance);
+            let still = base.map_or(&now.noise, |base| &base[n].variance);
             let moved = moved_lines.as_ref().map(|all| &all[n]);
             let inner = moved.and_then(|parts| parts.inner.as_ref());
             Derivative {
@@ -202,7 +214,7 @@ fn columns(model: &Model, point: &Point) -> Result<Vec<Vec<Derivative>>, RigErro
                 inner: quotient(inner, now.inner.as_ref().map(|lines| &lines.power)),
             }
         };
-        Ok((0..observations.len()).map(of).collect())
-    };
-    model.coordinates.par_iter().enumerate().map(column).collect()
+        columns.push((0..observations.len()).map(of).collect());
+    }
+    Ok(columns)
 }

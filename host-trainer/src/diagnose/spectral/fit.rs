@@ -137,8 +137,9 @@ impl<'d, 'a> Model<'d, 'a> {
         predictions(&[(&self.known, rig)], observations, orders, unevenness).swap_remove(0)
     }
 
-    /// Sets likelihood and prior of a point by its predictions and nuisances.
+    /// Sets coloured noise, likelihood and prior of a point by its predictions and nuisances.
     fn weigh(&self, point: &mut Point) {
+        point.coloured = self.data.coloured(point);
         point.neg_logs = self.data.neg_log_likelihoods(point);
         let jitter = |j: &usize| {
             let [usual, scatter] = LIKELIHOOD.usual_jitter;

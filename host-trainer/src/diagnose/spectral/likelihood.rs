@@ -7,7 +7,7 @@
 //! against the rig. A few bins are neither.
 
 use std::f64::consts::{PI, TAU};
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 use statrs::function::gamma::ln_gamma;
 
@@ -49,6 +49,32 @@ impl Prediction {
     pub fn colouring(&self, colour: &Colour, channel: usize, hat: (usize, f64), k: usize) -> f64 {
         let process = self.process_share[channel][k];
         colour_at(&colour[channel], hat).exp() * (1.0 + process * colour_at(&colour[PROCESS], hat).exp_m1())
+    }
+}
+
+/// Noise of a prediction in a colour, at each bin.
+#[derive(Clone, Debug)]
+pub struct ColouredNoise {
+    plain: Arc<Power>,
+    colour: Colour,
+    power: Arc<Power>,
+}
+
+impl ColouredNoise {
+    /// Noise of a prediction in a colour; `before` itself if that is the same.
+    pub fn new(before: Option<&Self>, prediction: &Prediction, colour: &Colour, hats: &[(usize, f64)]) -> Self {
+        if let Some(before) = before.filter(|b| Arc::ptr_eq(&b.plain, &prediction.noise) && b.colour == *colour) {
+            return before.clone();
+        }
+        let plain = Arc::clone(&prediction.noise);
+        if *colour == Colour::default() {
+            return Self { power: Arc::clone(&plain), plain, colour: *colour };
+        }
+        let of = |channel: usize| {
+            let bins = plain[channel].iter().zip(hats).enumerate();
+            bins.map(|(k, (plain, hat))| plain * prediction.colouring(colour, channel, *hat, k)).collect()
+        };
+        Self { power: Arc::new([0, 1].map(of)), plain, colour: *colour }
     }
 }
 
@@ -169,8 +195,8 @@ pub struct Channel<'a> {
     pub prediction: &'a Prediction,
     /// Knots around each bin.
     pub hats: &'a [(usize, f64)],
-    /// Colour of both channels.
-    pub colour: &'a Colour,
+    /// Noise in its colour.
+    pub coloured: &'a ColouredNoise,
     /// Stretch of the lines.
     pub stretch: Stretch,
     /// Share of a line's power at each bin that the jitter of the ball passes takes; empty without any.
@@ -184,13 +210,13 @@ pub struct Channel<'a> {
 impl Channel<'_> {
     /// Coloured noise at a bin.
     pub fn noise(&self, k: usize) -> f64 {
-        self.prediction.noise[self.channel][k] * self.prediction.colouring(self.colour, self.channel, self.hats[k], k)
+        self.coloured.power[self.channel][k]
     }
 
     /// Share of the process force in the coloured noise at a bin.
     pub fn process_share(&self, k: usize) -> f64 {
-        let process =
-            self.prediction.process_share[self.channel][k] * colour_at(&self.colour[PROCESS], self.hats[k]).exp();
+        let process = self.prediction.process_share[self.channel][k]
+            * colour_at(&self.coloured.colour[PROCESS], self.hats[k]).exp();
         process / (1.0 - self.prediction.process_share[self.channel][k] + process)
     }
 

@@ -116,17 +116,24 @@ pub enum Known {
     Nothing,
     /// Noise, which effects of the deterministic motion leave as it is.
     Noise(Arc<Vec<Prediction>>),
+    /// The same, and what effects of the inner race add, which another effect hardly changes.
+    NoiseAndInner(Arc<Vec<Prediction>>),
     /// Velocity covariance, on which friction depends.
     Scatter(Vec<VelocityCovariance>),
 }
 
 impl Known {
-    /// Lines of each recording without the effects of the inner race, if the nearby rig has none there.
-    fn outer_lines(&self) -> Option<Vec<Power>> {
+    /// Part of the lines of each recording; that without the effects of the inner race if the nearby rig has none there.
+    fn part(&self) -> Option<Part> {
         match self {
             Self::Noise(known) if known.iter().all(|p| p.inner.is_none()) => {
-                Some(known.iter().map(|p| p.outer.power.clone()).collect())
+                Some(Part::Outer(known.iter().map(|p| p.outer.power.clone()).collect()))
             }
+            Self::NoiseAndInner(known) => known
+                .iter()
+                .map(|p| p.inner.as_ref().map(|inner| inner.power.clone()))
+                .collect::<Option<_>>()
+                .map(Part::Inner),
             _ => None,
         }
     }
@@ -143,7 +150,7 @@ pub fn predictions(
     let noises = noises_of(rigs, observations);
     let runs = rigs.iter().zip(&noises).filter_map(|((known, rig), noise)| {
         let scatter = noise.as_ref().ok()?.iter().map(|n| n.scatter).collect();
-        Some(Deterministic { rig, scatter, outer: known.outer_lines() })
+        Some(Deterministic { rig, scatter, part: known.part() })
     });
     let mut lines = lines_of(&runs.collect::<Vec<_>>(), observations).into_iter();
     let mut found = Vec::with_capacity(rigs.len());
@@ -176,7 +183,7 @@ pub fn noises_of(rigs: &[(&Known, &Rig)], observations: &[Observation]) -> Vec<R
     let mut asked = Vec::new();
     for ((known, _), rig) in rigs.iter().zip(&persistent) {
         let scatter = match known {
-            Known::Noise(_) => continue,
+            Known::Noise(_) | Known::NoiseAndInner(_) => continue,
             Known::Scatter(known) => Some(known),
             Known::Nothing => None,
         };
@@ -190,7 +197,7 @@ pub fn noises_of(rigs: &[(&Known, &Rig)], observations: &[Observation]) -> Vec<R
     };
     let mut made = whittle::noises(&asked).into_iter().map(|made| made.map(noise));
     let of = |(known, _): &(&Known, &Rig)| match known {
-        Known::Noise(known) => Ok(known.iter().map(Prediction::random_part).collect()),
+        Known::Noise(known) | Known::NoiseAndInner(known) => Ok(known.iter().map(Prediction::random_part).collect()),
         _ => made.by_ref().take(observations.len()).collect::<Vec<_>>().into_iter().collect(),
     };
     rigs.iter().map(of).collect()
@@ -203,38 +210,23 @@ fn without_deterministic(rig: &Rig) -> Rig {
     rig
 }
 
-/// Variance of the random part, and velocity covariance; `known` are those of nearly the same rig.
-///
-/// # Errors
-/// What the simulation refuses.
-pub fn noise(rig: &Rig, observations: &[Observation], known: &[VelocityCovariance]) -> Result<Vec<Noise>, RigError> {
-    noises_of(&[(&Known::Scatter(known.to_vec()), rig)], observations)
-        .into_iter()
-        .collect::<Result<Vec<_>, _>>()
-        .map(|all| all.concat())
-}
-
-/// Power of the deterministic part; `outer` is that without the effects of the inner race, if it is known.
-///
-/// # Errors
-/// What the simulation refuses, or a run that diverges.
-pub fn lines(
-    rig: &Rig,
-    observations: &[Observation],
-    scatter: &[VelocityCovariance],
-    outer: Option<Vec<Power>>,
-) -> Result<Vec<Parts>, RigError> {
-    // One rig in, one result out.
-    lines_of(&[Deterministic { rig, scatter: scatter.to_vec(), outer }], observations).swap_remove(0)
-}
-
 /// Deterministic part of a rig that is asked for.
-struct Deterministic<'r> {
-    rig: &'r Rig,
+pub struct Deterministic<'r> {
+    /// Rig.
+    pub rig: &'r Rig,
     /// Velocity covariance of the random part in each recording.
-    scatter: Vec<VelocityCovariance>,
-    /// Lines without the effects of the inner race, where they are known.
-    outer: Option<Vec<Power>>,
+    pub scatter: Vec<VelocityCovariance>,
+    /// Part of the lines that is known.
+    pub part: Option<Part>,
+}
+
+/// Part of the lines of each recording.
+#[derive(Clone)]
+pub enum Part {
+    /// Without the effects of the inner race.
+    Outer(Vec<Power>),
+    /// What these add.
+    Inner(Vec<Power>),
 }
 
 /// Power of the deterministic part of a recording.
@@ -247,24 +239,28 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// Parts of the powers of each recording.
-    fn of_each(wholes: Vec<Power>, outer: Option<Vec<Power>>) -> Vec<Self> {
-        let mut outer = outer.map(Vec::into_iter);
-        wholes.into_iter().map(|whole| Self::new(whole, outer.as_mut().and_then(Iterator::next))).collect()
-    }
-
-    /// Parts of a power of which the part without the inner race's effects is known.
-    fn new(whole: Power, outer: Option<Power>) -> Self {
-        match outer {
-            None => Self { outer: whole, inner: None },
-            Some(outer) => {
-                let both = |c: usize| whole[c].iter().zip(&outer[c]);
-                let rest = [0, 1].map(|c| both(c).map(|(whole, outer)| whole.min(*outer)).collect());
-                let inner = [0, 1].map(|c| both(c).map(|(whole, outer)| (whole - outer).max(0.0)).collect());
-                Self { outer: rest, inner: Some(inner) }
+    /// Parts of the powers of each recording, of which one part is known.
+    fn of_each(wholes: Vec<Power>, part: Option<Part>) -> Vec<Self> {
+        match part {
+            None => wholes.into_iter().map(|whole| Self { outer: whole, inner: None }).collect(),
+            Some(Part::Outer(all)) => {
+                let split = wholes.iter().zip(&all).map(|(whole, outer)| split(whole, outer));
+                split.map(|(outer, inner)| Self { outer, inner: Some(inner) }).collect()
+            }
+            Some(Part::Inner(all)) => {
+                let split = wholes.iter().zip(&all).map(|(whole, inner)| split(whole, inner));
+                split.map(|(inner, outer)| Self { outer, inner: Some(inner) }).collect()
             }
         }
     }
+}
+
+/// A part of a power, no more than the whole, and the rest.
+fn split(whole: &Power, part: &Power) -> (Power, Power) {
+    let both = |c: usize| whole[c].iter().zip(&part[c]);
+    let part = [0, 1].map(|c| both(c).map(|(whole, part)| whole.min(*part)).collect());
+    let rest = [0, 1].map(|c| both(c).map(|(whole, part)| (whole - part).max(0.0)).collect());
+    (part, rest)
 }
 
 /// Whether an effect is fixed to the inner race.
@@ -272,12 +268,13 @@ pub fn is_inner(effect: &EffectEntry) -> bool {
     matches!(effect.kind, EffectKind::InnerRaceDefect | EffectKind::InnerRaceWaviness)
 }
 
-/// Deterministic parts of rigs.
-fn lines_of(asked: &[Deterministic], observations: &[Observation]) -> Vec<Result<Vec<Parts>, RigError>> {
+/// Power of the deterministic part of rigs in each recording, all simulated side by side; a rig that cannot run, or a run that
+/// diverges, has an error of its own.
+pub fn lines_of(asked: &[Deterministic], observations: &[Observation]) -> Vec<Result<Vec<Parts>, RigError>> {
     let without_inner = |asked: &Deterministic| {
         let mut rig = asked.rig.clone();
         rig.effects.retain(|effect| !is_inner(effect));
-        (rig.effects.len() < asked.rig.effects.len() && asked.outer.is_none()).then_some(rig)
+        (rig.effects.len() < asked.rig.effects.len() && asked.part.is_none()).then_some(rig)
     };
     let others: Vec<Option<Rig>> = asked.iter().map(without_inner).collect();
     let wholes = asked.iter().map(|one| (one.rig, one.scatter.as_slice()));
@@ -286,11 +283,11 @@ fn lines_of(asked: &[Deterministic], observations: &[Observation]) -> Vec<Result
     let mut rest = powers.split_off(asked.len()).into_iter();
     let mut parts = Vec::with_capacity(asked.len());
     for ((whole, one), other) in powers.into_iter().zip(asked).zip(&others) {
-        let outer = match other {
-            Some(_) => rest.next().transpose(),
-            None => Ok(one.outer.clone().filter(|_| one.rig.effects.iter().any(is_inner))),
+        let part = match other {
+            Some(_) => rest.next().transpose().map(|outer| outer.map(Part::Outer)),
+            None => Ok(one.part.clone().filter(|_| one.rig.effects.iter().any(is_inner))),
         };
-        parts.push(whole.and_then(|whole| Ok(Parts::of_each(whole, outer?))));
+        parts.push(whole.and_then(|whole| Ok(Parts::of_each(whole, part?))));
     }
     parts
 }

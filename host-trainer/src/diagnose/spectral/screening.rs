@@ -9,7 +9,7 @@ use super::data::{Data, Point};
 use super::fit::Model;
 use super::hypotheses::Hypothesis;
 use super::likelihood::Stretch;
-use super::observation::Observation;
+use super::observation::{Observation, duration_s};
 use super::settings::SearchSettings;
 use super::unevenness::UnevenMachines;
 use crate::rig::EffectEntry;
@@ -36,6 +36,11 @@ impl Brief {
             first: greatest.into_iter().map(|o| o.beginning(first)).collect(),
             second: least.into_iter().chain(other).map(|o| o.beginning(second)).collect(),
         }
+    }
+
+    /// Length of the recordings on which the screening ends, s.
+    pub fn duration_s(&self) -> f64 {
+        duration_s(&self.second)
     }
 }
 

@@ -7,7 +7,8 @@ use rayon::prelude::*;
 use super::candidate::{Candidate, NullFit, best, rank};
 use super::guesses::Guesses;
 use super::hypotheses::{Hypothesis, all};
-use super::observation::mean_load_n;
+use super::lack::lack;
+use super::observation::{duration_s, mean_load_n};
 use super::screening::{Brief, best_starts, scores, screened};
 use super::settings::SearchSettings;
 use crate::rig::EffectEntry;
@@ -21,26 +22,34 @@ const DEFECT_KEYS: &[ParameterKey] = &[ParameterKey::DepthM, ParameterKey::Width
 /// load is always a rival.
 const ALWAYS_FITTED: [EffectKind; 2] = [EffectKind::SpeedDrift, EffectKind::ConstantForce];
 
-/// Candidates that gain most, best first; none of the kinds that the rig has already.
-pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief) -> Vec<Candidate<'d, 'a>> {
+/// Candidates that gain most, best first; none of the kinds that the rig has already. Those that are far from `asked`, the gain
+/// that a cause must have, are not followed up.
+pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, asked: f64) -> Vec<Candidate<'d, 'a>> {
     let data = null.model.data;
     let mut hypotheses = all(&null.rig, mean_load_n(data.observations), &Guesses::new(data, &null.point));
     hypotheses.retain(|h| null.rig.effects.iter().all(|effect| effect.kind != h.kind));
     let mut kept = screened(null, brief, &hypotheses);
     let most = kept.first().map_or(0.0, |score| score.gain);
-    kept.retain(|score| score.gain > SETTINGS.rival_share * most);
+    let asked = asked / SETTINGS.growth;
+    let asked_of_brief = asked * brief.duration_s() / duration_s(data.observations);
+    kept.retain(|score| score.gain > (SETTINGS.rival_share * most).max(asked_of_brief));
     kept.truncate(SETTINGS.full_fits);
-    let fit = |hypothesis: &Hypothesis, starts: &[EffectEntry]| {
-        Some(best(null.started(hypothesis, starts))?.searched(null, SETTINGS.steps[0]))
+    let mut sought: Vec<_> = kept.into_iter().map(|score| (score.hypothesis, sizes(&score.effect))).collect();
+    for also in hypotheses.iter().filter(|h| ALWAYS_FITTED.contains(&h.kind)) {
+        if sought.iter().all(|(hypothesis, _)| hypothesis.kind != also.kind) {
+            sought.push((also, also.starts.clone()));
+        }
+    }
+    let hopeless = SETTINGS.hopeless_nats + lack(data, &null.point).total();
+    let fit = |(hypothesis, starts): (&Hypothesis, Vec<EffectEntry>)| {
+        let started = best(null.started(hypothesis, &starts))?;
+        Some(if started.gain < -hopeless { started } else { started.searched(null, SETTINGS.steps[0]) })
     };
-    let fits = kept.into_par_iter().filter_map(|score| fit(score.hypothesis, &sizes(&score.effect)));
-    let mut fits: Vec<Candidate> = fits.collect();
-    let also = hypotheses.iter().filter(|h| ALWAYS_FITTED.contains(&h.kind));
-    let also: Vec<&Hypothesis> = also.filter(|h| fits.iter().all(|c| c.kind != h.kind)).collect();
-    fits.extend(also.into_iter().filter_map(|hypothesis| fit(hypothesis, &hypothesis.starts)));
+    let mut fits: Vec<Candidate> = sought.into_par_iter().filter_map(fit).collect();
     rank(&mut fits);
     let most = fits.first().map_or(0.0, |c| c.gain);
-    let close = |c: &Candidate| c.gain > most - SETTINGS.close_nats - SETTINGS.close_share * most.abs();
+    let least = (most - SETTINGS.close_nats - SETTINGS.close_share * most.abs()).max(asked);
+    let close = |c: &Candidate| c.gain > least;
     let (near, far): (Vec<Candidate>, Vec<Candidate>) = fits.into_iter().partition(close);
     let near = near.into_par_iter().map(|c| restarted(c.searched(null, SETTINGS.steps[1]), null));
     let mut near: Vec<Candidate> = near.collect();

@@ -61,16 +61,17 @@ impl<'d, 'a> Selection<'d, 'a> {
             if is_second && left < GATE.second_lack {
                 break;
             }
-            let mut found = candidates(&NullFit::new(&self.model, &self.point), &brief);
+            let share = if is_second { GATE.second_share } else { GATE.first_share };
+            let asked = GATE.gain.max(share * left);
+            let mut found = candidates(&NullFit::new(&self.model, &self.point), &brief, asked);
             if found.is_empty() {
                 break;
             }
             let best = found.remove(load_error_or_first(&found, observations));
             let judged = refit_nuisances(held_data, &best.model, &best.point)?.objective();
-            let share = if is_second { GATE.second_share } else { GATE.first_share };
             let held_share = duration_s(held_data.observations) / duration_s(observations);
             let enough_held = GATE.held_out.max(GATE.held_out_share * held_share * best.gain);
-            if best.gain < GATE.gain.max(share * left) || held_now - judged < enough_held {
+            if best.gain < asked || held_now - judged < enough_held {
                 self.rejected.push(best);
                 self.rejected.extend(found);
                 break;

@@ -379,6 +379,10 @@ pub struct SearchSettings {
     pub full_fits: usize,
     /// Steps of these fits, then of those that are close to the best.
     pub steps: [usize; 2],
+    /// Factor by which a gain can grow in a longer search; what is farther from the gain that is asked for is not followed up.
+    pub growth: f64,
+    /// Loss by a start on all recordings beyond what there is to gain, nats, from which it is not searched.
+    pub hopeless_nats: f64,
     /// Sizes of a friction from which its full fit starts, over that of the screening.
     pub weaker: [f64; 4],
     /// Widths of a defect from which its search is repeated, over the one found. By hand: close enough that one of them is in
@@ -410,6 +414,8 @@ impl SearchSettings {
         rival_share: 0.4,
         full_fits: 6,
         steps: [4, 8],
+        growth: 3.0,
+        hopeless_nats: 300.0,
         weaker: [1.0, 0.6, 0.35, 0.2],
         other_widths: [0.35, 0.45, 0.55, 0.65, 0.78, 0.9, 1.0, 1.15, 1.4, 1.8],
         other_depths: [0.3, 0.45, 0.65, 0.8, 1.3, 2.0],
