@@ -18,6 +18,7 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
     progress("calibrating to the baseline");
     // The path from rig to sensor is part of what is compared.
     let options = Options { path: PathChoice::None, seed };
-    let Calibration { rig, .. } = calibrate(rig, baseline, &options, progress)?;
+    let Calibration { rig: near, .. } = calibrate(rig, baseline, &options, progress)?;
+    let rig = spectral::calibrated(&near, &rig.unknown_keys(), baseline)?;
     spectral::diagnose(task, &rig, progress)
 }

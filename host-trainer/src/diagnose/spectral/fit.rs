@@ -40,6 +40,13 @@ impl<'d, 'a> Model<'d, 'a> {
         Self { data, rig, coordinates: Vec::new(), guesses: Vec::new(), known: Known::Nothing }
     }
 
+    /// Model of a rig with unknown numbers, whose own values are guesses.
+    pub fn of_unknown(data: &'d Data<'a>, rig: &Rig, coordinates: Vec<Coordinate>) -> Self {
+        let fixed = Self::fixed(data, rig.clone());
+        let model = Self { coordinates, ..fixed };
+        Self { guesses: model.own_values(), ..model }
+    }
+
     /// Rig at given values.
     ///
     /// # Errors

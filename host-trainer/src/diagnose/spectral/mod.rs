@@ -15,6 +15,7 @@
 //! | `candidate` | hypotheses fitted on top of a null fit |
 //! | `screening` | starts of all hypotheses on brief recordings |
 //! | `search` | the effects that gain most |
+//! | `baseline` | calibration to the healthy machine, and what is no change since |
 //! | `selection` | causes, one after the other, by fitted and held-out recordings |
 //! | `lack` | what a prediction leaves |
 //! | `pipeline` | from recordings to a result |
@@ -23,6 +24,7 @@
 //! | `terms` | causes as curves |
 //! | `text` | sentences |
 
+mod baseline;
 mod candidate;
 mod causes;
 mod data;
@@ -45,4 +47,5 @@ mod terms;
 mod text;
 mod unevenness;
 
+pub(crate) use baseline::calibrated;
 pub(crate) use pipeline::diagnose;

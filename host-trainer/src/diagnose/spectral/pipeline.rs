@@ -1,5 +1,6 @@
 //! From recordings to a result: acquire, split, fit the nominal rig, select causes, validate.
 
+use super::baseline::Baseline;
 use super::causes::{self, Accepted, Intervals};
 use super::data::{Data, Point};
 use super::events::{Event, events, without_event};
@@ -7,7 +8,6 @@ use super::fit::Model;
 use super::held_out::{Synthesis, held_out};
 use super::lack::lack;
 use super::observation::{Observation, mean_load_n};
-use super::prediction::Known;
 use super::selection::{Selection, refit_nuisances, rejected_names};
 use super::settings::{self, FitSettings, GateSettings};
 use super::terms::term;
@@ -52,11 +52,20 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     let null = nominal.search(nominal.start()?, FIT.nominal_steps)?;
     let held_null = refit_nuisances(&held_data, &nominal, &null)?;
     let (before, held_before) = (lack(&data, &null), lack(&held_data, &held_null));
-    let selection = Selection::new(&nominal, &null).with_causes(&held_data, held_null.objective(), progress)?;
-    let Selection { model, point, accepted, rejected, corrected_loads } = selection;
+    let healthy = task.baseline.map(&observe).transpose()?.unwrap_or_default();
+    let healthy_data = Data::new(&healthy, orders, UnevenMachines::new(rig, &healthy, &orders)?);
+    let baseline = (!healthy.is_empty()).then(|| Baseline::new(&healthy_data, &nominal, &null)).transpose()?;
+    let selection =
+        Selection::new(&nominal, &null).with_causes(&held_data, held_null.objective(), baseline, progress)?;
+    let Selection { model, point, accepted, rejected, corrected_loads, in_baseline } = selection;
 
-    let before_total = before.total() + held_before.total();
-    let is_beyond_chance = before_total > GATE.lack * (fitted.len() + held.len()) as f64 / 4.0;
+    let is_corrected = corrected_loads || !in_baseline.is_empty();
+    let unexplained = if is_corrected {
+        lack(&data, &point).total() + lack(&held_data, &refit_nuisances(&held_data, &model, &point)?).total()
+    } else {
+        before.total() + held_before.total()
+    };
+    let is_beyond_chance = unexplained > GATE.lack * (fitted.len() + held.len()) as f64 / 4.0;
     let is_named = !accepted.is_empty() || event.is_some() || acquired.faults().next().is_some();
     let verdict = match (is_named, is_beyond_chance) {
         (true, _) => Verdict::Mismatch,
@@ -99,8 +108,9 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     if verdict == Verdict::Unexplained {
         let each = before.nats.iter().chain(&held_before.nats).zip(&names);
         let most = each.max_by(|a, b| a.0.total_cmp(b.0)).map_or(String::new(), |(_, name)| format!("in {name}"));
-        caveats.push(text::unexplained(before_total, &most));
+        caveats.push(text::unexplained(unexplained, &most));
     }
+    caveats.extend((!in_baseline.is_empty()).then(|| text::in_baseline(&in_baseline)));
     caveats.extend(load_caveats(corrected_loads, task.recordings));
     let diagnosis = Diagnosis {
         schema: SCHEMA.into(),
@@ -157,11 +167,11 @@ fn load_caveats(is_corrected: bool, recordings: &[Recording]) -> Vec<String> {
 
 /// Nominal rig with its unknown numbers free.
 fn nominal<'d, 'a>(rig: &Rig, data: &'d Data<'a>) -> Model<'d, 'a> {
-    let coordinates: Vec<Coordinate> =
-        rig.unknown_keys().into_iter().filter_map(|key| Coordinate::for_key(rig, key)).collect();
-    let guess = |c: &Coordinate| c.to_coordinate(rig.get(c.key).unwrap_or_default());
-    let guesses = coordinates.iter().map(guess).collect();
-    Model { data, rig: rig.clone(), coordinates, guesses, known: Known::Nothing }
+    Model::of_unknown(
+        data,
+        rig,
+        rig.unknown_keys().into_iter().filter_map(|key| Coordinate::for_key(rig, key)).collect(),
+    )
 }
 
 /// Event that happened once in some of the recordings, the held-out ones last.

@@ -22,12 +22,18 @@ const DEFECT_KEYS: &[ParameterKey] = &[ParameterKey::DepthM, ParameterKey::Width
 /// load is always a rival.
 const ALWAYS_FITTED: [EffectKind; 2] = [EffectKind::SpeedDrift, EffectKind::ConstantForce];
 
-/// Candidates that gain most, best first; none of the kinds that the rig has already. Those that are far from `asked`, the gain
-/// that a cause must have, are not followed up.
-pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, asked: f64) -> Vec<Candidate<'d, 'a>> {
+/// Candidates that gain most, best first; none of the kinds that the rig has already, except `corrections` of the calibration.
+/// Those that are far from `asked`, the gain that a cause must have, are not followed up.
+pub fn candidates<'d, 'a>(
+    null: &NullFit<'d, 'a>,
+    brief: &Brief,
+    asked: f64,
+    corrections: &[EffectKind],
+) -> Vec<Candidate<'d, 'a>> {
     let data = null.model.data;
     let mut hypotheses = all(&null.rig, mean_load_n(data.observations), &Guesses::new(data, &null.point));
-    hypotheses.retain(|h| null.rig.effects.iter().all(|effect| effect.kind != h.kind));
+    let has = |kind: EffectKind| !corrections.contains(&kind) && null.rig.effects.iter().any(|e| e.kind == kind);
+    hypotheses.retain(|h| !has(h.kind));
     let mut kept = screened(null, brief, &hypotheses);
     let most = kept.first().map_or(0.0, |score| score.gain);
     let asked = asked / SETTINGS.growth;

@@ -1,5 +1,6 @@
 //! Selection of causes: the best candidate, one after the other, by what it gains on fitted and on held-out recordings.
 
+use super::baseline::Baseline;
 use super::candidate::{Candidate, NullFit};
 use super::causes::{self, Accepted};
 use super::data::{Data, Point};
@@ -32,13 +33,22 @@ pub struct Selection<'d, 'a> {
     pub rejected: Vec<Candidate<'d, 'a>>,
     /// Whether an error of the stated loads is among the effects.
     pub corrected_loads: bool,
+    /// Effects that the baseline has as well.
+    pub in_baseline: Vec<EffectKind>,
 }
 
 impl<'d, 'a> Selection<'d, 'a> {
     /// Nominal rig without causes.
     pub fn new(nominal: &Model<'d, 'a>, null: &Point) -> Self {
         let (model, point) = (nominal.clone(), null.clone());
-        Self { model, point, accepted: Vec::new(), rejected: Vec::new(), corrected_loads: false }
+        Self {
+            model,
+            point,
+            accepted: Vec::new(),
+            rejected: Vec::new(),
+            corrected_loads: false,
+            in_baseline: Vec::new(),
+        }
     }
 
     /// Adds at most two causes, each judged by the held-out recordings; `held_null` is −ln there without any.
@@ -49,12 +59,13 @@ impl<'d, 'a> Selection<'d, 'a> {
         mut self,
         held_data: &Data,
         held_null: f64,
+        mut baseline: Option<Baseline>,
         progress: &dyn Fn(&str),
     ) -> Result<Self, DiagnoseError> {
         let observations = self.model.data.observations;
         let brief = Brief::new(observations);
         let mut held_now = held_null;
-        while self.accepted.len() < 2 {
+        while self.accepted.len() < 2 && self.in_baseline.len() < GATE.most_corrections {
             let is_second = !self.accepted.is_empty();
             progress(if is_second { "searching for a second cause" } else { "searching for a cause" });
             let left = lack(self.model.data, &self.point).total();
@@ -63,7 +74,7 @@ impl<'d, 'a> Selection<'d, 'a> {
             }
             let share = if is_second { GATE.second_share } else { GATE.first_share };
             let asked = GATE.gain.max(share * left);
-            let mut found = candidates(&NullFit::new(&self.model, &self.point), &brief, asked);
+            let mut found = candidates(&NullFit::new(&self.model, &self.point), &brief, asked, &self.in_baseline);
             if found.is_empty() {
                 break;
             }
@@ -80,6 +91,10 @@ impl<'d, 'a> Selection<'d, 'a> {
             (self.model, self.point, held_now) = (best.model.clone(), best.point.clone(), judged);
             if is_load_error(&best, observations) {
                 self.corrected_loads = true;
+                continue;
+            }
+            if baseline.as_mut().map_or(Ok(false), |baseline| baseline.shows(&best))? {
+                self.in_baseline.push(best.kind);
                 continue;
             }
             let probability = causes::probability(&best, &found, is_second);

@@ -278,6 +278,12 @@ pub struct GateSettings {
     pub most_probable: f64,
     /// Probability of an event.
     pub event_probability: f64,
+    /// Loss on the baseline, nats, up to which an effect is there as well.
+    pub baseline_nats: f64,
+    /// The same over the gain on as many of the recordings.
+    pub baseline_share: f64,
+    /// Most effects that correct the calibration.
+    pub most_corrections: usize,
 }
 
 impl GateSettings {
@@ -298,6 +304,9 @@ impl GateSettings {
         second_trust: 0.6,
         most_probable: 0.97,
         event_probability: 0.95,
+        baseline_nats: 5.0,
+        baseline_share: 0.1,
+        most_corrections: 3,
     };
 }
 

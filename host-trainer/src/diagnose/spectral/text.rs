@@ -2,6 +2,7 @@
 
 use super::candidate::Candidate;
 use super::settings::GateSettings;
+use crate::rig::effect::EffectKind;
 
 const GATE: GateSettings = GateSettings::DEFAULT;
 
@@ -54,6 +55,15 @@ pub fn unexplained(lack: f64, recordings: &str) -> String {
 /// Caveat of recordings without a stated load.
 pub const NO_LOAD: &str = "No load is stated (load_n in recordings.toml); the rig was simulated with 0 N, so that what \
                            depends on the load is a guess.";
+
+/// Caveat of effects that the baseline has as well.
+pub fn in_baseline(effects: &[EffectKind]) -> String {
+    let names: Vec<&str> = effects.iter().map(|effect| effect.name()).collect();
+    format!(
+        "The calibrated rig differs from the baseline too; the corrected rig has {} for that, which is no change since.",
+        names.join(" and ")
+    )
+}
 
 /// Caveat of a corrected load.
 pub const LOAD: &str =
