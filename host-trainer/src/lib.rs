@@ -5,8 +5,9 @@
 //! | layer | holds | takes → gives |
 //! |---|---|---|
 //! | [`stats`] | significance, optimisation, numbers as text | |
+//! | [`paper`] | numbers of the paper whose method this is | |
 //! | [`recording`] | readers, units, resampling, writers | files → [`Recording`] |
-//! | [`signal`] | spectra, envelopes, orders, speed, kinematics, surrogates | samples → spectra, lines |
+//! | [`signal`] | spectra, envelopes, orders, speed, kinematics, surrogates, wavelets, aging phases | samples → spectra, lines |
 //! | [`rig`] | the 5-DoF and the one-degree-of-freedom rig, effects, simulation | [`Rig`] → [`Recording`] |
 //! | [`model`] | virtual states, SINDy-NN, STLSQ, scores, export, replay on the device's code | series → [`OwnedModel`] |
 //! | [`identify`] | parameters of a rig: likelihood, force balance, calibration | rig, recordings → rig |
@@ -46,6 +47,7 @@ pub mod diagnose;
 pub mod evaluate;
 pub mod identify;
 pub mod model;
+pub mod paper;
 pub mod recording;
 pub mod report;
 pub mod rig;

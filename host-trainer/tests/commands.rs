@@ -207,9 +207,32 @@ fn what_a_recording_lacks_is_missing_to_the_device_and_a_break_to_the_fit() {
 }
 
 #[test]
+fn phases_says_when_a_machine_began_to_age() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    recordings(&folder.join("data"));
+    let json = done(folder, &["phases", "data", "--wavelet", "sym5", "--out", "phases.html", "--json"]);
+    let found: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let raw = &found["machines"][0]["channels"][0];
+    assert_eq!((raw["aging"]["name"].as_str(), raw["aging_recordings"].as_u64()), (Some("r11"), Some(6)), "{json}");
+    let page = std::fs::read_to_string(folder.join("phases.html")).expect("written");
+    assert!(page.contains("ax ages from r11"));
+    assert!(done(folder, &["phases", "data"]).contains("r11"));
+
+    assert!(refused(folder, &["phases", "data/r01.csv", "--sample-rate", "1000"]).contains("found 1 recordings"));
+    assert!(refused(folder, &["phases", "data", "--wavelet", "coif1"]).contains("--wavelet: found `coif1`"));
+    assert!(refused(folder, &["phases", "data", "--healthy", "3"]).contains("--healthy: found 3"));
+    assert!(refused(folder, &["phases", "data", "--healthy", "16"]).contains("expected more than 16"));
+    assert!(refused(folder, &["phases", "data", "--sigmas", "NaN"]).contains("--sigmas: found NaN"));
+    assert!(refused(folder, &["phases", "data", "--compare"]).contains("--compare"));
+}
+
+#[test]
 fn every_command_has_a_worked_example() {
     let folder = tempfile::tempdir().expect("a folder");
-    for command in ["demo", "fit", "export", "monitor", "simulate", "predict", "calibrate", "diagnose", "spectra"] {
+    for command in
+        ["demo", "fit", "export", "monitor", "simulate", "predict", "calibrate", "diagnose", "spectra", "phases"]
+    {
         let help = done(folder.path(), &[command, "--help"]);
         assert!(help.contains(&format!("Example:\n  ballrace {command} ")), "{command}: {help}");
     }

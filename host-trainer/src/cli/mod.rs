@@ -8,6 +8,7 @@ mod export;
 mod fit;
 mod input;
 mod monitor;
+mod phases;
 mod settings;
 mod simulate;
 mod spectra;
@@ -30,6 +31,7 @@ enum Command {
     Fit(fit::Args),
     Export(export::Args),
     Monitor(monitor::Args),
+    Phases(phases::Args),
     Simulate(simulate::SimulateArgs),
     Predict(simulate::PredictArgs),
     Calibrate(calibrate::Args),
@@ -66,6 +68,7 @@ pub fn run() -> ExitCode {
         Command::Fit(args) => fit::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Monitor(args) => monitor::run(&args),
+        Command::Phases(args) => phases::run(&args),
         Command::Simulate(args) => simulate::simulate(&args),
         Command::Predict(args) => simulate::predict(&args),
         Command::Calibrate(args) => calibrate::run(&args),

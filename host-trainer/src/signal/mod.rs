@@ -11,9 +11,11 @@
 //! | [`lines`] | lines and their significance |
 //! | [`order`] | the shaft's angle over time, order spectra |
 //! | [`synchronous`] | synchronous average and residual |
+//! | [`phases`] | aging phases of a machine's life |
 //! | [`speed`] | the shaft's speed without a tachometer |
 //! | [`spectra`] | all of these for one recording |
 //! | [`surrogate`] | phase-randomised surrogates |
+//! | [`wavelet`] | stationary wavelet transform, denoising |
 //! | `settings` | settings of each stage |
 //!
 //! Samples are `f32` or `f64`, results `f64`; frequencies are in Hz, times in s, angles in turns.
@@ -27,6 +29,7 @@ pub mod kinematics;
 pub mod kurtogram;
 pub mod lines;
 pub mod order;
+pub mod phases;
 pub(crate) mod settings;
 pub mod spectra;
 pub mod spectrum;
@@ -36,6 +39,7 @@ pub mod synchronous;
 #[cfg(test)]
 mod test_signals;
 pub(crate) mod transform;
+pub mod wavelet;
 
 /// A sample of a recording: `f32` or `f64`.
 pub trait Sample: Copy + Into<f64> + Sync {}

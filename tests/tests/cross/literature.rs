@@ -3,6 +3,8 @@
 use ballrace::model::states::{Scales, rows};
 use ballrace::model::stlsq::{RFactor, StlsqConfig, fit};
 use ballrace::recording::input::Series;
+use ballrace::signal::phases::life::Features;
+use ballrace::signal::phases::{Rules, phases};
 use ballrace_core::library::Library;
 use ballrace_core::states::{Alignment, Orders, StateSpec};
 use ballrace_tests::{femto, white_noise};
@@ -39,6 +41,16 @@ fn function_counts_of_table_3() {
         let library = Library::new(n_md, n_d, n_f).unwrap();
         assert_eq!(library.len(), functions, "n_D {n_d}, n_MD {n_md}, n_F {n_f}");
     }
+}
+
+/// The paper's aging phase of Bearing 3_3 begins at 3060 s: its recordings are 10 s apart, the first at 10 s.
+#[test]
+fn bearing_3_3_ages_from_the_recording_that_the_paper_says() {
+    let Some(series) = femto("Bearing3_3", "vertical", 0..434) else { return };
+    let features = |s: &Series| Features::new(&s.samples.iter().map(|v| f64::from(*v)).collect::<Vec<_>>());
+    let life: Vec<Features> = series.iter().map(features).collect();
+    let found = phases(&life, &vec![true; life.len()], &Rules::default()).expect("enough recordings");
+    assert_eq!(found.aging.map(|index| series[index].name.as_str()), Some("acc_00306"));
 }
 
 /// Mean R² over outputs and recordings of plain least squares on standardised states, each recording

@@ -6,6 +6,7 @@ pub mod density;
 pub mod derivative;
 pub mod envelope;
 pub mod kurtogram;
+pub mod life;
 pub mod lines;
 pub mod residual;
 pub mod settings;
