@@ -10,6 +10,7 @@
 //! | [`signal`] | spectra, envelopes, orders, speed, kinematics, surrogates, wavelets, aging phases | samples → spectra, lines |
 //! | [`rig`] | the 5-DoF and the one-degree-of-freedom rig, effects, simulation | [`Rig`] → [`Recording`] |
 //! | [`model`] | virtual states, SINDy-NN, STLSQ, scores, export, replay on the device's code | series → [`OwnedModel`] |
+//! | [`sweep`] | studies of libraries and dimensions, resumable | `sweep.toml` → rows |
 //! | [`identify`] | parameters of a rig: likelihood, force balance, calibration | rig, recordings → rig |
 //! | [`mod@diagnose`] | what the rig leaves out: location, cause, corrected rig | rig, recordings → diagnosis |
 //! | [`report`] | HTML documents and plots | results → HTML, SVG |
@@ -53,6 +54,7 @@ pub mod report;
 pub mod rig;
 pub mod signal;
 pub mod stats;
+pub mod sweep;
 
 pub use diagnose::{Task, diagnose};
 pub use identify::calibrate::calibrate;

@@ -4,8 +4,20 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The layers, from the ground up, as the table of `src/lib.rs` lists them.
-const LAYERS: [&str; 11] =
-    ["stats", "paper", "recording", "signal", "rig", "model", "identify", "diagnose", "report", "evaluate", "cli"];
+const LAYERS: [&str; 12] = [
+    "stats",
+    "paper",
+    "recording",
+    "signal",
+    "rig",
+    "model",
+    "sweep",
+    "identify",
+    "diagnose",
+    "report",
+    "evaluate",
+    "cli",
+];
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {

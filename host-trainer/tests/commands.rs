@@ -230,9 +230,19 @@ fn phases_says_when_a_machine_began_to_age() {
 #[test]
 fn every_command_has_a_worked_example() {
     let folder = tempfile::tempdir().expect("a folder");
-    for command in
-        ["demo", "fit", "export", "monitor", "simulate", "predict", "calibrate", "diagnose", "spectra", "phases"]
-    {
+    for command in [
+        "demo",
+        "fit",
+        "export",
+        "monitor",
+        "simulate",
+        "predict",
+        "calibrate",
+        "diagnose",
+        "spectra",
+        "phases",
+        "sweep",
+    ] {
         let help = done(folder.path(), &[command, "--help"]);
         assert!(help.contains(&format!("Example:\n  ballrace {command} ")), "{command}: {help}");
     }
@@ -320,4 +330,43 @@ fn spectra_shows_a_pit_where_it_is_and_tells_what_it_cannot_use() {
     assert!(!folder.join("x.html").exists(), "nothing is left of a refusal");
     let error = self::refused(folder, &["spectra", "data", "--channel", "az", "--out", "x.html"]);
     assert!(error.contains("expected `az`") && error.contains("tacho"), "{error}");
+}
+
+#[test]
+fn a_sweep_goes_on_after_a_kill_without_doing_anything_twice() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    recordings(&folder.join("data"));
+    let config = "recordings = [\"data\"]\nrange = [0, 3]\nsolver = \"stlsq\"\nnd = 1\nnmd = [2, 3]\nnf = [0, 1]\n";
+    std::fs::write(folder.join("sweep.toml"), config).expect("written");
+    let sweep = || {
+        let json = done(folder, &["sweep", "--config", "sweep.toml", "--out", "out", "--json"]);
+        serde_json::from_str::<serde_json::Value>(&json).expect("JSON")["rows"].as_array().expect("rows").clone()
+    };
+    let all = sweep();
+    assert_eq!(all.len(), 2 * 2 * 3);
+    assert!(all.iter().all(|row| row["r2"].as_f64().is_some_and(|r2| r2 > 0.2) && row["error"].is_null()), "{all:?}");
+    let journal = folder.join("out/rows.jsonl");
+    let lines = std::fs::read_to_string(&journal).expect("written");
+    // Killed while the sixth row was written.
+    let cut: usize = lines.lines().take(5).map(|line| line.len() + 1).sum::<usize>() + 20;
+    std::fs::write(&journal, &lines[..cut]).expect("written");
+    let again = sweep();
+    let without_times =
+        |rows: &[serde_json::Value]| rows.iter().map(|row| (row["job"].clone(), row["r2"].clone())).collect::<Vec<_>>();
+    assert_eq!(without_times(&again), without_times(&all));
+    let kept: Vec<String> = std::fs::read_to_string(&journal).expect("written").lines().map(String::from).collect();
+    assert_eq!(kept.len(), all.len());
+    assert!(lines.lines().take(5).zip(&kept).all(|(before, after)| before == after), "five rows as they were");
+
+    let csv = std::fs::read_to_string(folder.join("out/sweep.csv")).expect("written");
+    assert_eq!(csv.lines().count(), 1 + all.len());
+    assert!(csv.starts_with("name,recording,nd,nmd,nf,solver,"));
+
+    std::fs::write(folder.join("bad.toml"), "recordings = [\"data\"]\ndegree = 2\n").expect("written");
+    assert!(refused(folder, &["sweep", "--config", "bad.toml"]).contains("degree"));
+    std::fs::write(folder.join("bad.toml"), "recordings = [\"data\"]\nfilter = \"coif1\"\n").expect("written");
+    assert!(refused(folder, &["sweep", "--config", "bad.toml"]).contains("filter: found `coif1`"));
+    std::fs::write(folder.join("bad.toml"), "recordings = [\"data\"]\nrange = [0, 99]\n").expect("written");
+    assert!(refused(folder, &["sweep", "--config", "bad.toml"]).contains("expected within 0 to 16"));
 }

@@ -10,7 +10,7 @@ use crate::recording::input::Input;
 use crate::recording::{LoadOptions, Recording, Unit, load};
 
 /// Sources of recordings and options of reading them.
-#[derive(clap::Args, Debug, Clone)]
+#[derive(clap::Args, Debug, Clone, Default)]
 pub struct Recordings {
     /// Files or folders: FEMTO acc_*.csv, CSV with a header, .mat, .npy, .parquet, recordings.toml
     #[arg(required = true, value_name = "RECORDING")]
@@ -75,7 +75,7 @@ fn parse_unit(text: &str) -> Result<Unit, Failure> {
 
 /// Progress bar on stderr, if that is a terminal.
 pub fn bar(what: &str) -> ProgressBar {
-    let style = ProgressStyle::with_template("{msg:28} {wide_bar} {percent:>3} % {elapsed}");
+    let style = ProgressStyle::with_template("{msg:28} {wide_bar} {percent:>3} % {elapsed} ({eta} left)");
     ProgressBar::new(100)
         .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         .with_message(what.to_owned())

@@ -12,6 +12,7 @@ mod phases;
 mod settings;
 mod simulate;
 mod spectra;
+mod sweep;
 
 use std::process::ExitCode;
 
@@ -38,6 +39,7 @@ enum Command {
     Diagnose(diagnose::Args),
     Evaluate(evaluate::Args),
     Spectra(spectra::Args),
+    Sweep(sweep::Args),
 }
 
 /// Failure of a command, with its exit status.
@@ -75,6 +77,7 @@ pub fn run() -> ExitCode {
         Command::Diagnose(args) => diagnose::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Spectra(args) => spectra::run(&args),
+        Command::Sweep(args) => sweep::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

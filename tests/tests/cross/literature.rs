@@ -2,6 +2,7 @@
 
 use ballrace::model::states::{Scales, rows};
 use ballrace::model::stlsq::{RFactor, StlsqConfig, fit};
+use ballrace::paper::{PaperLibrary, TABLE_3};
 use ballrace::recording::input::Series;
 use ballrace::signal::phases::life::Features;
 use ballrace::signal::phases::{Rules, phases};
@@ -10,34 +11,9 @@ use ballrace_core::states::{Alignment, Orders, StateSpec};
 use ballrace_tests::{femto, white_noise};
 use rayon::prelude::*;
 
-/// Machines 2026, 14(6), 620, Table 3: n_D, n_MD, n_F and the number of functions.
-const TABLE_3: [(usize, usize, usize, usize); 21] = [
-    (1, 8, 1, 25),
-    (1, 8, 2, 41),
-    (1, 8, 3, 57),
-    (1, 8, 4, 73),
-    (1, 8, 5, 89),
-    (2, 7, 1, 50),
-    (2, 7, 2, 64),
-    (2, 7, 3, 78),
-    (2, 7, 4, 92),
-    (2, 8, 1, 61),
-    (2, 8, 2, 77),
-    (3, 5, 1, 66),
-    (3, 5, 2, 76),
-    (3, 5, 3, 86),
-    (3, 5, 4, 96),
-    (3, 5, 5, 106),
-    (3, 5, 6, 116),
-    (3, 6, 1, 96),
-    (5, 4, 0, 126),
-    (9, 4, 0, 715),
-    (0, 4, 316, 2528),
-];
-
 #[test]
 fn function_counts_of_table_3() {
-    for (n_d, n_md, n_f, functions) in TABLE_3 {
+    for PaperLibrary { sizes: [n_d, n_md, n_f], functions, .. } in TABLE_3 {
         let library = Library::new(n_md, n_d, n_f).unwrap();
         assert_eq!(library.len(), functions, "n_D {n_d}, n_MD {n_md}, n_F {n_f}");
     }

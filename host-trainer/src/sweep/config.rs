@@ -1,0 +1,262 @@
+//! `sweep.toml`: recordings, and the grid of the fits.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::job::{Job, Material};
+use crate::paper::{PaperLibrary, TABLE_3};
+use crate::signal::wavelet::Wavelet;
+
+/// Study of a `sweep.toml`. Keys of the grid take one value or a list; the jobs are all their combinations.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// Files and folders, relative to the file.
+    pub recordings: Vec<PathBuf>,
+    /// Channel; by default the first.
+    pub channel: Option<String>,
+    /// Index of the first recording and one past the last, from 0; by default all.
+    pub range: Option<[usize; 2]>,
+    /// Whether each recording is a fit of its own, as in the paper, or all are one.
+    #[serde(default = "yes")]
+    pub one_by_one: bool,
+    /// Surrogate fits for the null.
+    #[serde(default = "one")]
+    pub null: usize,
+    /// Epochs of SINDy-NN.
+    #[serde(default = "epochs")]
+    pub epochs: usize,
+    /// Models of the paper beside those stated.
+    pub preset: Option<Preset>,
+    /// Models, each with its own `nd`, `nmd` and `nf`: beside the grid of these three.
+    #[serde(default)]
+    pub model: Vec<Sizes>,
+    /// Polynomial degrees n_D.
+    #[serde(default)]
+    nd: Many<usize>,
+    /// Dimensions n_MD.
+    #[serde(default)]
+    nmd: Many<usize>,
+    /// Fourier harmonics n_F.
+    #[serde(default)]
+    nf: Many<usize>,
+    /// Solvers.
+    #[serde(default)]
+    solver: Many<SolverKind>,
+    /// Alignments of the finite differences.
+    #[serde(default)]
+    alignment: Many<AlignmentKind>,
+    /// `"none"`, or the wavelet by which the recordings are denoised.
+    #[serde(default)]
+    filter: Many<String>,
+    /// Triples λ1, λ2, λ3.
+    #[serde(default)]
+    lambda: Many<[f64; 3]>,
+    /// Seeds.
+    #[serde(default)]
+    seed: Many<u64>,
+    /// Folder of the file.
+    #[serde(skip)]
+    pub base: PathBuf,
+}
+
+/// Sizes of a library.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sizes {
+    /// Name, such as the number in the paper's Table 3.
+    #[serde(default)]
+    pub name: String,
+    /// Polynomial degree n_D.
+    pub nd: usize,
+    /// Dimension n_MD.
+    pub nmd: usize,
+    /// Fourier harmonics n_F.
+    pub nf: usize,
+}
+
+/// Models of the paper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Preset {
+    /// The 21 libraries of Table 3.
+    Table3,
+}
+
+/// Solver of a job.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SolverKind {
+    /// Autoencoder with sparse dynamics.
+    #[default]
+    SindyNn,
+    /// Sequentially thresholded least squares.
+    Stlsq,
+}
+
+/// Alignment of a job.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AlignmentKind {
+    /// Even orders centred, odd ones half a sample later.
+    #[default]
+    Half,
+    /// All forward differences at one index.
+    Forward,
+    /// Backward differences of the past.
+    Causal,
+}
+
+/// One value or a list.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(untagged)]
+enum Many<T> {
+    #[default]
+    Unstated,
+    One(T),
+    List(Vec<T>),
+}
+
+impl<T: Clone> Many<T> {
+    fn or(&self, default: T) -> Vec<T> {
+        match self {
+            Self::Unstated => vec![default],
+            Self::One(value) => vec![value.clone()],
+            Self::List(values) => values.clone(),
+        }
+    }
+}
+
+const fn yes() -> bool {
+    true
+}
+
+const fn one() -> usize {
+    1
+}
+
+const fn epochs() -> usize {
+    500
+}
+
+/// Error in a `sweep.toml`.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// Error of the operating system.
+    #[error("{path}: {source}")]
+    Io {
+        /// File.
+        path: PathBuf,
+        /// Cause.
+        source: std::io::Error,
+    },
+    /// Not TOML, or with a key that a sweep has not.
+    #[error("{path}: {source}")]
+    Toml {
+        /// File.
+        path: PathBuf,
+        /// Cause, with its line.
+        source: Box<toml::de::Error>,
+    },
+    /// A value out of range.
+    #[error("{path}, {key}: found {found}, expected {expected}")]
+    Value {
+        /// File.
+        path: PathBuf,
+        /// Key.
+        key: &'static str,
+        /// Value.
+        found: String,
+        /// What it should be.
+        expected: &'static str,
+    },
+}
+
+impl Config {
+    /// Reads a file; its paths become relative to the current folder.
+    ///
+    /// # Errors
+    /// [`ConfigError`].
+    pub fn read(path: &Path) -> Result<Self, ConfigError> {
+        let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Io { path: path.to_owned(), source })?;
+        let mut config: Self = toml::from_str(&text)
+            .map_err(|source| ConfigError::Toml { path: path.to_owned(), source: Box::new(source) })?;
+        let refuse =
+            |key, found: String, expected| Err(ConfigError::Value { path: path.to_owned(), key, found, expected });
+        if config.recordings.is_empty() {
+            return refuse("recordings", "none".into(), "at least one file or folder");
+        }
+        if let Some([first, end]) = config.range.filter(|[first, end]| first >= end) {
+            return refuse("range", format!("[{first}, {end}]"), "the first recording and one past the last");
+        }
+        let filters = config.filter.or("none".into());
+        if let Some(found) = filters.iter().find(|name| *name != "none" && name.parse::<Wavelet>().is_err()) {
+            return refuse("filter", format!("`{found}`"), "none, db1 to db10, or sym2 to sym10");
+        }
+        if config.lambda.or([0.0; 3]).iter().flatten().any(|l| !(l.is_finite() && *l >= 0.0)) {
+            return refuse("lambda", "a negative or infinite number".into(), "three numbers that are not negative");
+        }
+        let base = path.parent().unwrap_or(Path::new(""));
+        config.base = base.to_owned();
+        config.recordings.iter_mut().for_each(|recording| *recording = base.join(&*recording));
+        Ok(config)
+    }
+
+    /// Jobs of the grid on the recordings: all combinations, the recordings last.
+    pub fn jobs(&self, material: &Material) -> Vec<Job> {
+        let subjects: Vec<Option<String>> = match self.one_by_one {
+            true => material.series.iter().map(|series| Some(series.name.clone())).collect(),
+            false => vec![None],
+        };
+        let mut jobs = Vec::new();
+        for sizes in self.sizes() {
+            for solver in self.solver.or(SolverKind::default()) {
+                for alignment in self.alignment.or(AlignmentKind::default()) {
+                    for filter in self.filter.or("none".into()) {
+                        for lambda in self.lambda.or([0.5, 0.01, 0.01]) {
+                            for seed in self.seed.or(0) {
+                                jobs.extend(subjects.iter().map(|recording| Job {
+                                    recording: recording.clone(),
+                                    sizes: sizes.clone(),
+                                    solver,
+                                    alignment,
+                                    filter: filter.clone(),
+                                    lambda,
+                                    seed,
+                                    null: self.null,
+                                    epochs: self.epochs,
+                                }));
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        jobs
+    }
+
+    /// Sizes of the stated models, of the preset, and of the grid; the paper's best model if none is stated.
+    fn sizes(&self) -> Vec<Sizes> {
+        let mut sizes = self.model.clone();
+        if self.preset == Some(Preset::Table3) {
+            sizes.extend(TABLE_3.iter().map(|PaperLibrary { name, sizes: [nd, nmd, nf], .. }| Sizes {
+                name: (*name).into(),
+                nd: *nd,
+                nmd: *nmd,
+                nf: *nf,
+            }));
+        }
+        let has_grid = [&self.nd, &self.nmd, &self.nf].into_iter().any(|key| !matches!(key, Many::Unstated));
+        if !has_grid && !sizes.is_empty() {
+            return sizes;
+        }
+        for nd in self.nd.or(2) {
+            for nmd in self.nmd.or(8) {
+                sizes.extend(self.nf.or(2).into_iter().map(|nf| Sizes { name: String::new(), nd, nmd, nf }));
+            }
+        }
+        sizes
+    }
+}

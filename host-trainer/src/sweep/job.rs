@@ -1,0 +1,160 @@
+//! One fit of a sweep.
+
+use std::time::Instant;
+
+use ballrace_core::library::Library;
+use ballrace_core::states::{Alignment, Orders, StateSpec};
+use serde::{Deserialize, Serialize};
+
+use super::config::{AlignmentKind, Sizes, SolverKind};
+use crate::model::fit::{FitConfig, FitError, Fitted, Solver, fit};
+use crate::model::sindy_nn::gradient::Lambdas;
+use crate::model::sindy_nn::train::TrainConfig;
+use crate::model::stlsq::StlsqConfig;
+use crate::recording::input::Series;
+use crate::signal::wavelet::denoise::{Denoising, NoiseEstimate, Shrinkage, ThresholdRule};
+use crate::signal::wavelet::stationary::levels_below;
+
+/// Recordings of a sweep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// One channel of each recording.
+    pub series: Vec<Series>,
+    /// Common sample rate, Hz.
+    pub sample_rate_hz: f64,
+}
+
+/// Fit of a grid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Job {
+    /// Recording; `None` for all together.
+    pub recording: Option<String>,
+    /// Sizes of the library.
+    pub sizes: Sizes,
+    /// Solver.
+    pub solver: SolverKind,
+    /// Alignment of the finite differences.
+    pub alignment: AlignmentKind,
+    /// `"none"`, or the wavelet by which the recordings are denoised.
+    pub filter: String,
+    /// λ1, λ2, λ3.
+    pub lambda: [f64; 3],
+    /// Seed.
+    pub seed: u64,
+    /// Surrogate fits for the null.
+    pub null: usize,
+    /// Epochs of SINDy-NN.
+    pub epochs: usize,
+}
+
+/// Result of a fit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// The fit.
+    pub job: Job,
+    /// Functions of its library.
+    pub functions: usize,
+    /// Coefficients that are not 0; `None` if the fit failed.
+    pub terms: Option<usize>,
+    /// R² in sample.
+    pub r2: Option<f64>,
+    /// R² held out.
+    pub r2_held_out: Option<f64>,
+    /// R² of the next sample in the causal alignment, held out.
+    pub r2_causal: Option<f64>,
+    /// Mean R² in sample on surrogates.
+    pub r2_null: Option<f64>,
+    /// Time of the fit with its null, s.
+    pub seconds: f64,
+    /// Why the fit failed.
+    pub error: Option<String>,
+}
+
+/// Frequency below which the last approximation of a filter lies, Hz.
+const BELOW_HZ: f64 = 50.0;
+
+impl Job {
+    /// Row of this fit.
+    pub fn fit(&self, material: &Material) -> Row {
+        let begin = Instant::now();
+        let fitted = self.fitted(material);
+        let library = Library::new(self.sizes.nmd, self.sizes.nd, self.sizes.nf);
+        let row = Row {
+            job: self.clone(),
+            functions: library.map_or(0, |library| library.len()),
+            terms: None,
+            r2: None,
+            r2_held_out: None,
+            r2_causal: None,
+            r2_null: None,
+            seconds: begin.elapsed().as_secs_f64(),
+            error: None,
+        };
+        let report = match fitted {
+            Ok(fitted) => fitted.report,
+            Err(error) => return Row { error: Some(error.to_string()), ..row },
+        };
+        let scores = &report.scores;
+        let null = scores.null.iter().map(|null| null.in_sample).sum::<f64>() / scores.null.len() as f64;
+        Row {
+            terms: Some(report.terms_kept),
+            r2: finite(scores.in_sample.mean()),
+            r2_held_out: finite(scores.held_out.mean()),
+            r2_causal: scores.causal.next_sample.and_then(finite),
+            r2_null: finite(null),
+            ..row
+        }
+    }
+
+    fn fitted(&self, material: &Material) -> Result<Fitted, FitError> {
+        let is_own = |series: &&Series| self.recording.as_ref().is_none_or(|name| *name == series.name);
+        let own = material.series.iter().filter(is_own);
+        let series: Vec<Series> = own.map(|series| self.filtered(series, material.sample_rate_hz)).collect();
+        let [derivative, latent, sparsity] = self.lambda;
+        let train = TrainConfig {
+            lambdas: Lambdas { derivative, latent, sparsity },
+            epochs: self.epochs,
+            ..TrainConfig::default()
+        };
+        let defaults = FitConfig::default();
+        let solver = match (self.solver, &defaults.solver) {
+            (SolverKind::Stlsq, _) => Solver::Stlsq(StlsqConfig::default()),
+            (_, Solver::SindyNn { hidden, .. }) => Solver::SindyNn { hidden: hidden.clone(), train },
+            (_, solver) => solver.clone(),
+        };
+        let alignment = match self.alignment {
+            AlignmentKind::Half => Alignment::Half,
+            AlignmentKind::Forward => Alignment::Forward,
+            AlignmentKind::Causal => Alignment::Causal,
+        };
+        let config = FitConfig {
+            spec: StateSpec { dimension: self.sizes.nmd, orders: Orders::Even, alignment },
+            degree: self.sizes.nd,
+            harmonics: self.sizes.nf,
+            solver,
+            null_fits: self.null,
+            seed: self.seed,
+            ..defaults
+        };
+        fit(&series, material.sample_rate_hz, &config, &|_| ())
+    }
+
+    /// Recording as it is, or denoised.
+    fn filtered(&self, series: &Series, sample_rate_hz: f64) -> Series {
+        let Ok(wavelet) = self.filter.parse() else { return series.clone() };
+        let denoising = Denoising {
+            wavelet,
+            levels: levels_below(BELOW_HZ, sample_rate_hz),
+            rule: ThresholdRule::Universal,
+            shrinkage: Shrinkage::Soft,
+            noise: NoiseEstimate::EachLevel,
+        };
+        let samples: Vec<f64> = series.samples.iter().map(|v| f64::from(*v)).collect();
+        let samples = denoising.apply(&samples).into_iter().map(|v| v as f32).collect();
+        Series { name: series.name.clone(), samples }
+    }
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}

@@ -1,0 +1,53 @@
+//! Studies of libraries and dimensions: a grid of fits, all cores, resumable.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`config`] | `sweep.toml`, and the jobs of its grid |
+//! | [`job`] | one fit: what it is, and its row |
+//! | [`journal`] | rows that are done, on disk |
+//! | [`table`] | rows as CSV and Parquet |
+
+pub mod config;
+pub mod job;
+pub mod journal;
+pub mod table;
+
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use self::config::Config;
+use self::job::{Job, Material, Row};
+use self::journal::{Journal, JournalError};
+
+/// Rows of all jobs of a grid, in its order. Those that the journal in `folder` has are not fitted again; the others are
+/// written to it as soon as they are done. `progress` gets the number of jobs done and of all.
+///
+/// # Errors
+/// A journal that cannot be read or written. A fit that fails has a row that says why.
+pub fn run(
+    config: &Config,
+    material: &Material,
+    folder: &Path,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Vec<Row>, JournalError> {
+    let jobs = config.jobs(material);
+    let journal = Journal::open(folder)?;
+    let known: Vec<Option<Row>> = jobs.iter().map(|job| journal.row(job).cloned()).collect();
+    let done = AtomicUsize::new(known.iter().flatten().count());
+    progress(done.load(Ordering::Relaxed), jobs.len());
+    let journal = Mutex::new(journal);
+    let made = jobs.par_iter().zip(known).map(|(job, known): (&Job, Option<Row>)| match known {
+        Some(row) => Ok(row),
+        None => {
+            let row = job.fit(material);
+            // A thread that panicked while it held the lock has written nothing or a whole line.
+            journal.lock().unwrap_or_else(std::sync::PoisonError::into_inner).add(&row)?;
+            progress(1 + done.fetch_add(1, Ordering::Relaxed), jobs.len());
+            Ok(row)
+        }
+    });
+    made.collect()
+}

@@ -1,0 +1,119 @@
+//! Rows of a sweep as CSV and Parquet, the same columns in both.
+
+use std::sync::Arc;
+
+use parquet::column::writer::ColumnWriter;
+use parquet::data_type::ByteArray;
+use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::parser::parse_message_type;
+
+use super::job::Row;
+
+/// Column: its name and its values.
+enum Column {
+    Text(&'static str, fn(&Row) -> Option<String>),
+    Count(&'static str, fn(&Row) -> Option<i64>),
+    Number(&'static str, fn(&Row) -> Option<f64>),
+}
+
+/// Name of a value that serialises as text.
+pub fn text(value: impl serde::Serialize) -> Option<String> {
+    serde_json::to_value(value).ok()?.as_str().map(str::to_owned)
+}
+
+const COLUMNS: [Column; 21] = [
+    Column::Text("name", |row| Some(row.job.sizes.name.clone())),
+    Column::Text("recording", |row| row.job.recording.clone()),
+    Column::Count("nd", |row| Some(row.job.sizes.nd as i64)),
+    Column::Count("nmd", |row| Some(row.job.sizes.nmd as i64)),
+    Column::Count("nf", |row| Some(row.job.sizes.nf as i64)),
+    Column::Text("solver", |row| text(row.job.solver)),
+    Column::Text("alignment", |row| text(row.job.alignment)),
+    Column::Text("filter", |row| Some(row.job.filter.clone())),
+    Column::Number("lambda1", |row| Some(row.job.lambda[0])),
+    Column::Number("lambda2", |row| Some(row.job.lambda[1])),
+    Column::Number("lambda3", |row| Some(row.job.lambda[2])),
+    Column::Count("seed", |row| i64::try_from(row.job.seed).ok()),
+    Column::Count("epochs", |row| Some(row.job.epochs as i64)),
+    Column::Count("functions", |row| Some(row.functions as i64)),
+    Column::Count("terms", |row| row.terms.map(|n| n as i64)),
+    Column::Number("r2", |row| row.r2),
+    Column::Number("r2_held_out", |row| row.r2_held_out),
+    Column::Number("r2_causal", |row| row.r2_causal),
+    Column::Number("r2_null", |row| row.r2_null),
+    Column::Number("seconds", |row| Some(row.seconds)),
+    Column::Text("error", |row| row.error.clone()),
+];
+
+impl Column {
+    const fn name(&self) -> &'static str {
+        match self {
+            Self::Text(name, _) | Self::Count(name, _) | Self::Number(name, _) => name,
+        }
+    }
+}
+
+/// Rows as CSV with a header; what is not known is empty.
+pub fn csv(rows: &[Row]) -> String {
+    let quoted = |text: String| match text.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text,
+    };
+    let cell = |column: &Column, row: &Row| match column {
+        Column::Text(_, of) => of(row).map(quoted),
+        Column::Count(_, of) => of(row).map(|n| n.to_string()),
+        Column::Number(_, of) => of(row).map(|v| v.to_string()),
+    };
+    let line =
+        |row: &Row| COLUMNS.iter().map(|column| cell(column, row).unwrap_or_default()).collect::<Vec<_>>().join(",");
+    let head = COLUMNS.iter().map(Column::name).collect::<Vec<_>>().join(",");
+    std::iter::once(head).chain(rows.iter().map(line)).map(|line| line + "\n").collect()
+}
+
+/// Rows as a Parquet file of one row group.
+///
+/// # Errors
+/// Errors of the Parquet library.
+pub fn parquet(rows: &[Row]) -> Result<Vec<u8>, ParquetError> {
+    let field = |column: &Column| match column {
+        Column::Text(name, _) => format!("OPTIONAL BYTE_ARRAY {name} (UTF8);"),
+        Column::Count(name, _) => format!("OPTIONAL INT64 {name};"),
+        Column::Number(name, _) => format!("OPTIONAL DOUBLE {name};"),
+    };
+    let schema = format!("message sweep {{ {} }}", COLUMNS.iter().map(field).collect::<Vec<_>>().join(" "));
+    let mut bytes = Vec::new();
+    let properties = Arc::new(WriterProperties::builder().build());
+    let mut writer = SerializedFileWriter::new(&mut bytes, Arc::new(parse_message_type(&schema)?), properties)?;
+    let mut group = writer.next_row_group()?;
+    for column in &COLUMNS {
+        let Some(mut place) = group.next_column()? else { break };
+        match (column, place.untyped()) {
+            (Column::Text(_, of), ColumnWriter::ByteArrayColumnWriter(to)) => {
+                let (values, levels) = split(rows, |row| of(row).map(|text| ByteArray::from(text.into_bytes())));
+                to.write_batch(&values, Some(&levels), None)?;
+            }
+            (Column::Count(_, of), ColumnWriter::Int64ColumnWriter(to)) => {
+                let (values, levels) = split(rows, of);
+                to.write_batch(&values, Some(&levels), None)?;
+            }
+            (Column::Number(_, of), ColumnWriter::DoubleColumnWriter(to)) => {
+                let (values, levels) = split(rows, of);
+                to.write_batch(&values, Some(&levels), None)?;
+            }
+            _ => return Err(ParquetError::General(format!("{} is not of its column's type", column.name()))),
+        }
+        place.close()?;
+    }
+    group.close()?;
+    writer.close()?;
+    Ok(bytes)
+}
+
+/// Values that are known, and for each row whether it is.
+fn split<T>(rows: &[Row], of: impl Fn(&Row) -> Option<T>) -> (Vec<T>, Vec<i16>) {
+    let all: Vec<Option<T>> = rows.iter().map(of).collect();
+    let levels = all.iter().map(|value| i16::from(value.is_some())).collect();
+    (all.into_iter().flatten().collect(), levels)
+}
