@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ballrace_core::states::{Alignment, Orders, StateSpec};
+use ballrace_core::states::{Orders, StateSpec};
 use clap::ValueEnum;
 
 use super::input::{Recordings, bar};
@@ -10,6 +10,7 @@ use super::settings::CliSettings;
 use super::{Failure, json, line, write};
 use crate::diagnose::causes;
 use crate::model::file;
+use crate::model::fit::choice::{AlignmentKind, SolverKind};
 use crate::model::fit::{FitConfig, Fitted, Solver, fit, terms, text};
 use crate::model::sindy_nn::gradient::Lambdas;
 use crate::model::sindy_nn::train::TrainConfig;
@@ -34,8 +35,8 @@ pub struct Args {
     #[arg(long, value_name = "model.json")]
     out: PathBuf,
     /// Identification method
-    #[arg(long, value_enum, default_value_t = SolverName::SindyNn)]
-    solver: SolverName,
+    #[arg(long, value_enum, default_value_t = SolverKind::SindyNn)]
+    solver: SolverKind,
     /// Healthy recordings from the start, to which the model and its limits are fitted [default: all;
     /// of a run to failure the first quarter, at most 100]
     #[arg(long, value_name = "N")]
@@ -50,8 +51,8 @@ pub struct Args {
     #[arg(long, default_value_t = 2, value_name = "N")]
     nf: usize,
     /// Alignment of the finite differences in time
-    #[arg(long, value_enum, default_value_t = AlignmentName::Half)]
-    alignment: AlignmentName,
+    #[arg(long, value_enum, default_value_t = AlignmentKind::Half)]
+    alignment: AlignmentKind,
     /// Orders of the finite differences
     #[arg(long, value_enum, default_value_t = OrdersName::Even)]
     orders: OrdersName,
@@ -113,19 +114,6 @@ pub struct Args {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum SolverName {
-    SindyNn,
-    Stlsq,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum AlignmentName {
-    Half,
-    Forward,
-    Causal,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
 enum OrdersName {
     Even,
     Consecutive,
@@ -170,10 +158,10 @@ impl Args {
 
     fn config(&self) -> FitConfig {
         let solver = match self.solver {
-            SolverName::Stlsq => {
+            SolverKind::Stlsq => {
                 Solver::Stlsq(StlsqConfig { threshold: self.threshold, ridge: self.ridge, ..StlsqConfig::default() })
             }
-            SolverName::SindyNn => {
+            SolverKind::SindyNn => {
                 let [derivative, latent, sparsity] =
                     std::array::from_fn(|i| self.lambda.get(i).copied().unwrap_or(0.0));
                 let defaults = TrainConfig::default();
@@ -198,11 +186,7 @@ impl Args {
                     OrdersName::Even => Orders::Even,
                     OrdersName::Consecutive => Orders::Consecutive,
                 },
-                alignment: match self.alignment {
-                    AlignmentName::Half => Alignment::Half,
-                    AlignmentName::Forward => Alignment::Forward,
-                    AlignmentName::Causal => Alignment::Causal,
-                },
+                alignment: self.alignment.into(),
             },
             degree: self.nd,
             harmonics: self.nf,

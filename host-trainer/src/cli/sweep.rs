@@ -8,7 +8,7 @@ use super::input::{Recordings, bar};
 use super::{Failure, line, write};
 use crate::recording::input::Input;
 use crate::sweep::config::Config;
-use crate::sweep::job::{Material, Row};
+use crate::sweep::job::{Job, Material, Row};
 use crate::sweep::{self, table};
 
 /// Fit a grid of models: libraries, dimensions, alignments, filters, solvers
@@ -76,7 +76,7 @@ fn material(config: &Config) -> Result<Material, Failure> {
 fn print(rows: &[Row]) -> Result<(), Failure> {
     line("nd nmd nf functions solver    alignment filter recordings     R²  held out  causal    null  seconds")?;
     let same = |a: &Row, b: &Row| {
-        let without = |row: &Row| crate::sweep::job::Job { recording: None, ..row.job.clone() };
+        let without = |row: &Row| Job { recording: None, ..row.job.clone() };
         without(a) == without(b)
     };
     for group in rows.chunk_by(same) {

@@ -102,6 +102,20 @@ fn a_stiffness_is_not_taken_for_another_effect() {
 }
 
 #[test]
+fn what_the_baseline_shows_as_well_is_no_change_since() {
+    let change = EffectEntry::new(EffectKind::StiffnessChange, &[(ParameterKey::Value, 1.2e7)])
+        .with_text(ParameterKey::Component, "outer");
+    let truth = nominal().with_effect(change);
+    let now = recordings(&truth, 7);
+    let named = |baseline: &Rig| {
+        let outcome = diagnosed(&nominal(), Some(&recordings(baseline, 8)), &now, 7);
+        names(&outcome).iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    assert_eq!(named(&nominal()), ["stiffness-change"]);
+    assert_eq!(named(&truth), [""; 0]);
+}
+
+#[test]
 fn what_is_seen_in_the_samples_is_named() {
     let clip = EffectEntry::new(EffectKind::SensorClipping, &[(ParameterKey::Value, 0.2)])
         .with_text(ParameterKey::Channel, "ay");

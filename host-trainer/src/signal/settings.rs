@@ -211,3 +211,31 @@ impl SurrogateSettings {
         guard_bins: 3,
     };
 }
+
+/// Settings of the aging phases, theory (100).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhaseSettings {
+    /// Step in time over the usual one from which recordings are missing between two. By hand.
+    pub gap: f64,
+    /// Fewest healthy recordings: a standard deviation of fewer says little. By hand.
+    pub fewest_healthy: usize,
+    /// Most healthy recordings where they are not stated: of 100 to 300 the start of Bearing3_3 is the paper's.
+    pub most_healthy: usize,
+}
+
+impl PhaseSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self { gap: 1.5, fewest_healthy: 10, most_healthy: 100 };
+}
+
+/// Settings of the denoising by wavelets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WaveletSettings {
+    /// Frequency below which the last approximation lies, Hz: the paper's.
+    pub below_hz: f64,
+}
+
+impl WaveletSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self { below_hz: 50.0 };
+}

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::job::{Job, Material};
+use crate::model::fit::choice::{AlignmentKind, SolverKind};
 use crate::paper::{PaperLibrary, TABLE_3};
 use crate::signal::wavelet::Wavelet;
 
@@ -82,30 +83,6 @@ pub struct Sizes {
 pub enum Preset {
     /// The 21 libraries of Table 3.
     Table3,
-}
-
-/// Solver of a job.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum SolverKind {
-    /// Autoencoder with sparse dynamics.
-    #[default]
-    SindyNn,
-    /// Sequentially thresholded least squares.
-    Stlsq,
-}
-
-/// Alignment of a job.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum AlignmentKind {
-    /// Even orders centred, odd ones half a sample later.
-    #[default]
-    Half,
-    /// All forward differences at one index.
-    Forward,
-    /// Backward differences of the past.
-    Causal,
 }
 
 /// One value or a list.

@@ -3,17 +3,17 @@
 use std::time::Instant;
 
 use ballrace_core::library::Library;
-use ballrace_core::states::{Alignment, Orders, StateSpec};
+use ballrace_core::states::{Orders, StateSpec};
 use serde::{Deserialize, Serialize};
 
-use super::config::{AlignmentKind, Sizes, SolverKind};
+use super::config::Sizes;
+use crate::model::fit::choice::{AlignmentKind, SolverKind};
 use crate::model::fit::{FitConfig, FitError, Fitted, Solver, fit};
 use crate::model::sindy_nn::gradient::Lambdas;
 use crate::model::sindy_nn::train::TrainConfig;
 use crate::model::stlsq::StlsqConfig;
 use crate::recording::input::Series;
-use crate::signal::wavelet::denoise::{Denoising, NoiseEstimate, Shrinkage, ThresholdRule};
-use crate::signal::wavelet::stationary::levels_below;
+use crate::signal::wavelet::denoise::Denoising;
 
 /// Recordings of a sweep.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,9 +70,6 @@ pub struct Row {
     pub error: Option<String>,
 }
 
-/// Frequency below which the last approximation of a filter lies, Hz.
-const BELOW_HZ: f64 = 50.0;
-
 impl Job {
     /// Row of this fit.
     pub fn fit(&self, material: &Material) -> Row {
@@ -122,13 +119,8 @@ impl Job {
             (_, Solver::SindyNn { hidden, .. }) => Solver::SindyNn { hidden: hidden.clone(), train },
             (_, solver) => solver.clone(),
         };
-        let alignment = match self.alignment {
-            AlignmentKind::Half => Alignment::Half,
-            AlignmentKind::Forward => Alignment::Forward,
-            AlignmentKind::Causal => Alignment::Causal,
-        };
         let config = FitConfig {
-            spec: StateSpec { dimension: self.sizes.nmd, orders: Orders::Even, alignment },
+            spec: StateSpec { dimension: self.sizes.nmd, orders: Orders::Even, alignment: self.alignment.into() },
             degree: self.sizes.nd,
             harmonics: self.sizes.nf,
             solver,
@@ -142,13 +134,7 @@ impl Job {
     /// Recording as it is, or denoised.
     fn filtered(&self, series: &Series, sample_rate_hz: f64) -> Series {
         let Ok(wavelet) = self.filter.parse() else { return series.clone() };
-        let denoising = Denoising {
-            wavelet,
-            levels: levels_below(BELOW_HZ, sample_rate_hz),
-            rule: ThresholdRule::Universal,
-            shrinkage: Shrinkage::Soft,
-            noise: NoiseEstimate::EachLevel,
-        };
+        let denoising = Denoising::of_paper(wavelet, sample_rate_hz);
         let samples: Vec<f64> = series.samples.iter().map(|v| f64::from(*v)).collect();
         let samples = denoising.apply(&samples).into_iter().map(|v| v as f32).collect();
         Series { name: series.name.clone(), samples }

@@ -55,8 +55,9 @@ impl Journal {
     /// # Errors
     /// Errors of the operating system.
     pub fn add(&mut self, row: &Row) -> Result<(), JournalError> {
-        let line = serde_json::to_string(row).unwrap_or_default() + "\n";
-        self.file.write_all(line.as_bytes()).map_err(|source| JournalError { path: self.path.clone(), source })
+        let line = serde_json::to_string(row).map_err(std::io::Error::from);
+        let written = line.and_then(|line| self.file.write_all((line + "\n").as_bytes()));
+        written.map_err(|source| JournalError { path: self.path.clone(), source })
     }
 }
 

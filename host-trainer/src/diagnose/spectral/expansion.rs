@@ -173,10 +173,9 @@ fn columns(model: &Model, point: &Point) -> Result<Vec<Vec<Derivative>>, RigErro
     let known = Known::Scatter(scatter.clone());
     let outer: Vec<Power> = point.predictions.iter().map(|p| p.outer.power.clone()).collect();
 
-    let moves_noise =
-        |c: &Coordinate| c.moves_variance && !matches!(model.known, Known::Noise(_) | Known::NoiseAndInner(_));
+    let moves_noise = |c: &Coordinate| c.moves_variance && model.known.noise().is_none();
     let each = || model.coordinates.iter().zip(&rigs);
-    // At a point that was reached with another velocity covariance, the noise is not that of the predictions.
+    // Where the noise depends on the velocity covariance, moved and unmoved rig must have the same one.
     let own = each().any(|(c, rig)| c.moves_variance && depends_on_velocity_noise(rig));
     let own = own.then(|| model.rig_at(&point.values)).transpose()?;
     let noisy = own.iter().chain(each().filter(|(c, _)| moves_noise(c)).map(|(_, rig)| rig));

@@ -42,9 +42,9 @@ impl<'d, 'a> Model<'d, 'a> {
 
     /// Model of a rig with unknown numbers, whose own values are guesses.
     pub fn of_unknown(data: &'d Data<'a>, rig: &Rig, coordinates: Vec<Coordinate>) -> Self {
-        let fixed = Self::fixed(data, rig.clone());
-        let model = Self { coordinates, ..fixed };
-        Self { guesses: model.own_values(), ..model }
+        let mut model = Self { coordinates, ..Self::fixed(data, rig.clone()) };
+        model.guesses = model.own_values();
+        model
     }
 
     /// Rig at given values.

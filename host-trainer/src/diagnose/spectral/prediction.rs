@@ -123,6 +123,14 @@ pub enum Known {
 }
 
 impl Known {
+    /// Predictions whose noise is that of the rig.
+    pub fn noise(&self) -> Option<&[Prediction]> {
+        match self {
+            Self::Noise(known) | Self::NoiseAndInner(known) => Some(known),
+            Self::Nothing | Self::Scatter(_) => None,
+        }
+    }
+
     /// Part of the lines of each recording; that without the effects of the inner race if the nearby rig has none there.
     fn part(&self) -> Option<Part> {
         match self {
@@ -182,10 +190,12 @@ pub fn noises_of(rigs: &[(&Known, &Rig)], observations: &[Observation]) -> Vec<R
     let persistent: Vec<Rig> = rigs.iter().map(|(_, rig)| without_deterministic(rig)).collect();
     let mut asked = Vec::new();
     for ((known, _), rig) in rigs.iter().zip(&persistent) {
+        if known.noise().is_some() {
+            continue;
+        }
         let scatter = match known {
-            Known::Noise(_) | Known::NoiseAndInner(_) => continue,
             Known::Scatter(known) => Some(known),
-            Known::Nothing => None,
+            _ => None,
         };
         let each = observations.iter().enumerate();
         asked.extend(each.map(|(n, o)| Asked { rig, condition: o.condition, known: scatter.map(|all| all[n]) }));
@@ -196,9 +206,9 @@ pub fn noises_of(rigs: &[(&Known, &Rig)], observations: &[Observation]) -> Vec<R
         scatter: n.velocity_covariance,
     };
     let mut made = whittle::noises(&asked).into_iter().map(|made| made.map(noise));
-    let of = |(known, _): &(&Known, &Rig)| match known {
-        Known::Noise(known) | Known::NoiseAndInner(known) => Ok(known.iter().map(Prediction::random_part).collect()),
-        _ => made.by_ref().take(observations.len()).collect::<Vec<_>>().into_iter().collect(),
+    let of = |(known, _): &(&Known, &Rig)| match known.noise() {
+        Some(known) => Ok(known.iter().map(Prediction::random_part).collect()),
+        None => made.by_ref().take(observations.len()).collect::<Vec<_>>().into_iter().collect(),
     };
     rigs.iter().map(of).collect()
 }

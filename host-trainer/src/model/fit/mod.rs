@@ -4,6 +4,7 @@
 //! alignment, and on phase-randomised surrogates of them in both. Every score is taken by core's evaluator, sample by
 //! sample, as on the device. The findings of a diagnosis enter the library by [`terms`].
 
+pub mod choice;
 mod describe;
 mod monitor_levels;
 pub mod report;

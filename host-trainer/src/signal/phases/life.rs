@@ -1,6 +1,7 @@
 //! Features of a machine's recordings in order of time.
 
 use crate::recording::Recording;
+use crate::signal::settings::PhaseSettings;
 use crate::signal::transform::median;
 
 /// Features of the samples of a recording about their mean.
@@ -36,8 +37,7 @@ pub struct Timeline {
     pub follows: Vec<bool>,
 }
 
-/// Step over the usual one from which recordings are missing between two.
-const GAP: f64 = 1.5;
+const SETTINGS: PhaseSettings = PhaseSettings::DEFAULT;
 
 impl Timeline {
     /// Order of recordings. A gap shows in the times, or in the numbers of the names where there are no times.
@@ -52,7 +52,7 @@ impl Timeline {
         };
         let usual = median(&mut steps.iter().flatten().copied().collect::<Vec<_>>());
         let is_usual = |step: &Option<f64>| match (step, usual) {
-            (Some(step), Some(usual)) => *step > 0.0 && *step < GAP * usual,
+            (Some(step), Some(usual)) => *step > 0.0 && *step < SETTINGS.gap * usual,
             _ => true,
         };
         let follows = std::iter::once(true).chain(steps.iter().map(is_usual)).take(names.len()).collect();

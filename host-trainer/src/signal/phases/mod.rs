@@ -15,6 +15,7 @@ pub mod machine;
 use serde::Serialize;
 
 use self::life::Features;
+use super::settings::PhaseSettings;
 
 /// Rules for the phases of a life.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -76,9 +77,9 @@ impl Phases {
     }
 }
 
+const SETTINGS: PhaseSettings = PhaseSettings::DEFAULT;
 /// Fewest healthy recordings.
-pub const FEWEST_HEALTHY: usize = 10;
-const MOST_HEALTHY: usize = 100;
+pub const FEWEST_HEALTHY: usize = SETTINGS.fewest_healthy;
 
 /// Phases of a life by the features of its recordings; `follows` says which of them follow the one before without a gap. `None`
 /// if no recording remains after the healthy ones, or these are fewer than [`FEWEST_HEALTHY`].
@@ -91,7 +92,7 @@ const MOST_HEALTHY: usize = 100;
 /// assert_eq!(phases(&life, &[true; 100], &Rules::default()).unwrap().aging, Some(60));
 /// ```
 pub fn phases(life: &[Features], follows: &[bool], rules: &Rules) -> Option<Phases> {
-    let healthy = rules.healthy.unwrap_or((life.len() / 4).clamp(FEWEST_HEALTHY, MOST_HEALTHY));
+    let healthy = rules.healthy.unwrap_or((life.len() / 4).clamp(FEWEST_HEALTHY, SETTINGS.most_healthy));
     if healthy < FEWEST_HEALTHY || healthy >= life.len() {
         return None;
     }

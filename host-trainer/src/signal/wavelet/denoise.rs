@@ -2,7 +2,8 @@
 //! 90 (1995) 1200–1224), theory (99).
 
 use super::Wavelet;
-use super::stationary::decompose;
+use super::stationary::{decompose, levels_below};
+use crate::signal::settings::WaveletSettings;
 use crate::signal::transform::median;
 
 /// Rule for the threshold of a level of N details with noise of standard deviation σ.
@@ -53,6 +54,17 @@ pub struct Denoising {
 const NORMAL_MAD: f64 = 0.674_489_750_196_081_7;
 
 impl Denoising {
+    /// Soft shrinkage by the universal threshold of each level, in as many levels as the paper takes at a sample rate.
+    pub fn of_paper(wavelet: Wavelet, sample_rate_hz: f64) -> Self {
+        Self {
+            wavelet,
+            levels: levels_below(WaveletSettings::DEFAULT.below_hz, sample_rate_hz),
+            rule: ThresholdRule::Universal,
+            shrinkage: Shrinkage::Soft,
+            noise: NoiseEstimate::EachLevel,
+        }
+    }
+
     /// Signal without what the thresholds take.
     pub fn apply(&self, signal: &[f64]) -> Vec<f64> {
         let mut parts = decompose(signal, &self.wavelet, self.levels);

@@ -25,7 +25,7 @@ pub fn levels_below(hz: f64, sample_rate_hz: f64) -> usize {
     (0..MOST_LEVELS).take_while(is_above).count()
 }
 
-/// Most levels: the widest filter spans 2^30 samples.
+/// Most levels: the values of a filter are then 2^29 samples apart, farther than any recording is long.
 const MOST_LEVELS: usize = 30;
 
 /// Transform of a signal, level by level.
