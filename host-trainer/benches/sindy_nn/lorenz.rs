@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use ballrace::model::samples::Samples;
 use ballrace::model::sindy_nn::layout::Layout;
-use ballrace::model::sindy_nn::train::{TrainConfig, train};
+use ballrace::model::sindy_nn::train::{Sets, TrainConfig, train};
 use ballrace_core::library::Library;
 
 use super::floor::Floor;
@@ -22,8 +22,13 @@ pub fn run(floor: &Floor, with_peer: bool) -> Result<(), Box<dyn std::error::Err
     let library = Library::new(3, 3, 0).ok_or("library")?;
     let layout = Layout::new(&[128, 64, 32, 3], &[3, 32, 64, 128], library).ok_or("layout")?;
     let samples = samples();
-    let config =
-        TrainConfig { epochs: EPOCHS, max_steps: usize::MAX, threshold: 0.0, patience: 0, ..TrainConfig::default() };
+    let config = TrainConfig {
+        epochs: EPOCHS,
+        max_steps: usize::MAX,
+        threshold: Some(0.0),
+        patience: 0,
+        ..TrainConfig::default()
+    };
     println!("\nLorenz, {} samples of {INPUTS}, seconds an epoch, medians of {RUNS} in turn", samples.len());
     println!("{:12}{:>10}{:>10}{:>10}{:>10}{:>10}", "threads", "ours s", "floor s", "of floor", "torch s", "ratio");
     for threads in [1, THREADS] {
@@ -31,7 +36,7 @@ pub fn run(floor: &Floor, with_peer: bool) -> Result<(), Box<dyn std::error::Err
         let (mut ours, mut theirs) = (vec![], vec![]);
         for _ in 0..RUNS {
             let start = Instant::now();
-            pool.install(|| train(&layout, &samples, &Samples::default(), &config, &mut |_| ()));
+            pool.install(|| train(&layout, &samples, Sets::default(), &config, &mut |_| ()));
             ours.push(start.elapsed().as_secs_f64() / EPOCHS as f64);
             if with_peer {
                 let script = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("benches/sindy_nn/lorenz_peer.py");

@@ -7,7 +7,7 @@ use ballrace::model::samples::Samples;
 use ballrace::model::sindy_nn::engine::Engine;
 use ballrace::model::sindy_nn::gradient::Lambdas;
 use ballrace::model::sindy_nn::layout::Layout;
-use ballrace::model::sindy_nn::train::{TrainConfig, train};
+use ballrace::model::sindy_nn::train::{Sets, TrainConfig, train};
 use ballrace::model::states::{Scales, rows};
 use ballrace::recording::{LoadOptions, load, reference_data};
 use ballrace_core::library::Library;
@@ -24,7 +24,7 @@ pub fn run(floor: &Floor, with_peer: bool) -> Result<(), Box<dyn std::error::Err
     let file = femto.join(RECORDING);
     let layout = Layout::new(&[8, 256, 8], &[8, 256, 8], Library::new(8, 2, 2).ok_or("library")?).ok_or("layout")?;
     // As the peer: no thresholding, no early stop.
-    let config = TrainConfig { threshold: 0.0, patience: 0, ..TrainConfig::default() };
+    let config = TrainConfig { threshold: Some(0.0), patience: 0, ..TrainConfig::default() };
     println!("\npaper's settings, {RECORDING}, {} epochs, {THREADS} threads, medians of {RUNS} in turn", config.epochs);
     println!(
         "{:12}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>9}",
@@ -37,7 +37,7 @@ pub fn run(floor: &Floor, with_peer: bool) -> Result<(), Box<dyn std::error::Err
         for seed in 0..RUNS as u64 {
             let config = TrainConfig { seed, ..config.clone() };
             let start = Instant::now();
-            let trained = train(&layout, &samples, &Samples::default(), &config, &mut |_| ());
+            let trained = train(&layout, &samples, Sets::default(), &config, &mut |_| ());
             ours.push(start.elapsed().as_secs_f64());
             let [loss, score] = data_loss_and_score(&layout, &trained.parameters, &samples);
             losses.push(loss);

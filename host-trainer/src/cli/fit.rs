@@ -12,17 +12,18 @@ use crate::diagnose::causes;
 use crate::model::file;
 use crate::model::fit::choice::{AlignmentKind, SolverKind};
 use crate::model::fit::{FitConfig, Fitted, Solver, fit, terms, text};
-use crate::model::sindy_nn::gradient::Lambdas;
+use crate::model::sindy_nn::gradient::{Lambdas, SparsityNorm};
 use crate::model::sindy_nn::train::TrainConfig;
 use crate::model::stlsq::StlsqConfig;
 use crate::report;
+use crate::signal::surrogate::SurrogateKind;
 
 const SETTINGS: CliSettings = CliSettings::DEFAULT;
 
 /// Fit a model to recordings of the healthy machine
 ///
 /// Prints the sparse equations and four scores side by side: R² in sample, held out, causal, and on
-/// phase-randomised surrogates (the null).
+/// surrogates (the null).
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Example:\n  ballrace fit data/Bearing3_3 --healthy 100 --out model.json\n  \
     fits SINDy-NN to the first 100 recordings of a run to failure and writes model.json\n  \
@@ -68,6 +69,9 @@ pub struct Args {
     /// λ1, λ2, λ3 of the losses
     #[arg(long, value_delimiter = ',', default_value = "0.5,0.01,0.01")]
     lambda: Vec<f64>,
+    /// Norm of the coefficients that λ3 weighs
+    #[arg(long, value_enum, default_value_t = SparsityNorm::Mean)]
+    sparsity: SparsityNorm,
     /// Adam's learning rate
     #[arg(long, default_value_t = 1e-3)]
     learning_rate: f32,
@@ -80,8 +84,8 @@ pub struct Args {
     /// Maximum number of gradient steps
     #[arg(long, default_value_t = 3000)]
     max_steps: usize,
-    /// Share of power below which a term is removed [default: 0.001 for sindy-nn; chosen on held-out
-    /// recordings, per equation, for stlsq]
+    /// Share of power below which a term is removed [default: chosen on validation recordings, for
+    /// stlsq per equation]
     #[arg(long, value_name = "SHARE")]
     threshold: Option<f64>,
     /// Ridge penalty of stlsq on scaled coefficients
@@ -93,6 +97,12 @@ pub struct Args {
     /// Surrogate fits for the null
     #[arg(long, default_value_t = 5, value_name = "N")]
     null: usize,
+    /// What a surrogate has of its recording
+    #[arg(long, value_enum, default_value_t = SurrogateKind::default())]
+    null_kind: SurrogateKind,
+    /// Trainings of sindy-nn from different seeds; the best on the validation recordings is the model
+    #[arg(long, default_value_t = 3, value_name = "N")]
+    trainings: usize,
     /// Full scale of the sensor in m/s²: samples at or beyond it count as saturated
     #[arg(long, default_value_t = 0.0, value_name = "A")]
     full_scale: f32,
@@ -128,6 +138,7 @@ impl Args {
         for (option, found, least) in [
             ("batch", self.batch, 1),
             ("hold-out", self.hold_out, 2),
+            ("trainings", self.trainings, 1),
             ("epochs", self.epochs, 1),
             ("max-steps", self.max_steps, 1),
         ] {
@@ -164,17 +175,16 @@ impl Args {
             SolverKind::SindyNn => {
                 let [derivative, latent, sparsity] =
                     std::array::from_fn(|i| self.lambda.get(i).copied().unwrap_or(0.0));
-                let defaults = TrainConfig::default();
                 Solver::SindyNn {
                     hidden: self.hidden.clone(),
                     train: TrainConfig {
-                        lambdas: Lambdas { derivative, latent, sparsity },
+                        lambdas: Lambdas { derivative, latent, sparsity, norm: self.sparsity },
                         learning_rate: self.learning_rate,
                         batch: self.batch,
                         epochs: self.epochs,
                         max_steps: self.max_steps,
-                        threshold: self.threshold.unwrap_or(defaults.threshold),
-                        ..defaults
+                        threshold: self.threshold,
+                        ..TrainConfig::default()
                     },
                 }
             }
@@ -194,6 +204,9 @@ impl Args {
             solver,
             hold_out_every: self.hold_out,
             null_fits: self.null,
+            null_kind: self.null_kind,
+            causal: true,
+            trainings: self.trainings,
             seed: self.seed,
             block: self.block,
             full_scale: self.full_scale,

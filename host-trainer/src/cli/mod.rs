@@ -7,6 +7,7 @@ mod evaluate;
 mod export;
 mod fit;
 mod input;
+mod library;
 mod monitor;
 mod phases;
 mod settings;
@@ -31,6 +32,7 @@ enum Command {
     Demo(demo::command::Args),
     Fit(fit::Args),
     Export(export::Args),
+    Library(library::Args),
     Monitor(monitor::Args),
     Phases(phases::Args),
     Simulate(simulate::SimulateArgs),
@@ -69,6 +71,7 @@ pub fn run() -> ExitCode {
         Command::Demo(args) => demo::command::run(&args),
         Command::Fit(args) => fit::run(&args),
         Command::Export(args) => export::run(&args),
+        Command::Library(args) => library::run(&args),
         Command::Monitor(args) => monitor::run(&args),
         Command::Phases(args) => phases::run(&args),
         Command::Simulate(args) => simulate::simulate(&args),

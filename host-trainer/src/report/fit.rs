@@ -21,6 +21,7 @@ pub fn document(fitted: &Fitted, input: &Input) -> Result<Document, DrawError> {
     if let Some(series) = held_out.or(input.series.first()) {
         document = document.section(signal::prediction(&view, series, input.sample_rate_hz)?);
     }
+    document = document.sections(model::path(report)?);
     let names = Trace::record(&view, &[], input.sample_rate_hz, 0..0).names;
     Ok(document.sections([
         model::derivatives(report, &names),

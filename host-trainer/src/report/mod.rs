@@ -9,7 +9,7 @@
 //! | `machine` | envelope spectra of a machine of unknown structure |
 //! | `plot` | pictures as SVG |
 //! | `settings` | segment lengths, limits of lists, layout |
-//! | `fit`, `monitor`, `phases`, `calibrate`, `calibrate_sdof`, [`diagnosis`], `spectra` | documents of these commands |
+//! | `fit`, `monitor`, `phases`, `paper`, `calibrate`, `calibrate_sdof`, [`diagnosis`], `spectra` | documents of these commands |
 //!
 //! All text is escaped. A report states no time of day and no duration, so that the same input gives the same bytes.
 
@@ -22,6 +22,7 @@ pub(crate) mod html;
 pub(crate) mod machine;
 pub(crate) mod model;
 pub(crate) mod monitor;
+pub(crate) mod paper;
 pub(crate) mod phases;
 pub(crate) mod plot;
 pub(crate) mod settings;

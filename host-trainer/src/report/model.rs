@@ -5,6 +5,12 @@ use super::{Cell, Section, Tone};
 use crate::model::export::Sizes;
 use crate::model::fit::report::Report;
 use crate::model::fit::text;
+use crate::model::fit::verdict::kept;
+use crate::model::path::PathPoint;
+use crate::report::plot::DrawError;
+use crate::report::plot::comparison::{self, Curve, Names};
+use crate::report::plot::lines::Mark;
+use crate::report::plot::style::{EARLY, LATE, MEASURED};
 
 const SETTINGS: ReportSettings = ReportSettings::DEFAULT;
 
@@ -33,7 +39,7 @@ pub fn scores(report: &Report) -> Section {
             "held out",
             format!("{:.4}", s.held_out.mean()),
             text::null(s, |n| Some(n.held_out)),
-            "Fit to recordings that were not fitted (they do choose thresholds and early stopping): the loss against “in sample” is overfitting.",
+            "Fit to recordings that were used for nothing else: the loss against “in sample” is overfitting.",
         ),
         row(
             "causal",
@@ -45,7 +51,10 @@ pub fn scores(report: &Report) -> Section {
             "null",
             mean.to_owned(),
             spread.map_or(String::new(), |spread| format!("± {spread}")),
-            "Held-out figure of the same fit to surrogates, which have the recordings' spectrum and random phases: a model has found dynamics only where it exceeds this.",
+            &format!(
+                "Held-out figure of the same fit to surrogates with {}: a model has found dynamics only where it exceeds this.",
+                kept(s.null_kind)
+            ),
         ),
     ];
     Section::new("Four scores")
@@ -98,9 +107,17 @@ pub fn sizes(sizes: &Sizes) -> Section {
 pub fn training(report: &Report) -> Section {
     let (t, m) = (&report.training, &report.monitor);
     let row = |name: &str, value: String| vec![Cell::text(name), Cell::text(value)];
-    let within = if t.within_recording { " (the end of the only one)" } else { "" };
+    let within = if t.within_recording { " (the last two fifths of the only one)" } else { "" };
     let mut rows = vec![
-        row("recordings", format!("{} fitted, {} held out{within}", t.recordings.len(), t.held_out.len())),
+        row(
+            "recordings",
+            format!(
+                "{} fitted, {} for validation, {} held out{within}",
+                t.recordings.len(),
+                t.validation.len(),
+                t.held_out.len()
+            ),
+        ),
         row("channel", t.channel.clone().unwrap_or_else(|| "-".into())),
         row("sample rate", format!("{} Hz", t.sample_rate_hz)),
         row("range", format!("{:.2} to {:.2} m/s²", t.range_m_per_s2.0, t.range_m_per_s2.1)),
@@ -136,4 +153,32 @@ pub fn derivatives(report: &Report, names: &[String]) -> Section {
         &["derivative", "in sample", "held out"],
         rows.collect(),
     )
+}
+
+/// Score against number of terms: the Pareto front; `None` for a report without a path.
+///
+/// # Errors
+/// Errors of the drawing library.
+pub fn path(report: &Report) -> Result<Option<Section>, DrawError> {
+    let place = |terms: usize| (terms.max(1) as f64).log10();
+    let curve = |name, color, of: fn(&PathPoint) -> f64| {
+        let mut points: Vec<(f64, f64)> = report.path.iter().map(|p| (place(p.terms), of(p))).collect();
+        points.reverse();
+        Curve { name, points, color }
+    };
+    let (Some(most), Some(least)) = (report.path.first(), report.path.last()) else { return Ok(None) };
+    let x = place(least.terms) - 0.05..place(most.terms) + 0.05;
+    let mut curves = vec![curve("validation", LATE, |p| p.validation), curve("held out", EARLY, |p| p.held_out)];
+    let null: Vec<f64> = report.scores.null.iter().map(|null| null.held_out).collect();
+    if !null.is_empty() {
+        let mean = null.iter().sum::<f64>() / null.len() as f64;
+        let points = vec![(x.start, mean), (x.end - 1e-9, mean)];
+        curves.push(Curve { name: "held out, null", points, color: MEASURED });
+    }
+    let chosen = Mark { at: place(report.terms_kept), name: format!("{} terms", report.terms_kept) };
+    let svg = comparison::svg(&curves, x, Names { x: "terms, log₁₀", y: "R² of the derivatives" }, &[chosen])?;
+    Ok(Some(Section::new("Score against number of terms").figure(
+        svg,
+        "Each point is a model with the terms that are worth more than a growing threshold. The fewest terms within one standard error of the best on the validation recordings are chosen; the held-out recordings choose nothing.",
+    )))
 }

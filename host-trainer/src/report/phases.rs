@@ -78,8 +78,15 @@ fn section(machine: &Machine, rules: &Rules) -> Result<Section, DrawError> {
     let lives = &machine.lives;
     let rows = machine.phases.iter().enumerate().filter_map(|(n, phases)| Some(row(lives, n, phases.as_ref()?)));
     let rows = rows.map(|row| row.into_iter().map(Cell::text).collect()).collect();
-    let mut section = Section::new(&machine.name).table("", &HEAD, rows);
-    for (life, phases) in lives.channels.iter().zip(&machine.phases) {
+    pictures(Section::new(&machine.name).table("", &HEAD, rows), machine, rules)
+}
+
+/// Section with a picture of each channel of a machine.
+///
+/// # Errors
+/// Errors of the drawing library.
+pub fn pictures(mut section: Section, machine: &Machine, rules: &Rules) -> Result<Section, DrawError> {
+    for (life, phases) in machine.lives.channels.iter().zip(&machine.phases) {
         let Some(phases) = phases else { continue };
         let Ok(svg) = life::svg(&life.features, phases, rules) else { continue };
         let caption = format!(

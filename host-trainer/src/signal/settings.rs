@@ -182,7 +182,7 @@ impl SpectraSettings {
     };
 }
 
-/// Settings of the phase-randomised surrogates, theory (24).
+/// Settings of the surrogates, theory (24).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurrogateSettings {
     /// Greatest order of the whitening autoregression. Not tuned: chosen by hand.
@@ -198,6 +198,10 @@ pub struct SurrogateSettings {
     pub neighbourhood_bins: usize,
     /// Bins to either side of a line that its neighbourhood leaves out. Not tuned: chosen by hand.
     pub guard_bins: usize,
+    /// Iterations between the innovations' spectrum and their distribution. Not tuned: chosen by hand.
+    pub iterations: usize,
+    /// Least periodic power of the innovations over its mean. Not tuned: chosen by hand.
+    pub min_level: f64,
 }
 
 impl SurrogateSettings {
@@ -209,6 +213,8 @@ impl SurrogateSettings {
         line_ratio: 40.0,
         neighbourhood_bins: 24,
         guard_bins: 3,
+        iterations: 20,
+        min_level: 0.05,
     };
 }
 

@@ -4,9 +4,11 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::job::{Job, Material};
+use super::job::{Job, Material, NO_FILTER};
+use super::preset::Preset;
 use crate::model::fit::choice::{AlignmentKind, SolverKind};
-use crate::paper::{PaperLibrary, TABLE_3};
+use crate::model::sindy_nn::gradient::SparsityNorm;
+use crate::signal::surrogate::SurrogateKind;
 use crate::signal::wavelet::Wavelet;
 
 /// Study of a `sweep.toml`. Keys of the grid take one value or a list; the jobs are all their combinations.
@@ -25,10 +27,16 @@ pub struct Config {
     /// Surrogate fits for the null.
     #[serde(default = "one")]
     pub null: usize,
+    /// Kinds of the surrogates.
+    #[serde(default)]
+    null_kind: Many<SurrogateKind>,
+    /// Whether the same models are fitted in the causal alignment too.
+    #[serde(default = "yes")]
+    pub causal: bool,
     /// Epochs of SINDy-NN.
     #[serde(default = "epochs")]
     pub epochs: usize,
-    /// Models of the paper beside those stated.
+    /// Models of a table or figure of the paper beside those stated.
     pub preset: Option<Preset>,
     /// Models, each with its own `nd`, `nmd` and `nf`: beside the grid of these three.
     #[serde(default)]
@@ -54,6 +62,9 @@ pub struct Config {
     /// Triples λ1, λ2, λ3.
     #[serde(default)]
     lambda: Many<[f64; 3]>,
+    /// Norms of the coefficients that λ3 weighs.
+    #[serde(default)]
+    sparsity: Many<SparsityNorm>,
     /// Seeds.
     #[serde(default)]
     seed: Many<u64>,
@@ -63,7 +74,7 @@ pub struct Config {
 }
 
 /// Sizes of a library.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sizes {
     /// Name, such as the number in the paper's Table 3.
@@ -75,14 +86,6 @@ pub struct Sizes {
     pub nmd: usize,
     /// Fourier harmonics n_F.
     pub nf: usize,
-}
-
-/// Models of the paper.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Preset {
-    /// The 21 libraries of Table 3.
-    Table3,
 }
 
 /// One value or a list.
@@ -107,6 +110,16 @@ impl<T: Clone> Many<T> {
 
 const fn yes() -> bool {
     true
+}
+
+/// Every job with every value.
+pub(super) fn each<T: Clone>(jobs: Vec<Job>, values: Vec<T>, set: impl Fn(&mut Job, T)) -> Vec<Job> {
+    let with = |job: &Job, value: &T| {
+        let mut job = job.clone();
+        set(&mut job, value.clone());
+        job
+    };
+    jobs.iter().flat_map(|job| values.iter().map(|value| with(job, value)).collect::<Vec<_>>()).collect()
 }
 
 const fn one() -> usize {
@@ -168,8 +181,8 @@ impl Config {
         if let Some([first, end]) = config.range.filter(|[first, end]| first >= end) {
             return refuse("range", format!("[{first}, {end}]"), "the first recording and one past the last");
         }
-        let filters = config.filter.or("none".into());
-        if let Some(found) = filters.iter().find(|name| *name != "none" && name.parse::<Wavelet>().is_err()) {
+        let filters = config.filter.or(NO_FILTER.into());
+        if let Some(found) = filters.iter().find(|name| *name != NO_FILTER && name.parse::<Wavelet>().is_err()) {
             return refuse("filter", format!("`{found}`"), "none, db1 to db10, or sym2 to sym10");
         }
         if config.lambda.or([0.0; 3]).iter().flatten().any(|l| !(l.is_finite() && *l >= 0.0)) {
@@ -187,44 +200,22 @@ impl Config {
             true => material.series.iter().map(|series| Some(series.name.clone())).collect(),
             false => vec![None],
         };
-        let mut jobs = Vec::new();
-        for sizes in self.sizes() {
-            for solver in self.solver.or(SolverKind::default()) {
-                for alignment in self.alignment.or(AlignmentKind::default()) {
-                    for filter in self.filter.or("none".into()) {
-                        for lambda in self.lambda.or([0.5, 0.01, 0.01]) {
-                            for seed in self.seed.or(0) {
-                                jobs.extend(subjects.iter().map(|recording| Job {
-                                    recording: recording.clone(),
-                                    sizes: sizes.clone(),
-                                    solver,
-                                    alignment,
-                                    filter: filter.clone(),
-                                    lambda,
-                                    seed,
-                                    null: self.null,
-                                    epochs: self.epochs,
-                                }));
-                            }
-                        }
-                    }
-                }
-            }
-        }
-        jobs
+        let base = Job { null: self.null, causal: self.causal, epochs: self.epochs, ..Job::default() };
+        let jobs = each(vec![base], self.sizes(), |job, sizes| job.sizes = sizes);
+        let jobs = each(jobs, self.solver.or(SolverKind::default()), |job, solver| job.solver = solver);
+        let jobs = each(jobs, self.alignment.or(AlignmentKind::default()), |job, alignment| job.alignment = alignment);
+        let jobs = each(jobs, self.filter.or(NO_FILTER.into()), |job, filter| job.filter = filter);
+        let jobs = each(jobs, self.lambda.or(Job::default().lambda), |job, lambda| job.lambda = lambda);
+        let jobs = each(jobs, self.sparsity.or(SparsityNorm::default()), |job, norm| job.sparsity = norm);
+        let jobs = each(jobs, self.null_kind.or(SurrogateKind::default()), |job, kind| job.null_kind = kind);
+        let jobs = each(jobs, self.seed.or(0), |job, seed| job.seed = seed);
+        each(jobs, subjects, |job, recording| job.recording = recording)
     }
 
     /// Sizes of the stated models, of the preset, and of the grid; the paper's best model if none is stated.
     fn sizes(&self) -> Vec<Sizes> {
         let mut sizes = self.model.clone();
-        if self.preset == Some(Preset::Table3) {
-            sizes.extend(TABLE_3.iter().map(|PaperLibrary { name, sizes: [nd, nmd, nf], .. }| Sizes {
-                name: (*name).into(),
-                nd: *nd,
-                nmd: *nmd,
-                nf: *nf,
-            }));
-        }
+        sizes.extend(self.preset.into_iter().flat_map(Preset::sizes));
         let has_grid = [&self.nd, &self.nmd, &self.nf].into_iter().any(|key| !matches!(key, Many::Unstated));
         if !has_grid && !sizes.is_empty() {
             return sizes;

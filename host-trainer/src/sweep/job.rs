@@ -8,11 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use super::config::Sizes;
 use crate::model::fit::choice::{AlignmentKind, SolverKind};
-use crate::model::fit::{FitConfig, FitError, Fitted, Solver, fit};
-use crate::model::sindy_nn::gradient::Lambdas;
+use crate::model::fit::{FitConfig, FitError, ScoredModel, Solver, score_fit};
+use crate::model::sindy_nn::gradient::{Lambdas, SparsityNorm};
 use crate::model::sindy_nn::train::TrainConfig;
 use crate::model::stlsq::StlsqConfig;
 use crate::recording::input::Series;
+use crate::signal::surrogate::SurrogateKind;
 use crate::signal::wavelet::denoise::Denoising;
 
 /// Recordings of a sweep.
@@ -39,12 +40,41 @@ pub struct Job {
     pub filter: String,
     /// λ1, λ2, λ3.
     pub lambda: [f64; 3],
+    /// Norm of the coefficients that λ3 weighs.
+    pub sparsity: SparsityNorm,
     /// Seed.
     pub seed: u64,
     /// Surrogate fits for the null.
     pub null: usize,
+    /// Kind of the surrogates.
+    pub null_kind: SurrogateKind,
+    /// Whether the same model is fitted in the causal alignment too.
+    pub causal: bool,
     /// Epochs of SINDy-NN.
     pub epochs: usize,
+}
+
+/// Name of no filter.
+pub const NO_FILTER: &str = "none";
+
+impl Default for Job {
+    /// The paper's model: one surrogate, 500 epochs.
+    fn default() -> Self {
+        Self {
+            recording: None,
+            sizes: Sizes::default(),
+            solver: SolverKind::default(),
+            alignment: AlignmentKind::default(),
+            filter: NO_FILTER.into(),
+            lambda: [Lambdas::PAPER.derivative, Lambdas::PAPER.latent, Lambdas::PAPER.sparsity],
+            sparsity: SparsityNorm::default(),
+            seed: 0,
+            null: 1,
+            null_kind: SurrogateKind::default(),
+            causal: true,
+            epochs: TrainConfig::default().epochs,
+        }
+    }
 }
 
 /// Result of a fit.
@@ -58,16 +88,39 @@ pub struct Row {
     pub terms: Option<usize>,
     /// R² in sample.
     pub r2: Option<f64>,
+    /// R² on the validation part, which chooses the threshold.
+    pub r2_validation: Option<f64>,
     /// R² held out.
     pub r2_held_out: Option<f64>,
     /// R² of the next sample in the causal alignment, held out.
     pub r2_causal: Option<f64>,
     /// Mean R² in sample on surrogates.
     pub r2_null: Option<f64>,
+    /// Mean R² of the next sample in the causal alignment on surrogates, held out.
+    pub r2_causal_null: Option<f64>,
     /// Time of the fit with its null, s.
     pub seconds: f64,
     /// Why the fit failed.
     pub error: Option<String>,
+}
+
+impl Row {
+    /// Row of a fit without scores.
+    pub fn failed(job: &Job, functions: usize, error: Option<String>) -> Self {
+        Self {
+            job: job.clone(),
+            functions,
+            terms: None,
+            r2: None,
+            r2_validation: None,
+            r2_held_out: None,
+            r2_causal: None,
+            r2_null: None,
+            r2_causal_null: None,
+            seconds: 0.0,
+            error,
+        }
+    }
 }
 
 impl Job {
@@ -76,40 +129,34 @@ impl Job {
         let begin = Instant::now();
         let fitted = self.fitted(material);
         let library = Library::new(self.sizes.nmd, self.sizes.nd, self.sizes.nf);
-        let row = Row {
-            job: self.clone(),
-            functions: library.map_or(0, |library| library.len()),
-            terms: None,
-            r2: None,
-            r2_held_out: None,
-            r2_causal: None,
-            r2_null: None,
-            seconds: begin.elapsed().as_secs_f64(),
-            error: None,
-        };
-        let report = match fitted {
-            Ok(fitted) => fitted.report,
+        let row =
+            Row { seconds: begin.elapsed().as_secs_f64(), ..Row::failed(self, library.map_or(0, |l| l.len()), None) };
+        let ScoredModel { scores, terms, r2_validation } = match fitted {
+            Ok(fitted) => fitted,
             Err(error) => return Row { error: Some(error.to_string()), ..row },
         };
-        let scores = &report.scores;
-        let null = scores.null.iter().map(|null| null.in_sample).sum::<f64>() / scores.null.len() as f64;
+        let count = scores.null.len() as f64;
+        let null = scores.null.iter().map(|null| null.in_sample).sum::<f64>() / count;
+        let causal_null = scores.null.iter().map(|null| null.causal).sum::<Option<f64>>().map(|sum| sum / count);
         Row {
-            terms: Some(report.terms_kept),
+            terms: Some(terms),
+            r2_validation: finite(r2_validation),
             r2: finite(scores.in_sample.mean()),
             r2_held_out: finite(scores.held_out.mean()),
             r2_causal: scores.causal.next_sample.and_then(finite),
             r2_null: finite(null),
+            r2_causal_null: causal_null.and_then(finite),
             ..row
         }
     }
 
-    fn fitted(&self, material: &Material) -> Result<Fitted, FitError> {
+    fn fitted(&self, material: &Material) -> Result<ScoredModel, FitError> {
         let is_own = |series: &&Series| self.recording.as_ref().is_none_or(|name| *name == series.name);
         let own = material.series.iter().filter(is_own);
         let series: Vec<Series> = own.map(|series| self.filtered(series, material.sample_rate_hz)).collect();
         let [derivative, latent, sparsity] = self.lambda;
         let train = TrainConfig {
-            lambdas: Lambdas { derivative, latent, sparsity },
+            lambdas: Lambdas { derivative, latent, sparsity, norm: self.sparsity },
             epochs: self.epochs,
             ..TrainConfig::default()
         };
@@ -125,10 +172,13 @@ impl Job {
             harmonics: self.sizes.nf,
             solver,
             null_fits: self.null,
+            null_kind: self.null_kind,
+            causal: self.causal,
+            trainings: 1,
             seed: self.seed,
             ..defaults
         };
-        fit(&series, material.sample_rate_hz, &config, &|_| ())
+        score_fit(&series, material.sample_rate_hz, &config)
     }
 
     /// Recording as it is, or denoised.

@@ -3,13 +3,17 @@
 //! | module | holds |
 //! |---|---|
 //! | [`config`] | `sweep.toml`, and the jobs of its grid |
+//! | [`construct`] | a library in three steps, under a limit of time |
+//! | [`preset`] | the tables and figures of the paper, and their jobs |
 //! | [`job`] | one fit: what it is, and its row |
 //! | [`journal`] | rows that are done, on disk |
 //! | [`table`] | rows as CSV and Parquet |
 
 pub mod config;
+pub mod construct;
 pub mod job;
 pub mod journal;
+pub mod preset;
 pub mod table;
 
 use std::path::Path;
@@ -18,22 +22,20 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use self::config::Config;
 use self::job::{Job, Material, Row};
 use self::journal::{Journal, JournalError};
 
-/// Rows of all jobs of a grid, in its order. Those that the journal in `folder` has are not fitted again; the others are
+/// Rows of all jobs, in their order. Those that the journal in `folder` has are not fitted again; the others are
 /// written to it as soon as they are done. `progress` gets the number of jobs done and of all.
 ///
 /// # Errors
 /// A journal that cannot be read or written. A fit that fails has a row that says why.
 pub fn run(
-    config: &Config,
+    jobs: &[Job],
     material: &Material,
     folder: &Path,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Vec<Row>, JournalError> {
-    let jobs = config.jobs(material);
     let journal = Journal::open(folder)?;
     let known: Vec<Option<Row>> = jobs.iter().map(|job| journal.row(job).cloned()).collect();
     let done = AtomicUsize::new(known.iter().flatten().count());

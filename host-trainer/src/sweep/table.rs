@@ -23,7 +23,7 @@ pub fn text(value: impl serde::Serialize) -> Option<String> {
     serde_json::to_value(value).ok()?.as_str().map(str::to_owned)
 }
 
-const COLUMNS: [Column; 21] = [
+const COLUMNS: [Column; 25] = [
     Column::Text("name", |row| Some(row.job.sizes.name.clone())),
     Column::Text("recording", |row| row.job.recording.clone()),
     Column::Count("nd", |row| Some(row.job.sizes.nd as i64)),
@@ -35,13 +35,17 @@ const COLUMNS: [Column; 21] = [
     Column::Number("lambda1", |row| Some(row.job.lambda[0])),
     Column::Number("lambda2", |row| Some(row.job.lambda[1])),
     Column::Number("lambda3", |row| Some(row.job.lambda[2])),
+    Column::Text("sparsity", |row| text(row.job.sparsity)),
     Column::Count("seed", |row| i64::try_from(row.job.seed).ok()),
     Column::Count("epochs", |row| Some(row.job.epochs as i64)),
     Column::Count("functions", |row| Some(row.functions as i64)),
     Column::Count("terms", |row| row.terms.map(|n| n as i64)),
     Column::Number("r2", |row| row.r2),
+    Column::Number("r2_validation", |row| row.r2_validation),
     Column::Number("r2_held_out", |row| row.r2_held_out),
     Column::Number("r2_causal", |row| row.r2_causal),
+    Column::Text("null_kind", |row| text(row.job.null_kind)),
+    Column::Number("r2_causal_null", |row| row.r2_causal_null),
     Column::Number("r2_null", |row| row.r2_null),
     Column::Number("seconds", |row| Some(row.seconds)),
     Column::Text("error", |row| row.error.clone()),

@@ -6,7 +6,6 @@ use ballrace::model::sindy_nn::train::TrainConfig;
 use ballrace::model::stlsq::StlsqConfig;
 use ballrace::recording::input::Series;
 use ballrace_core::monitor::Status;
-use ballrace_core::states::{Alignment, Orders, StateSpec};
 use ballrace_firmware_sim::event::Event;
 use ballrace_firmware_sim::faults::{FaultPlan, Injector};
 use ballrace_firmware_sim::runner::{Recording, Runner};
@@ -17,18 +16,8 @@ const SAMPLE_RATE_HZ: f64 = 25_600.0;
 const HEALTHY: usize = 100;
 
 fn fitted(recordings: &[Series], solver: Solver) -> OwnedModel {
-    let config = FitConfig {
-        spec: StateSpec { dimension: 8, orders: Orders::Even, alignment: Alignment::Half },
-        degree: 2,
-        harmonics: 2,
-        latent: None,
-        solver,
-        hold_out_every: 5,
-        null_fits: 0,
-        seed: 0,
-        block: None,
-        full_scale: 0.0,
-    };
+    // The paper's best model.
+    let config = FitConfig { solver, null_fits: 0, causal: false, trainings: 1, ..FitConfig::default() };
     fit(&recordings[..HEALTHY], SAMPLE_RATE_HZ, &config, &|_| ()).unwrap().model
 }
 

@@ -24,6 +24,7 @@ use ballrace_core::states::{Alignment, Orders, StateSpec};
 
 use crate::model::fit::{FitConfig, FitError, Solver};
 use crate::model::sindy_nn::train::TrainConfig;
+use crate::signal::surrogate::SurrogateKind;
 use generator::Scenario;
 use job::Job;
 pub use outcome::DemoResult;
@@ -56,6 +57,9 @@ impl Config {
                     solver: Solver::SindyNn { hidden: vec![32], train },
                     hold_out_every: 5,
                     null_fits: 3,
+                    null_kind: SurrogateKind::default(),
+                    causal: true,
+                    trainings: 1,
                     seed,
                     block: None,
                     full_scale: 0.0,

@@ -16,7 +16,6 @@ const SETTINGS: DescribeSettings = DescribeSettings::DEFAULT;
 /// Equations and conditioning of a fit.
 pub struct Described {
     pub equations: Vec<EquationReport>,
-    pub terms_kept: usize,
     pub diagnosis: Diagnosis,
 }
 
@@ -49,7 +48,10 @@ pub fn describe(once: &SingleFit, split: &Split) -> Described {
             })
             .collect();
         terms.sort_by(|a, b| b.share.total_cmp(&a.share));
-        let threshold = once.equations.get(e).map_or(0.0, |equation| equation.threshold);
+        let threshold = match (&once.trained, once.equations.get(e)) {
+            (Some(trained), _) => trained.threshold,
+            (None, equation) => equation.map_or(0.0, |equation| equation.threshold),
+        };
         reports.push(EquationReport {
             name: if is_latent { format!("dz{e}/dt") } else { left_side(once, e) },
             r_squared_held_out: (!is_latent).then(|| held_out.derivatives.get(e).copied()).flatten(),
@@ -58,11 +60,7 @@ pub fn describe(once: &SingleFit, split: &Split) -> Described {
         });
         equations.push(Equation { coefficients, threshold });
     }
-    Described {
-        terms_kept: xi.iter().filter(|v| **v != 0.0).count(),
-        diagnosis: diagnose(&moments, &equations),
-        equations: reports,
-    }
+    Described { diagnosis: diagnose(&moments, &equations), equations: reports }
 }
 
 /// Rows of z for the inner products of the library's columns; z takes the targets' place too, which are not used.

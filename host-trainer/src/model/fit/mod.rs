@@ -1,7 +1,7 @@
 //! Fit of a model to recordings, with four scores: in sample, held out, causal, null.
 //!
 //! [`fit`] runs the same [`Solver`] on the recordings in the chosen alignment, on the recordings in the causal
-//! alignment, and on phase-randomised surrogates of them in both. Every score is taken by core's evaluator, sample by
+//! alignment, and on surrogates of them in both. Every score is taken by core's evaluator, sample by
 //! sample, as on the device. The findings of a diagnosis enter the library by [`terms`].
 
 pub mod choice;
@@ -24,9 +24,9 @@ use crate::model::OwnedModel;
 use crate::model::sindy_nn::train::TrainConfig;
 use crate::model::stlsq::{StlsqConfig, noise_terms};
 use crate::recording::input::Series;
-use crate::signal::surrogate;
+use crate::signal::surrogate::SurrogateKind;
 use report::{Report, Training};
-use score::{NullScores, Score, Scores};
+use score::{NullScores, Score, Scores, TrainingScores};
 use settings::RowSettings;
 use single_fit::{SingleFit, Split, fit_once};
 
@@ -61,6 +61,12 @@ pub struct FitConfig {
     pub hold_out_every: usize,
     /// Surrogate fits for the null.
     pub null_fits: usize,
+    /// Kind of the surrogates.
+    pub null_kind: SurrogateKind,
+    /// Whether the same model is fitted in the causal alignment too.
+    pub causal: bool,
+    /// Trainings of SINDy-NN, each from a seed of its own; the model is the best on the validation recordings.
+    pub trainings: usize,
     /// Seed of initial weights, shuffles and surrogates.
     pub seed: u64,
     /// Samples per block of the monitor; `None`: a tenth of a second, less in short recordings.
@@ -191,9 +197,77 @@ pub fn fit(
     config: &FitConfig,
     progress: &(dyn Fn(Stage) + Sync),
 ) -> Result<Fitted, FitError> {
+    let Scored { main, split, scores, surrogate } = scored(recordings, sample_rate_hz, config, progress)?;
+    let (model, monitor) = monitor_levels::monitor(&main, recordings, sample_rate_hz, config)?;
+    let described = describe::describe(&main, &split);
+    let noise = surrogate.map(|(surrogate, fitted)| match &config.solver {
+        Solver::Stlsq(stlsq) => noise_terms(
+            main.layout.library,
+            &main.standardised(&split.train),
+            &main.standardised(&surrogate.train),
+            &main.equations,
+            stlsq,
+        ),
+        Solver::SindyNn { .. } => fitted.terms() as f64 / fitted.layout.latent as f64,
+    });
+    let report = Report {
+        created_by: format!("ballrace {}", env!("CARGO_PKG_VERSION")),
+        training: Training::new(&split, sample_rate_hz, config, &main),
+        verdict: verdict::verdict(&scores),
+        scores,
+        equations: described.equations,
+        terms_kept: main.terms(),
+        terms_noise_would_keep: noise,
+        path: main.path,
+        diagnosis: described.diagnosis,
+        monitor,
+    };
+    Ok(Fitted { model, report })
+}
+
+/// Scores of a fit without its model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScoredModel {
+    /// The four scores.
+    pub scores: Scores,
+    /// Nonzero coefficients.
+    pub terms: usize,
+    /// R² of the derivatives on the validation recordings.
+    pub r2_validation: f64,
+}
+
+/// Scores of a fit, without monitor and description.
+///
+/// # Errors
+/// As [`fit`].
+pub fn score_fit(recordings: &[Series], sample_rate_hz: f64, config: &FitConfig) -> Result<ScoredModel, FitError> {
+    let Scored { main, split, scores, .. } = scored(recordings, sample_rate_hz, config, &|_| ())?;
+    let r2_validation = score::score_model(&main.model.view(), &split.validation).mean();
+    Ok(ScoredModel { scores, terms: main.terms(), r2_validation })
+}
+
+/// Fit with its scores, without monitor and description.
+struct Scored {
+    main: SingleFit,
+    split: Split,
+    scores: Scores,
+    /// Last surrogate with its fit.
+    surrogate: Option<(Split, SingleFit)>,
+}
+
+fn scored(
+    recordings: &[Series],
+    sample_rate_hz: f64,
+    config: &FitConfig,
+    progress: &(dyn Fn(Stage) + Sync),
+) -> Result<Scored, FitError> {
     check(recordings, config)?;
-    let causal_apart = config.spec.alignment != Alignment::Causal;
-    let fits = (1 + config.null_fits) * (1 + usize::from(causal_apart));
+    let causal_apart = config.causal && config.spec.alignment != Alignment::Causal;
+    let trainings = match config.solver {
+        Solver::SindyNn { .. } => config.trainings.max(1),
+        Solver::Stlsq(_) => 1,
+    };
+    let fits = (trainings + config.null_fits) * (1 + usize::from(causal_apart));
     let stage = |name: &str, at: usize| {
         let name = name.to_owned();
         move |share: f64| progress(Stage { name: name.clone(), done: (at as f64 + share) / fits as f64 })
@@ -203,72 +277,62 @@ pub fn fit(
     check_split(&split, config)?;
     let causal_spec = StateSpec { alignment: Alignment::Causal, ..config.spec };
     let mut at = 0;
-    let mut both = |split: &Split, name: &str| -> Result<(SingleFit, Score, Score), FitError> {
-        let main = fit_once(split, sample_rate_hz, config.spec, config, &stage(name, at))?;
+    let mut both = |split: &Split, seed: u64, name: &str| -> Result<(SingleFit, FitScores), FitError> {
+        let main = fit_once(split, sample_rate_hz, config.spec, config, seed, &stage(name, at))?;
         at += 1;
+        let held_out = score::score_model(&main.model.view(), &split.held_out);
         let causal = if causal_apart {
-            let causal = fit_once(split, sample_rate_hz, causal_spec, config, &stage(&format!("{name}, causal"), at))?;
+            let name = format!("{name}, causal");
+            let causal = fit_once(split, sample_rate_hz, causal_spec, config, seed, &stage(&name, at))?;
             at += 1;
             score::score_model(&causal.model.view(), &split.held_out)
         } else {
-            score::score_model(&main.model.view(), &split.held_out)
+            held_out.clone()
         };
-        let in_sample = score::score_model(&main.model.view(), &split.train);
-        Ok((main, in_sample, causal))
+        Ok((main, FitScores { held_out, causal }))
     };
 
-    let (main, in_sample, causal) = both(&split, "fit")?;
-    let held_out = score::score_model(&main.model.view(), &split.held_out);
+    let mut fitted = Vec::new();
+    for k in 0..trainings {
+        fitted.push(both(&split, config.seed.wrapping_add(k as u64), &format!("fit {} of {trainings}", k + 1))?);
+    }
+    let of_trainings: Vec<TrainingScores> = fitted
+        .iter()
+        .map(|(_, scores)| TrainingScores { held_out: scores.held_out.mean(), causal: scores.causal.next_sample })
+        .collect();
+    let error = |(fit, _): &(SingleFit, FitScores)| fit.trained.as_ref().map_or(0.0, |t| t.validation_error);
+    let best = (0..trainings).min_by(|a, b| error(&fitted[*a]).total_cmp(&error(&fitted[*b]))).unwrap_or(0);
+    let (main, FitScores { held_out, causal }) = fitted.swap_remove(best);
     let mut null = Vec::new();
     let mut last_surrogate = None;
-    for k in 0..config.null_fits {
-        let surrogate = Split {
-            train: surrogates(&split.train, config.seed, 2 * k as u64),
-            held_out: surrogates(&split.held_out, config.seed, 2 * k as u64 + 1),
-            within: split.within,
-        };
-        let (fitted, in_sample, causal) = both(&surrogate, &format!("null {} of {}", k + 1, config.null_fits))?;
-        let held_out = score::score_model(&fitted.model.view(), &surrogate.held_out);
-        null.push(NullScores { in_sample: in_sample.mean(), held_out: held_out.mean(), causal: causal.next_sample });
+    for k in 0..config.null_fits as u64 {
+        let surrogate = split.map(|part, which| surrogates(part, config.null_kind, config.seed, 3 * k + which));
+        let name = format!("null {} of {}", k + 1, config.null_fits);
+        let (fitted, scores) = both(&surrogate, config.seed.wrapping_add(k), &name)?;
+        null.push(NullScores {
+            in_sample: score::score_model(&fitted.model.view(), &surrogate.train).mean(),
+            held_out: scores.held_out.mean(),
+            causal: scores.causal.next_sample,
+        });
         last_surrogate = Some((surrogate, fitted));
     }
-
-    let scores = Scores { in_sample, held_out, causal, null };
-    let (model, monitor) = monitor_levels::monitor(&main, recordings, sample_rate_hz, config)?;
-    let described = describe::describe(&main, &split);
-    let noise = last_surrogate.map(|(surrogate, fitted)| match &config.solver {
-        Solver::Stlsq(stlsq) => noise_terms(
-            main.layout.library,
-            &main.standardised(&split.train),
-            &main.standardised(&surrogate.train),
-            &main.equations,
-            stlsq,
-        ),
-        Solver::SindyNn { .. } => {
-            fitted.parts.xi.iter().filter(|v| **v != 0.0).count() as f64 / fitted.layout.latent as f64
-        }
-    });
-    let report = Report {
-        created_by: format!("ballrace {}", env!("CARGO_PKG_VERSION")),
-        training: Training::new(&split, sample_rate_hz, config, &main),
-        verdict: verdict::verdict(&scores),
-        scores,
-        equations: described.equations,
-        terms_kept: described.terms_kept,
-        terms_noise_would_keep: noise,
-        diagnosis: described.diagnosis,
-        monitor,
-    };
-    Ok(Fitted { model, report })
+    let in_sample = score::score_model(&main.model.view(), &split.train);
+    let (null_kind, trainings) = (config.null_kind, of_trainings);
+    let scores = Scores { in_sample, held_out, causal, null, null_kind, trainings };
+    Ok(Scored { main, split, scores, surrogate: last_surrogate })
 }
 
-fn surrogates(recordings: &[Series], seed: u64, which: u64) -> Vec<Series> {
+/// Scores of a single fit on held-out recordings.
+struct FitScores {
+    held_out: Score,
+    causal: Score,
+}
+
+fn surrogates(recordings: &[Series], kind: SurrogateKind, seed: u64, which: u64) -> Vec<Series> {
     let each = |(n, series): (usize, &Series)| Series {
         name: series.name.clone(),
-        samples: surrogate::phase_randomised(
-            &series.samples,
-            seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (which << 32) ^ n as u64,
-        ),
+        samples: kind
+            .of(&series.samples, seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (which << 32) ^ n as u64),
     };
     recordings.par_iter().enumerate().map(each).collect()
 }
@@ -315,7 +379,7 @@ fn check(recordings: &[Series], config: &FitConfig) -> Result<(), FitError> {
 
 /// Checks that both sides of a split have enough rows.
 fn check_split(split: &Split, config: &FitConfig) -> Result<(), FitError> {
-    for part in [&split.train, &split.held_out] {
+    for part in [&split.train, &split.validation, &split.held_out] {
         let rows = |s: &Series| (s.samples.len() + 1).saturating_sub(config.spec.warm_up());
         let (found, rows) = (part.iter().map(|s| s.samples.len()).sum(), part.iter().map(rows).sum::<usize>());
         let least = RowSettings::DEFAULT;
@@ -339,6 +403,9 @@ impl Default for FitConfig {
             solver: Solver::SindyNn { hidden: vec![256], train: TrainConfig::default() },
             hold_out_every: 5,
             null_fits: 5,
+            null_kind: SurrogateKind::default(),
+            causal: true,
+            trainings: 3,
             seed: 0,
             block: None,
             full_scale: 0.0,

@@ -7,6 +7,7 @@ use super::single_fit::{SingleFit, Split};
 use super::terms::Entered;
 use super::verdict::Verdict;
 use super::{FitConfig, Solver};
+use crate::model::path::PathPoint;
 use crate::model::stlsq::Diagnosis;
 
 /// Report of a fit.
@@ -27,6 +28,9 @@ pub struct Report {
     /// Mean number of coefficients an equation keeps under the null: for least squares on targets
     /// unrelated to the states, for SINDy-NN on the surrogates; `None` without surrogates.
     pub terms_noise_would_keep: Option<f64>,
+    /// Models on the path from all terms to few: the Pareto front.
+    #[serde(default)]
+    pub path: Vec<PathPoint>,
     /// Conditioning of the library.
     pub diagnosis: Diagnosis,
     /// Healthy level of the residual.
@@ -38,9 +42,12 @@ pub struct Report {
 pub struct Training {
     /// Recordings fitted to.
     pub recordings: Vec<String>,
+    /// Recordings that choose thresholds, the early stop, and one of several trainings.
+    #[serde(default)]
+    pub validation: Vec<String>,
     /// Recordings held out.
     pub held_out: Vec<String>,
-    /// Whether the held-out part is the end of the only recording.
+    /// Whether validation and held-out part are the end of the only recording.
     pub within_recording: bool,
     /// Channel, if recordings have several.
     #[serde(default)]
@@ -62,7 +69,7 @@ pub struct Training {
     pub entered: Vec<Entered>,
     /// Gradient steps; `None` for least squares.
     pub steps: Option<usize>,
-    /// Whether the held-out loss ended the training early; `None` for least squares.
+    /// Whether the validation loss ended the training early; `None` for least squares.
     pub stopped_early: Option<bool>,
     /// Seed of the fit.
     pub seed: u64,
@@ -75,7 +82,8 @@ pub struct EquationReport {
     pub name: String,
     /// R² on held-out recordings; `None` for latent equations, which have no measured left side.
     pub r_squared_held_out: Option<f64>,
-    /// Threshold of least squares: share of the target's variance below which a term is dropped.
+    /// Threshold: for least squares the share of the target's variance, for SINDy-NN that of the power of ẋ, that a term must be
+    /// worth.
     pub threshold: f64,
     /// Kept terms, the greatest share first.
     pub terms: Vec<TermReport>,
@@ -117,6 +125,7 @@ impl Training {
         let library = once.layout.library;
         Self {
             recordings: names(&split.train),
+            validation: names(&split.validation),
             held_out: names(&split.held_out),
             within_recording: split.within,
             channel: None,

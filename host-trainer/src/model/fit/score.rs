@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::settings::ScoreSettings;
 use crate::recording::input::Series;
+use crate::signal::surrogate::SurrogateKind;
 
 const SETTINGS: ScoreSettings = ScoreSettings::DEFAULT;
 
@@ -37,8 +38,27 @@ pub struct Scores {
     pub held_out: Score,
     /// Score of the same fit in the causal alignment, on held-out recordings.
     pub causal: Score,
-    /// Scores of the same fits on phase-randomised surrogates.
+    /// Scores of the same fits on surrogates.
     pub null: Vec<NullScores>,
+    /// Kind of the surrogates; of model files from before there were several, the only one.
+    #[serde(default = "only_kind")]
+    pub null_kind: SurrogateKind,
+    /// Held-out scores of each training; the model is one of them.
+    #[serde(default)]
+    pub trainings: Vec<TrainingScores>,
+}
+
+const fn only_kind() -> SurrogateKind {
+    SurrogateKind::Phase
+}
+
+/// Held-out scores of one training.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrainingScores {
+    /// Mean R² of the derivatives.
+    pub held_out: f64,
+    /// R² of the next sample.
+    pub causal: Option<f64>,
 }
 
 /// Scores of one surrogate fit.

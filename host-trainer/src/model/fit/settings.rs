@@ -16,18 +16,20 @@ impl RowSettings {
     pub const DEFAULT: Self = Self { rows_per_dimension: 10, split_rows_per_dimension: 2, min_dimension: 10 };
 }
 
-/// Settings of the held-out end of a single recording.
+/// Settings of the split.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SplitSettings {
     /// Greatest number of pieces, whose scatter gives the held-out error a standard error. Not tuned: chosen by hand.
     pub max_pieces: usize,
     /// Least rows of a piece, if there are enough. Not tuned: chosen by hand.
     pub min_piece_rows: usize,
+    /// Fewest validation recordings: with fewer the ends of the recordings fitted to are used. Two have a scatter.
+    pub min_validation: usize,
 }
 
 impl SplitSettings {
     /// Default settings.
-    pub const DEFAULT: Self = Self { max_pieces: 4, min_piece_rows: 64 };
+    pub const DEFAULT: Self = Self { max_pieces: 4, min_piece_rows: 64, min_validation: 2 };
 }
 
 /// Settings of the healthy level.

@@ -9,50 +9,83 @@ use rayon::prelude::*;
 
 use super::settings::SplitSettings;
 use super::{FitConfig, FitError, Solver};
+use crate::model::path::PathPoint;
 use crate::model::samples::Samples;
 use crate::model::sindy_nn::export;
 use crate::model::sindy_nn::layout::Layout;
-use crate::model::sindy_nn::train::{TrainConfig, Trained, train};
+use crate::model::sindy_nn::train::{Sets, TrainConfig, Trained, train};
 use crate::model::states::{self, Scales};
-use crate::model::stlsq::{Equation, RFactor, StlsqConfig};
+use crate::model::stlsq::{Equation, RFactor, StlsqConfig, fit_with_path};
 use crate::model::{OwnedModel, Parts};
 use crate::recording::input::Series;
 
 const SETTINGS: SplitSettings = SplitSettings::DEFAULT;
 
-/// Recordings to fit to and held-out recordings.
+/// Recordings by what they are used for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Split {
     /// Recordings fitted to.
     pub train: Vec<Series>,
-    /// Held-out recordings; they choose thresholds and the early stop.
+    /// Validation recordings: they choose thresholds, the early stop, and one of several trainings.
+    pub validation: Vec<Series>,
+    /// Held-out recordings: they score, and choose nothing.
     pub held_out: Vec<Series>,
-    /// Whether the held-out part is the end of the only recording.
+    /// Whether validation and held-out part are the end of the only recording.
     pub within: bool,
 }
 
 impl Split {
-    /// Holds out every n-th recording, the last of each n; of a single one its last fifth.
+    /// Holds out every n-th recording, the last of each n, and of the others every n-th for validation, or, of few, the last
+    /// fifth of each; of a single recording the last fifth is held out and the fifth before it is for validation.
     pub fn holding_out(recordings: &[Series], every: usize, warm_up: usize) -> Self {
+        let least = warm_up + SETTINGS.min_piece_rows;
         if let [only] = recordings {
             let (first, last) = only.samples.split_at(only.samples.len() * 4 / 5);
-            let part = |name: String, samples: &[f32]| Series { name, samples: samples.to_vec() };
-            // In pieces, so that the held-out error has a standard error.
-            let count = (last.len() / (warm_up + SETTINGS.min_piece_rows)).clamp(1, SETTINGS.max_pieces);
-            let pieces = last.chunks(last.len().div_ceil(count).max(1)).enumerate();
+            let (first, middle) = first.split_at(first.len() * 3 / 4);
             return Self {
-                train: vec![part(format!("{}, first 4/5", only.name), first)],
-                held_out: pieces.map(|(n, p)| part(format!("{}, last 1/5, piece {}", only.name, n + 1), p)).collect(),
+                train: vec![Series { name: format!("{}, first 3/5", only.name), samples: first.to_vec() }],
+                validation: pieces(&format!("{}, fourth 1/5", only.name), middle, least),
+                held_out: pieces(&format!("{}, last 1/5", only.name), last, least),
                 within: true,
             };
         }
         let every = every.clamp(2, recordings.len().max(2));
-        let (mut train, mut held_out) = (Vec::new(), Vec::new());
-        for (n, series) in recordings.iter().enumerate() {
-            if n % every == every - 1 { &mut held_out } else { &mut train }.push(series.clone());
+        let nth = |recordings: Vec<Series>| {
+            let (others, nth): (Vec<_>, Vec<_>) =
+                recordings.into_iter().enumerate().partition(|(n, _)| n % every != every - 1);
+            let series = |part: Vec<(usize, Series)>| part.into_iter().map(|(_, series)| series).collect::<Vec<_>>();
+            (series(others), series(nth))
+        };
+        let (others, held_out) = nth(recordings.to_vec());
+        if others.len() >= SETTINGS.min_validation * every {
+            let (train, validation) = nth(others);
+            return Self { train, validation, held_out, within: false };
         }
-        Self { train, held_out, within: false }
+        let (mut train, mut validation) = (Vec::new(), Vec::new());
+        for Series { name, samples } in others {
+            let (first, last) = samples.split_at(samples.len() * 4 / 5);
+            validation.extend(pieces(&format!("{name}, last 1/5"), last, least));
+            train.push(Series { samples: first.to_vec(), name });
+        }
+        Self { train, validation, held_out, within: false }
     }
+
+    /// The same split of other recordings, each made of its own.
+    pub fn map(&self, each: impl Fn(&[Series], u64) -> Vec<Series>) -> Self {
+        Self {
+            train: each(&self.train, 0),
+            validation: each(&self.validation, 1),
+            held_out: each(&self.held_out, 2),
+            within: self.within,
+        }
+    }
+}
+
+/// Part of a recording in pieces of `least` samples or more, so that its error has a standard error.
+fn pieces(name: &str, samples: &[f32], least: usize) -> Vec<Series> {
+    let count = (samples.len() / least).clamp(1, SETTINGS.max_pieces);
+    let pieces = samples.chunks(samples.len().div_ceil(count).max(1)).enumerate();
+    pieces.map(|(n, piece)| Series { name: format!("{name}, piece {}", n + 1), samples: piece.to_vec() }).collect()
 }
 
 /// A fitted model before its monitor is calibrated.
@@ -65,11 +98,18 @@ pub struct SingleFit {
     pub layout: Layout,
     /// Least squares' equations with their thresholds; empty for SINDy-NN.
     pub equations: Vec<Equation>,
+    /// Path from all terms to few.
+    pub path: Vec<PathPoint>,
     /// Result of the training; `None` for least squares.
     pub trained: Option<Trained>,
 }
 
 impl SingleFit {
+    /// Nonzero coefficients.
+    pub fn terms(&self) -> usize {
+        self.parts.xi.iter().filter(|v| **v != 0.0).count()
+    }
+
     /// Rows of recordings in this model's alignment and scaling.
     pub fn standardised(&self, recordings: &[Series]) -> Vec<Samples<f32>> {
         let Input::VirtualStates(spec) = self.parts.input else { return Vec::new() };
@@ -87,7 +127,7 @@ fn standardised(recordings: &[Series], spec: StateSpec, scales: &Scales) -> Vec<
     rows
 }
 
-/// Fits one model.
+/// Fits one model, trained from `seed`.
 ///
 /// # Errors
 /// Hidden widths that give no network, or a training that diverged.
@@ -96,17 +136,23 @@ pub fn fit_once(
     sample_rate_hz: f64,
     spec: StateSpec,
     config: &FitConfig,
+    seed: u64,
     progress: &dyn Fn(f64),
 ) -> Result<SingleFit, FitError> {
     let library = Library::new(config.variables(), config.degree, config.harmonics).expect("checked before");
     let mut train_rows = rows(&split.train, spec);
     let scales = Scales::from_rows(&train_rows);
     train_rows.par_iter_mut().for_each(|rows| scales.apply(rows));
-    let held_out = standardised(&split.held_out, spec, &scales);
+    let rows = Rows {
+        validation: standardised(&split.validation, spec, &scales),
+        held_out: standardised(&split.held_out, spec, &scales),
+        train: train_rows,
+    };
     let found = match &config.solver {
-        Solver::Stlsq(stlsq) => least_squares(library, &train_rows, &held_out, stlsq),
+        Solver::Stlsq(stlsq) => least_squares(library, &rows, stlsq),
         Solver::SindyNn { hidden, train } => {
-            network(library, spec.dimension, hidden, &train_rows, &held_out, config, train, progress)?
+            let train = TrainConfig { seed, ..train.clone() };
+            network(library, spec.dimension, hidden, &rows, &train, progress)?
         }
     };
     progress(1.0);
@@ -124,56 +170,58 @@ pub fn fit_once(
         monitor: MonitorConfig::new(1, 1.0, 1.0),
     };
     let model = parts.assemble().map_err(FitError::Diverged)?;
-    Ok(SingleFit { model, parts, layout: found.layout, equations: found.equations, trained: found.trained })
+    let FittedCoefficients { layout, equations, path, trained, .. } = found;
+    Ok(SingleFit { model, parts, layout, equations, path, trained })
+}
+
+/// Standardised rows of each part of a split.
+struct Rows {
+    train: Vec<Samples<f32>>,
+    validation: Vec<Samples<f32>>,
+    held_out: Vec<Samples<f32>>,
 }
 
 struct FittedCoefficients {
     layout: Layout,
     parameters: Vec<f32>,
     equations: Vec<Equation>,
+    path: Vec<PathPoint>,
     trained: Option<Trained>,
 }
 
-fn least_squares(
-    library: Library,
-    train: &[Samples<f32>],
-    held_out: &[Samples<f32>],
-    config: &StlsqConfig,
-) -> FittedCoefficients {
+fn least_squares(library: Library, rows: &Rows, config: &StlsqConfig) -> FittedCoefficients {
     let layout = Layout::new(&[], &[], library).expect("no networks to disagree");
-    let parts = RFactor::from_each(library, train);
-    let moments = RFactor::merge(&parts.iter().collect::<Vec<_>>()).expect("at least one recording");
-    let held_out = RFactor::from_each(library, held_out);
-    let equations = crate::model::stlsq::fit(&moments, &held_out, config);
+    let parts = RFactor::from_each(library, &rows.train);
+    let train = RFactor::merge(&parts.iter().collect::<Vec<_>>()).expect("at least one recording");
+    let [validation, held_out] = [&rows.validation, &rows.held_out].map(|rows| RFactor::from_each(library, rows));
+    let (equations, path) = fit_with_path(&train, &validation, &held_out, config);
     let mut parameters = vec![0.0; layout.parameter_count()];
     for (e, equation) in equations.iter().enumerate() {
         for (t, c) in equation.coefficients.iter().enumerate() {
             parameters[t * layout.latent + e] = *c as f32;
         }
     }
-    FittedCoefficients { layout, parameters, equations, trained: None }
+    FittedCoefficients { layout, parameters, equations, path, trained: None }
 }
 
-#[allow(clippy::too_many_arguments)]
 fn network(
     library: Library,
     inputs: usize,
     hidden: &[usize],
-    train_rows: &[Samples<f32>],
-    held_out: &[Samples<f32>],
-    config: &FitConfig,
-    train_config: &TrainConfig,
+    rows: &Rows,
+    config: &TrainConfig,
     progress: &dyn Fn(f64),
 ) -> Result<FittedCoefficients, FitError> {
     let latent = usize::from(library.variables);
     let encoder: Vec<usize> = [&[inputs], hidden, &[latent]].concat();
     let decoder: Vec<usize> = encoder.iter().rev().copied().collect();
     let layout = Layout::new(&encoder, &decoder, library).ok_or_else(|| FitError::Hidden { found: hidden.to_vec() })?;
-    let (all, judged) = (states::concatenate(train_rows), states::concatenate(held_out));
-    let train_config = TrainConfig { seed: config.seed, ..train_config.clone() };
-    let trained = train(&layout, &all, &judged, &train_config, &mut |p| progress(p.step as f64 / p.of.max(1) as f64));
+    let all = states::concatenate(&rows.train);
+    let others = Sets { validation: &rows.validation, held_out: &rows.held_out };
+    let trained = train(&layout, &all, others, config, &mut |p| progress(p.step as f64 / p.of.max(1) as f64));
     Ok(FittedCoefficients {
         parameters: trained.parameters.clone(),
+        path: trained.path.clone(),
         layout,
         equations: Vec::new(),
         trained: Some(trained),

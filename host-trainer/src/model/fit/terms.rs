@@ -95,6 +95,7 @@ mod tests {
     use super::*;
     use crate::model::fit::Solver;
     use crate::model::stlsq::StlsqConfig;
+    use crate::signal::surrogate::SurrogateKind;
 
     fn config(dimension: usize, orders: Orders, degree: usize) -> FitConfig {
         FitConfig {
@@ -105,6 +106,9 @@ mod tests {
             solver: Solver::Stlsq(StlsqConfig::default()),
             hold_out_every: 5,
             null_fits: 0,
+            null_kind: SurrogateKind::default(),
+            causal: true,
+            trainings: 1,
             seed: 0,
             block: None,
             full_scale: 0.0,

@@ -1,4 +1,5 @@
 use super::*;
+use crate::signal::surrogate::SurrogateKind;
 use ballrace_core::states::Orders;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -21,6 +22,9 @@ fn config(solver: Solver) -> FitConfig {
         solver,
         hold_out_every: 5,
         null_fits: 5,
+        null_kind: SurrogateKind::default(),
+        causal: true,
+        trainings: 2,
         seed: 1,
         block: None,
         full_scale: 0.0,
@@ -81,6 +85,35 @@ fn null_on_tones_in_noise_the_verdict_is_nothing() {
         let fitted = fit(&made, 25_600.0, &config(stlsq()), &|_| ()).unwrap();
         assert!(!fitted.report.verdict.beyond_null, "{scale}: {}", fitted.report.verdict.words);
     }
+}
+
+#[test]
+fn null_on_skewed_noise_the_verdict_is_nothing_in_twelve_of_twelve() {
+    for seed in 0..12 {
+        // Innovations of exponential distribution, white.
+        let made = recordings(|k| {
+            let mut rng = ChaCha8Rng::seed_from_u64(1000 * seed + k);
+            (0..2000).map(|_| -(1.0 - rng.random_range(0.0..1.0f32)).ln()).collect()
+        });
+        let fitted = fit(&made, 25_600.0, &FitConfig { seed, ..config(stlsq()) }, &|_| ()).unwrap();
+        assert!(!fitted.report.verdict.beyond_null, "{seed}: {}", fitted.report.verdict.words);
+    }
+}
+
+#[test]
+fn null_on_noise_whose_level_swings_the_verdict_is_nothing() {
+    let made = recordings(|k| {
+        let (mut a, mut b) = (0.0f32, 0.0f32);
+        let drive = noise(2000, 300 + k);
+        let level = |t: usize| 1.0 + 0.9 * (0.21 * t as f32 + k as f32).cos();
+        let step = |(t, e): (usize, &f32)| {
+            (b, a) = (a, 1.2 * a - 0.7 * b + level(t) * e);
+            a
+        };
+        drive.iter().enumerate().map(step).collect()
+    });
+    let fitted = fit(&made, 25_600.0, &config(stlsq()), &|_| ()).unwrap();
+    assert!(!fitted.report.verdict.beyond_null, "{}", fitted.report.verdict.words);
 }
 
 #[test]

@@ -12,10 +12,11 @@ pub fn report(report: &Report, most_terms: usize) -> String {
     // Writing to a string cannot fail.
     let _ = writeln!(
         out,
-        "{} recordings fitted, {} held out{}; channel {}, {} Hz",
+        "{} recordings fitted, {} for validation, {} held out{}; channel {}, {} Hz",
         t.recordings.len(),
+        t.validation.len(),
         t.held_out.len(),
-        if t.within_recording { " (the end of the only recording)" } else { "" },
+        if t.within_recording { " (the last two fifths of the only recording)" } else { "" },
         t.channel.as_deref().unwrap_or("-"),
         t.sample_rate_hz
     );
@@ -38,6 +39,7 @@ pub fn report(report: &Report, most_terms: usize) -> String {
             let _ = writeln!(out, "    {:14}{:>12.5}{physical}   share {share:>6.2} %", term.name, term.coefficient);
         }
     }
+    out += &path(report);
     let d = &report.diagnosis;
     let noise = report.terms_noise_would_keep.map_or(String::new(), |n| {
         format!(
@@ -58,6 +60,18 @@ pub fn report(report: &Report, most_terms: usize) -> String {
         let _ = writeln!(out, "… and {} more such pairs (--json has all)", d.inseparable.len() - 10);
     }
     out
+}
+
+/// Table of the path from all terms to few.
+fn path(report: &Report) -> String {
+    let points = report.path.chunk_by(|a, b| a.terms == b.terms).filter_map(|equal| equal.first());
+    let rows: String = points
+        .map(|p| format!("{:>10.1e}{:>8}{:>12.4}{:>10.4}\n", p.threshold, p.terms, p.validation, p.held_out))
+        .collect();
+    if rows.is_empty() {
+        return rows;
+    }
+    format!("\n{:>10}{:>8}{:>12}{:>10}\n{rows}", "threshold", "terms", "validation", "held out")
 }
 
 /// Table of the four scores.

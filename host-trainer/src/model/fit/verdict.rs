@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::score::Scores;
+use super::score::{Scores, TrainingScores};
+use crate::signal::surrogate::SurrogateKind;
 
 /// Verdict on a model's scores.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,32 +47,60 @@ pub fn compare(score: f64, null: &[f64]) -> Option<Comparison> {
     Some(Comparison { score, mean, spread, limit: mean + t * spread * (1.0 + 1.0 / n as f64).sqrt() })
 }
 
-/// Verdict on a model's scores, theory (25).
+/// Verdict on a model's scores, theory (25): the least of its trainings' scores counts.
 pub fn verdict(scores: &Scores) -> Verdict {
     let null =
         |pick: fn(&super::score::NullScores) -> Option<f64>| scores.null.iter().filter_map(pick).collect::<Vec<_>>();
-    let derivative = compare(scores.held_out.mean(), &null(|n| Some(n.held_out)));
-    let causal = scores.causal.next_sample.and_then(|score| compare(score, &null(|n| n.causal)));
+    let trainings = |own: f64, pick: fn(&TrainingScores) -> Option<f64>| {
+        let others = scores.trainings.iter().filter_map(pick);
+        others.fold((own, own), |(least, most), score| (least.min(score), most.max(score)))
+    };
+    let (least, most) = trainings(scores.held_out.mean(), |t| Some(t.held_out));
+    let derivative = compare(least, &null(|n| Some(n.held_out)));
+    let next_sample = scores.causal.next_sample.map(|own| trainings(own, |t| t.causal));
+    let causal = next_sample.and_then(|(least, _)| compare(least, &null(|n| n.causal)));
     let beats = |c: &Option<Comparison>| c.is_some_and(|c| c.score > c.limit);
-    let line = |what: &str, c: &Option<Comparison>| match c {
-        Some(c) => format!("{what} R² {:.4}, null {:.4} ± {:.4}", c.score, c.mean, c.spread),
+    let line = |what: &str, most: f64, c: &Option<Comparison>| match c {
+        Some(Comparison { score, mean, spread, .. }) => {
+            let range = if most > *score { format!("{score:.4} to {most:.4}") } else { format!("{score:.4}") };
+            format!("{what} R² {range}, null {mean:.4} ± {spread:.4}")
+        }
         None => format!("{what}: no null to compare with"),
     };
-    let evidence = format!("{}; {}", line("held-out", &derivative), line("next-sample", &causal));
+    let evidence = format!(
+        "{}; {}",
+        line("held-out", most, &derivative),
+        line("next-sample", next_sample.map_or(0.0, |(_, most)| most), &causal)
+    );
     let (beyond_null, claim) = match (beats(&derivative), beats(&causal)) {
-        _ if derivative.is_none() && causal.is_none() => (false, "not judged: fewer than two surrogate fits"),
-        (true, true) => (true, "dynamics beyond the null, in the derivatives and in the prediction of the next sample"),
+        _ if derivative.is_none() && causal.is_none() => {
+            (false, "not judged: fewer than two surrogate fits".to_owned())
+        }
+        (true, true) => (true, "dynamics beyond the null, in the derivatives and in the prediction of the next sample".into()),
         (true, false) => (
             false,
-            "no dynamics beyond the null: the derivatives are fitted better than those of a surrogate, as amplitudes that are not Gaussian alone can bring about, but the next sample is not predicted better",
+            "no dynamics beyond the null: the derivatives are fitted better than those of a surrogate, as amplitudes that are not Gaussian alone can bring about, but the next sample is not predicted better".into(),
         ),
-        (false, true) => (true, "beyond the null in the prediction of the next sample only"),
+        (false, true) => (true, "beyond the null in the prediction of the next sample only".into()),
         (false, false) => (
             false,
-            "nothing beyond the null: a surrogate with the same spectrum and random phases is fitted as well, so the score is that of the spectrum and of the algebra of differences",
+            format!(
+                "nothing beyond the null: a surrogate with {} is fitted as well, so the score is that of the spectrum and of the algebra of differences",
+                kept(scores.null_kind)
+            ),
         ),
     };
     Verdict { beyond_null, words: format!("{claim} ({evidence})") }
+}
+
+/// What a surrogate has of its recording.
+pub fn kept(kind: SurrogateKind) -> &'static str {
+    match kind {
+        SurrogateKind::White => "the same variance",
+        SurrogateKind::Phase => "the same spectrum",
+        SurrogateKind::Amplitude => "the same spectrum and amplitudes",
+        SurrogateKind::Cyclostationary => "the same spectrum, amplitudes and periodic changes of level",
+    }
 }
 
 #[cfg(test)]

@@ -23,18 +23,18 @@ impl Adam {
         Self { first: vec![0.0; parameters], second: vec![0.0; parameters], steps: 0 }
     }
 
-    /// One step down the gradient; `keep` is 0 where a parameter is masked and 1 elsewhere.
-    pub fn step(&mut self, parameters: &mut [f32], gradient: &[f32], keep: &[f32], learning_rate: f32) {
+    /// One step down the gradient; each parameter's learning rate is multiplied by its `rates`, 0 where it is masked.
+    pub fn step(&mut self, parameters: &mut [f32], gradient: &[f32], rates: &[f32], learning_rate: f32) {
         self.steps += 1;
         let bias = BETA.map(|b| 1.0 - b.powi(self.steps));
         let rate = learning_rate / bias[0];
         let scale = 1.0 / bias[1];
         Arch::new().dispatch(|| {
             let moments = self.first.iter_mut().zip(&mut self.second);
-            for (((p, g), keep), (m, v)) in parameters.iter_mut().zip(gradient).zip(keep).zip(moments) {
+            for (((p, g), own), (m, v)) in parameters.iter_mut().zip(gradient).zip(rates).zip(moments) {
                 *m = BETA[0] * *m + (1.0 - BETA[0]) * g;
                 *v = BETA[1] * *v + (1.0 - BETA[1]) * g * g;
-                *p = keep * (*p - rate * *m / ((*v * scale).sqrt() + EPSILON));
+                *p -= rate * own * *m / ((*v * scale).sqrt() + EPSILON);
             }
         });
     }

@@ -4,7 +4,7 @@
 use pulp::Arch;
 use rayon::prelude::*;
 
-use super::gradient::{Block, Lambdas, Losses, Packed, Pass};
+use super::gradient::{Block, Lambdas, Losses, Packed, Pass, SparsityNorm};
 use super::layout::Layout;
 use super::real::Real;
 use super::settings::EngineSettings;
@@ -58,7 +58,10 @@ impl<T: Real> Engine<T> {
             arch.dispatch(|| self.gradient.iter_mut().zip(&block.gradient).for_each(|(sum, g)| *sum += *g));
         }
         let xi = self.layout.xi();
-        let count = xi.len() as f64;
+        let count = match lambdas.norm {
+            SparsityNorm::Mean => xi.len() as f64,
+            SparsityNorm::Sum => 1.0,
+        };
         for (value, gradient) in parameters[xi.clone()].iter().zip(&mut self.gradient[xi]) {
             let value = value.to_f64();
             if value != 0.0 {

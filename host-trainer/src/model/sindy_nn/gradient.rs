@@ -4,6 +4,7 @@
 //! (z, ∇φ ẋ), ψ maps (z, Θ(z) Ξ) to (x̂, ∇ψ Θ(z) Ξ), and each data loss is a difference of two of these.
 
 use pulp::{Simd, WithSimd};
+use serde::{Deserialize, Serialize};
 
 use super::layout::Layout;
 use super::panel::{Panel, TILE, Tiles, dots};
@@ -18,13 +19,26 @@ pub struct Lambdas {
     pub derivative: f64,
     /// Weight λ2 of L_dz/dt.
     pub latent: f64,
-    /// Weight λ3 of L_reg, Σ|Ξ| over all coefficients' number; masked ones are zero and have no gradient.
+    /// Weight λ3 of L_reg; masked coefficients are zero and have no gradient.
     pub sparsity: f64,
+    /// Norm of Ξ that L_reg is.
+    pub norm: SparsityNorm,
+}
+
+/// Norm of Ξ in L_reg, theory (13).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum SparsityNorm {
+    /// Mean |ξ| over all coefficients, as in the code of Champion et al. 2019.
+    #[default]
+    Mean,
+    /// Sum of |ξ|, as the paper writes it.
+    Sum,
 }
 
 impl Lambdas {
     /// Weights of the paper's Table 2.
-    pub const PAPER: Self = Self { derivative: 0.5, latent: 0.01, sparsity: 0.01 };
+    pub const PAPER: Self = Self { derivative: 0.5, latent: 0.01, sparsity: 0.01, norm: SparsityNorm::Mean };
 }
 
 /// The four losses, theory (13), each a mean over samples and components; not weighted.
@@ -53,6 +67,14 @@ impl Losses {
         self.reconstruction += other.reconstruction;
         self.derivative += other.derivative;
         self.latent += other.latent;
+    }
+
+    /// Adds a share of all losses.
+    pub(super) fn add_share(&mut self, other: &Losses, share: f64) {
+        self.reconstruction += share * other.reconstruction;
+        self.derivative += share * other.derivative;
+        self.latent += share * other.latent;
+        self.sparsity += share * other.sparsity;
     }
 }
 

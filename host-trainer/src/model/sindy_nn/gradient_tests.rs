@@ -4,11 +4,11 @@
 use ballrace_core::library::Library;
 
 use super::engine::Engine;
-use super::gradient::Lambdas;
+use super::gradient::{Lambdas, SparsityNorm};
 use super::layout::{Layout, NetworkLayout};
 use crate::model::samples::Samples;
 
-const LAMBDAS: Lambdas = Lambdas { derivative: 0.5, latent: 0.3, sparsity: 0.2 };
+const LAMBDAS: Lambdas = Lambdas { derivative: 0.5, latent: 0.3, sparsity: 0.2, norm: SparsityNorm::Mean };
 
 fn values(count: usize, seed: u64) -> Vec<f64> {
     let mut state = seed;

@@ -10,6 +10,7 @@ pub mod gradient;
 pub mod layout;
 pub(crate) mod panel;
 mod passes;
+mod prune;
 pub mod real;
 pub(crate) mod settings;
 pub(crate) mod terms;

@@ -44,3 +44,39 @@ impl RunSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self { initial_coefficient: 0.01, checks: 40, max_judged: 4096 };
 }
+
+/// Settings of the removal of terms, theory (16).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PruneSettings {
+    /// Logarithm to base 10 of the least threshold above 0. Not tuned: chosen by hand.
+    pub min_exponent: f64,
+    /// Thresholds per decade. Not tuned: chosen by hand.
+    pub per_decade: f64,
+    /// Intervals between the least threshold above 0 and the greatest. Not tuned: chosen by hand.
+    pub intervals: i32,
+    /// Least samples of the quadratic form. Not tuned: chosen by hand.
+    pub min_rows: usize,
+    /// Samples of the quadratic form for each term. Not tuned: chosen by hand.
+    pub rows_per_term: usize,
+    /// Most samples of the quadratic form. Not tuned: chosen by hand.
+    pub max_rows: usize,
+    /// Addition to the form's diagonal, as a share of it: an equation with more terms than samples has a form too.
+    pub ridge: f64,
+    /// Most terms of an equation that are judged by the form; of more, those of the greatest power. Bounds the time, which goes
+    /// with the cube.
+    pub max_terms: usize,
+}
+
+impl PruneSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self {
+        min_exponent: -5.0,
+        per_decade: 2.0,
+        intervals: 8,
+        min_rows: 512,
+        rows_per_term: 2,
+        max_rows: 4096,
+        ridge: 1e-6,
+        max_terms: 1024,
+    };
+}

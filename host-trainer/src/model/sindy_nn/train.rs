@@ -1,5 +1,5 @@
-//! Training, theory (15) and (16): shuffled batches, sequential thresholding of Ξ, early stop, refinement with the
-//! zeros frozen.
+//! Training, theory (15) and (16): shuffled batches and early stop with all terms; then a path of growing thresholds, after
+//! each of which the terms that are left are refined, and the choice of one of them on validation recordings.
 
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -9,15 +9,17 @@ use super::adam::Adam;
 use super::engine::Engine;
 use super::gradient::{Lambdas, Losses};
 use super::layout::Layout;
-use super::settings::RunSettings;
+use super::prune::prune;
+use super::settings::{PruneSettings, RunSettings};
+use crate::model::path::{PathPoint, last_within_one_standard_error};
 use crate::model::samples::Samples;
 
 const SETTINGS: RunSettings = RunSettings::DEFAULT;
 
 /// Options of a training.
 ///
-/// [`TrainConfig::default`] is the paper's Table 2 with two differences: a limit on the gradient steps, and sequential
-/// thresholding as in Champion et al. 2019, but by a term's share of power instead of a coefficient's absolute size.
+/// [`TrainConfig::default`] is the paper's Table 2 with two differences: a limit on the gradient steps, and thresholds as in
+/// Champion et al. 2019, but of what a term's removal costs instead of a coefficient's absolute size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrainConfig {
     /// Weights of the losses.
@@ -30,13 +32,11 @@ pub struct TrainConfig {
     pub epochs: usize,
     /// Limit of the gradient steps, refinement not counted: bounds the time on long recordings.
     pub max_steps: usize,
-    /// Share of its equation's power below which a term's coefficient is masked, theory (16); 0 never.
-    pub threshold: f64,
-    /// Applications of the threshold, evenly over the planned steps; one more precedes the refinement.
-    pub threshold_rounds: usize,
-    /// Steps of the refinement, with the zeros frozen and without L_reg, as a share of the planned steps.
+    /// Share of the power of ẋ that a term must be worth, theory (16); 0 keeps all, `None`: chosen on validation recordings.
+    pub threshold: Option<f64>,
+    /// Steps of the refinement after each threshold, with the zeros frozen and without L_reg, as a share of the planned steps.
     pub refine: f64,
-    /// Checks of the held-out loss without improvement that end the training; 0 never.
+    /// Checks of the validation loss without improvement that end the training with all terms; 0 never.
     pub patience: usize,
     /// Seed of initial weights and shuffles.
     pub seed: u64,
@@ -50,9 +50,8 @@ impl Default for TrainConfig {
             batch: 1024,
             epochs: 500,
             max_steps: 6000,
-            threshold: 1e-3,
-            threshold_rounds: 4,
-            refine: 0.2,
+            threshold: None,
+            refine: 0.05,
             patience: 8,
             seed: 0,
         }
@@ -70,10 +69,25 @@ pub struct Trained {
     pub epochs: usize,
     /// Gradient steps, refinement included.
     pub steps: usize,
-    /// Whether the held-out loss ended the training early.
+    /// Whether the validation loss ended the training with all terms early.
     pub stopped_early: bool,
     /// Nonzero coefficients of Ξ.
     pub active: usize,
+    /// Threshold chosen or stated.
+    pub threshold: f64,
+    /// Models on the path from all terms to few.
+    pub path: Vec<PathPoint>,
+    /// Unexplained share of the power of ẋ on the validation recordings; NaN without any.
+    pub validation_error: f64,
+}
+
+/// Samples of a training, standardised alike.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sets<'a> {
+    /// Validation recordings: they decide the early stop and choose the threshold.
+    pub validation: &'a [Samples<f32>],
+    /// Held-out recordings: scored along the path, used for nothing.
+    pub held_out: &'a [Samples<f32>],
 }
 
 /// State of a training run, for a progress display.
@@ -126,21 +140,22 @@ fn standardise_latent(layout: &Layout, parameters: &mut [f32], samples: &Samples
     }
 }
 
-/// Trains on `train`; `held_out` (may be empty) only decides the early stop and which parameters are kept.
+/// Trains on `train`.
 pub fn train(
     layout: &Layout,
     train: &Samples<f32>,
-    held_out: &Samples<f32>,
+    others: Sets<'_>,
     config: &TrainConfig,
     progress: &mut dyn FnMut(Progress),
 ) -> Trained {
     let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
     let mut parameters = initial_parameters(layout, &mut rng);
     standardise_latent(layout, &mut parameters, train);
+    let rates = scale_terms(layout, &mut parameters, train);
     let mut run = Run {
         engine: Engine::new(layout.clone(), config.batch.max(1)),
         adam: Adam::new(parameters.len()),
-        keep: vec![1.0; parameters.len()],
+        rates,
         parameters,
         order: (0..train.len() as u32).collect(),
         at: 0,
@@ -150,68 +165,90 @@ pub fn train(
     };
     let per_epoch = train.len().div_ceil(config.batch.max(1));
     let planned = (config.epochs * per_epoch).min(config.max_steps);
-    let refine = if config.threshold > 0.0 { (planned as f64 * config.refine) as usize } else { 0 };
-    let mut stopped_early = false;
-
-    let rounds = if config.threshold > 0.0 { config.threshold_rounds } else { 0 };
-    let mut best: Option<(f64, Vec<f32>)> = None;
-    let mut since_best = 0;
-    let check_every = (planned / SETTINGS.checks).max(1);
-    for step in 1..=planned {
-        run.step(train, config, config.lambdas);
-        if (1..=rounds).any(|round| step == round * planned / (rounds + 1)) {
-            run.threshold(layout, train, config.threshold);
-            best = None; // parameters from before a threshold belong to another model
+    let thresholds = thresholds(config.threshold, others.validation.is_empty());
+    let refine = if thresholds.is_empty() { 0 } else { ((planned as f64 * config.refine) as usize).max(1) };
+    let of = planned + thresholds.len() * refine;
+    let stopped_early = run.all_terms(train, others.validation, config, planned, &mut |run| progress(run.progress(of)));
+    let lambdas = Lambdas { sparsity: 0.0, ..config.lambdas };
+    let mut path: Vec<PathPoint> = Vec::new();
+    let mut models: Vec<(Vec<f32>, Vec<f64>)> = Vec::new();
+    for threshold in thresholds {
+        if threshold > 0.0 {
+            run.prune(train, lambdas, threshold);
         }
-        if step % check_every == 0 || step == planned {
-            progress(run.progress(planned + refine));
-            let settled = step > rounds * planned / (rounds + 1);
-            if settled && config.patience > 0 && !held_out.is_empty() {
-                let loss = run.held_out_loss(held_out, config.lambdas);
-                if best.as_ref().is_none_or(|(least, _)| loss < *least) {
-                    best = Some((loss, run.parameters.clone()));
-                    since_best = 0;
-                } else {
-                    since_best += 1;
-                    if since_best >= config.patience {
-                        stopped_early = true;
-                        break;
-                    }
-                }
-            }
+        if path.last().is_none_or(|last| last.terms != run.active()) {
+            // The moments belong to a loss with the L1 term, or with other terms.
+            run.adam = Adam::new(run.parameters.len());
+            (0..refine).for_each(|_| run.step(train, config, lambdas));
         }
+        progress(run.progress(of));
+        let errors = run.unexplained(others.validation, lambdas);
+        let r_squared = |errors: &[f64]| 1.0 - errors.iter().sum::<f64>() / errors.len() as f64;
+        path.push(PathPoint {
+            threshold,
+            terms: run.active(),
+            validation: r_squared(&errors),
+            held_out: r_squared(&run.unexplained(others.held_out, lambdas)),
+        });
+        models.push((run.parameters.clone(), errors));
     }
-    if let Some((_, parameters)) = best {
-        run.parameters = parameters;
+    let chosen = match config.threshold {
+        Some(_) => models.len().saturating_sub(1),
+        None => last_within_one_standard_error(&models.iter().map(|(_, errors)| errors.clone()).collect::<Vec<_>>()),
+    };
+    if chosen < models.len() {
+        run.parameters = models.swap_remove(chosen).0;
     }
-    if refine > 0 {
-        run.threshold(layout, train, config.threshold);
-        // The old moments belong to a loss with the L1 term.
-        run.adam = Adam::new(run.parameters.len());
-        let lambdas = Lambdas { sparsity: 0.0, ..config.lambdas };
-        for step in 1..=refine {
-            run.step(train, config, lambdas);
-            if step % check_every == 0 || step == refine {
-                progress(run.progress(planned + refine));
-            }
-        }
-    }
+    let errors = run.unexplained(others.validation, lambdas);
     Trained {
         active: run.active(),
         last_batch: run.last,
         epochs: run.steps.div_ceil(per_epoch.max(1)),
         steps: run.steps,
         stopped_early,
+        threshold: path.get(chosen).map_or(0.0, |point| point.threshold),
+        path,
+        validation_error: errors.iter().sum::<f64>() / errors.len() as f64,
         parameters: run.parameters,
     }
+}
+
+/// Thresholds of the path: 0 and, up to the one that is stated, 1e-5 to 1e-1; none where it is stated that all terms are kept.
+fn thresholds(stated: Option<f64>, no_validation: bool) -> Vec<f64> {
+    let PruneSettings { min_exponent, per_decade, intervals, .. } = PruneSettings::DEFAULT;
+    let grid = (0..=intervals).map(|k| 10f64.powf(min_exponent + f64::from(k) / per_decade));
+    match stated {
+        Some(stated) if stated <= 0.0 => Vec::new(),
+        Some(stated) => std::iter::once(0.0).chain(grid.filter(|t| *t < stated)).chain([stated]).collect(),
+        None if no_validation => vec![0.0],
+        None => std::iter::once(0.0).chain(grid).collect(),
+    }
+}
+
+/// Learning rates of all parameters, as shares of Adam's. A term's coefficient starts and moves in inverse proportion to the
+/// term's RMS where that is over 1: z⁹ of a standardised z has 5,900.
+fn scale_terms(layout: &Layout, parameters: &mut [f32], samples: &Samples<f32>) -> Vec<f32> {
+    let mut rates = vec![1.0; parameters.len()];
+    let mut power = vec![0.0; layout.terms.count()];
+    let mut theta = vec![0.0; power.len()];
+    let count = for_each_latent(layout, parameters, samples, |z| {
+        layout.library.row(z, &mut theta);
+        power.iter_mut().zip(&theta).for_each(|(p, t)| *p += f64::from(*t).powi(2));
+    });
+    for (n, place) in layout.xi().enumerate() {
+        let scale = (1.0 / (power[n / layout.latent] / count).sqrt().max(1.0)) as f32;
+        rates[place] = scale;
+        parameters[place] *= scale;
+    }
+    rates
 }
 
 struct Run {
     engine: Engine<f32>,
     adam: Adam,
     parameters: Vec<f32>,
-    /// Mask: 0 for masked coefficients, 1 for everything else.
-    keep: Vec<f32>,
+    /// Learning rate of each parameter as a share of Adam's: 0 for masked coefficients.
+    rates: Vec<f32>,
     order: Vec<u32>,
     at: usize,
     rng: ChaCha8Rng,
@@ -227,7 +264,7 @@ impl Run {
         let end = (self.at + config.batch).min(self.order.len());
         let chosen = &self.order[self.at..end];
         self.last = self.engine.evaluate(&self.parameters, samples, chosen, lambdas);
-        self.adam.step(&mut self.parameters, &self.engine.gradient, &self.keep, config.learning_rate);
+        self.adam.step(&mut self.parameters, &self.engine.gradient, &self.rates, config.learning_rate);
         self.at = if end == self.order.len() { 0 } else { end };
         self.steps += 1;
     }
@@ -240,27 +277,73 @@ impl Run {
         self.parameters[self.engine.layout().xi()].iter().filter(|v| **v != 0.0).count()
     }
 
-    fn held_out_loss(&mut self, held_out: &Samples<f32>, lambdas: Lambdas) -> f64 {
-        let chosen = spread(held_out.len());
-        let mut total = 0.0;
-        for part in chosen.chunks(self.engine.capacity()) {
-            let losses = self.engine.evaluate(&self.parameters, held_out, part, lambdas);
-            total += losses.total(lambdas) * part.len() as f64 / chosen.len() as f64;
+    /// Planned steps with all terms, fewer if the validation loss no longer improves: its best parameters are kept. Returns
+    /// whether it ended early.
+    fn all_terms(
+        &mut self,
+        samples: &Samples<f32>,
+        validation: &[Samples<f32>],
+        config: &TrainConfig,
+        planned: usize,
+        progress: &mut dyn FnMut(&Self),
+    ) -> bool {
+        let mut best: Option<(f64, Vec<f32>)> = None;
+        let mut since_best = 0;
+        let check_every = (planned / SETTINGS.checks).max(1);
+        for step in 1..=planned {
+            self.step(samples, config, config.lambdas);
+            if step % check_every != 0 && step != planned {
+                continue;
+            }
+            progress(self);
+            if config.patience == 0 || validation.is_empty() {
+                continue;
+            }
+            let loss = validation
+                .iter()
+                .map(|recording| self.mean_loss(recording, config.lambdas).total(config.lambdas))
+                .sum();
+            since_best += 1;
+            if best.as_ref().is_none_or(|(least, _)| loss < *least) {
+                best = Some((loss, self.parameters.clone()));
+                since_best = 0;
+            }
+            if since_best >= config.patience {
+                break;
+            }
         }
-        total
+        if let Some((_, parameters)) = best {
+            self.parameters = parameters;
+        }
+        config.patience > 0 && since_best >= config.patience
     }
 
-    /// Masks coefficients whose term carries less than `share` of its equation's power, theory (16).
-    fn threshold(&mut self, layout: &Layout, samples: &Samples<f32>, share: f64) {
-        let (theta_power, rate_power) = powers(layout, &self.parameters, samples);
-        let xi = layout.xi();
-        let equations = layout.latent;
-        let (values, keep) = (&mut self.parameters[xi.clone()], &mut self.keep[xi]);
-        for (n, (value, keep)) in values.iter_mut().zip(keep).enumerate() {
-            let power = f64::from(*value * *value) * theta_power[n / equations];
-            if power < share * rate_power[n % equations] {
-                *value = 0.0;
-                *keep = 0.0;
+    /// Mean losses over samples of a recording, spread evenly.
+    fn mean_loss(&mut self, recording: &Samples<f32>, lambdas: Lambdas) -> Losses {
+        let chosen = spread(recording.len());
+        let mut mean = Losses::default();
+        for part in chosen.chunks(self.engine.capacity()) {
+            let share = part.len() as f64 / chosen.len() as f64;
+            mean.add_share(&self.engine.evaluate(&self.parameters, recording, part, lambdas), share);
+        }
+        mean
+    }
+
+    /// Unexplained share of the power of ẋ in each recording.
+    fn unexplained(&mut self, recordings: &[Samples<f32>], lambdas: Lambdas) -> Vec<f64> {
+        let share = |recording: &Samples<f32>| {
+            let square: f64 = recording.dx.iter().map(|v| f64::from(v * v)).sum();
+            self.mean_loss(recording, lambdas).derivative * recording.dx.len() as f64 / square
+        };
+        recordings.iter().filter(|recording| !recording.is_empty()).map(share).collect()
+    }
+
+    /// Removes terms that are worth less than `share` of the power of ẋ.
+    fn prune(&mut self, samples: &Samples<f32>, lambdas: Lambdas, share: f64) {
+        prune(self.engine.layout(), &mut self.parameters, samples, lambdas, share);
+        for place in self.engine.layout().xi() {
+            if self.parameters[place] == 0.0 {
+                self.rates[place] = 0.0;
             }
         }
     }
@@ -270,24 +353,6 @@ impl Run {
 fn spread(len: usize) -> Vec<u32> {
     let count = len.min(SETTINGS.max_judged);
     (0..count).map(|i| (i * len / count) as u32).collect()
-}
-
-/// Mean squares of every term and of every equation's rate over the samples.
-fn powers(layout: &Layout, parameters: &[f32], samples: &Samples<f32>) -> (Vec<f64>, Vec<f64>) {
-    let xi = &parameters[layout.xi()];
-    let (terms, equations) = (layout.terms.count(), layout.latent);
-    let mut theta = vec![0.0; terms];
-    let (mut theta_power, mut rate_power) = (vec![0.0; terms], vec![0.0; equations]);
-    let count = for_each_latent(layout, parameters, samples, |z| {
-        layout.library.row(z, &mut theta);
-        theta_power.iter_mut().zip(&theta).for_each(|(p, t)| *p += f64::from(t * t));
-        for (e, power) in rate_power.iter_mut().enumerate() {
-            let rate: f32 = theta.iter().zip(xi[e..].iter().step_by(equations)).map(|(t, x)| t * x).sum();
-            *power += f64::from(rate * rate);
-        }
-    });
-    [&mut theta_power, &mut rate_power].into_iter().flatten().for_each(|p| *p /= count);
-    (theta_power, rate_power)
 }
 
 /// Visits z = φ(x) of samples spread evenly; returns their number, at least 1.

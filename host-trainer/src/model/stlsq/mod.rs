@@ -2,26 +2,28 @@
 //! by their RMS.
 //!
 //! A threshold is a share of power: a term is dropped if ξ²⟨θ²⟩ is less than that share of the target's variance. It
-//! therefore means the same for every record length and unit. Each equation has its own, the largest whose held-out
-//! error is within one standard error of the best (Breiman et al. 1984).
+//! therefore means the same for every record length and unit. Each equation has its own, the largest whose error on the
+//! validation recordings is within one standard error of the best (Breiman et al. 1984).
 
 mod diagnose;
 mod r_factor;
+mod regression;
 pub(crate) mod settings;
 
 pub use diagnose::{Diagnosis, diagnose, noise_terms};
 pub use r_factor::RFactor;
+pub(super) use r_factor::add_gram;
 
-use faer::Mat;
-use faer::linalg::solvers::SolveLstsqCore;
 use rayon::prelude::*;
 
+use crate::model::path::{PathPoint, last_within_one_standard_error};
+use regression::Regression;
 use settings::GridSettings;
 
 /// Options of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StlsqConfig {
-    /// Share of the target's variance below which a term is dropped; `None`: chosen per equation on held-out
+    /// Share of the target's variance below which a term is dropped; `None`: chosen per equation on validation
     /// recordings.
     pub threshold: Option<f64>,
     /// Ridge penalty μ on scaled coefficients, theory (18).
@@ -45,97 +47,82 @@ pub struct Equation {
     pub threshold: f64,
 }
 
+impl Equation {
+    /// Number of terms.
+    pub fn terms(&self) -> usize {
+        self.coefficients.iter().filter(|c| **c != 0.0).count()
+    }
+}
+
 /// Candidate thresholds: 0, then 1e-6 to 1e-1.
 fn grid() -> Vec<f64> {
     let GridSettings { min_exponent, per_decade, intervals } = GridSettings::DEFAULT;
     std::iter::once(0.0).chain((0..=intervals).map(|k| 10f64.powf(min_exponent + f64::from(k) / per_decade))).collect()
 }
 
-/// Fits every output of `train`, theory (18) to (20); `held_out`, one per recording, chooses the thresholds. Without
-/// held-out recordings and without a stated threshold nothing is thresholded.
-pub fn fit(train: &RFactor, held_out: &[RFactor], config: &StlsqConfig) -> Vec<Equation> {
-    (0..train.outputs()).into_par_iter().map(|output| fit_output(train, held_out, output, config)).collect()
+/// Fits every output of `train`, theory (18) to (20); `validation`, one per recording, chooses the thresholds. Without
+/// validation recordings and without a stated threshold nothing is thresholded.
+pub fn fit(train: &RFactor, validation: &[RFactor], config: &StlsqConfig) -> Vec<Equation> {
+    fit_with_path(train, validation, &[], config).0
 }
 
-fn fit_output(train: &RFactor, held_out: &[RFactor], output: usize, config: &StlsqConfig) -> Equation {
-    let at = |threshold: f64| Equation { coefficients: threshold_path(train, output, threshold, config), threshold };
-    if let Some(threshold) = config.threshold {
-        return at(threshold);
-    }
-    if held_out.is_empty() {
-        return at(0.0);
-    }
-    let candidates: Vec<(Equation, Vec<f64>)> = grid()
-        .into_iter()
-        .map(|threshold| {
-            let equation = at(threshold);
+/// The same, and the path from all terms to few, scored on `validation` and on `held_out`, which chooses nothing.
+pub fn fit_with_path(
+    train: &RFactor,
+    validation: &[RFactor],
+    held_out: &[RFactor],
+    config: &StlsqConfig,
+) -> (Vec<Equation>, Vec<PathPoint>) {
+    let thresholds: Vec<f64> = match config.threshold {
+        Some(stated) => grid().into_iter().filter(|threshold| *threshold < stated).chain([stated]).collect(),
+        None if validation.is_empty() => vec![0.0],
+        None => grid(),
+    };
+    let regression = Regression::new(train, config.ridge);
+    let paths: Vec<OutputPath> = (0..train.outputs())
+        .into_par_iter()
+        .map(|output| {
+            let path = regression.threshold_path(output, &thresholds, config.rounds);
+            let equation = |(threshold, coefficients): (&f64, _)| Equation { coefficients, threshold: *threshold };
+            let equations: Vec<Equation> = thresholds.iter().zip(path).map(equation).collect();
             // Relative to each recording's own variance, or a loud recording decides alone.
-            let errors = held_out.iter().map(|m| 1.0 - m.r_squared(output, &equation.coefficients)).collect();
-            (equation, errors)
+            let errors = |parts: &[RFactor]| {
+                let error = |e: &Equation| parts.iter().map(|m| 1.0 - m.r_squared(output, &e.coefficients)).collect();
+                equations.iter().map(error).collect::<Vec<Vec<f64>>>()
+            };
+            OutputPath { validation: errors(validation), held_out: errors(held_out), equations }
         })
         .collect();
-    choose(candidates)
-}
-
-/// Sparsest candidate within one standard error of the best, theory (20).
-fn choose(candidates: Vec<(Equation, Vec<f64>)>) -> Equation {
-    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
-    let best = candidates
-        .iter()
-        .map(|(_, errors)| errors)
-        .min_by(|a, b| mean(a).total_cmp(&mean(b)))
-        .cloned()
-        .unwrap_or_default();
-    let within = |errors: &[f64]| {
-        // Of the paired differences: the recordings' own scatter is common to both.
-        let differences: Vec<f64> = errors.iter().zip(&best).map(|(e, b)| e - b).collect();
-        let excess = mean(&differences);
-        let n = differences.len() as f64;
-        let variance = differences.iter().map(|d| (d - excess).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-        excess <= (variance / n).sqrt()
+    let point = |(k, threshold): (usize, &f64)| PathPoint {
+        threshold: *threshold,
+        terms: paths.iter().map(|path| path.equations[k].terms()).sum(),
+        validation: r_squared(paths.iter().flat_map(|path| &path.validation[k])),
+        held_out: r_squared(paths.iter().flat_map(|path| &path.held_out[k])),
     };
-    let chosen = candidates.iter().rposition(|(_, errors)| within(errors)).unwrap_or(0);
-    candidates.into_iter().nth(chosen).map(|(equation, _)| equation).expect("the grid is not empty")
+    let points = thresholds.iter().enumerate().map(point).collect();
+    let chosen = |(output, mut path): (usize, OutputPath)| {
+        let chosen = match config.threshold {
+            Some(_) => thresholds.len() - 1,
+            None => last_within_one_standard_error(&path.validation),
+        };
+        let threshold = thresholds[chosen];
+        let coefficients = regression.refined(output, &path.equations.swap_remove(chosen).coefficients);
+        Equation { coefficients, threshold }
+    };
+    (paths.into_iter().enumerate().map(chosen).collect(), points)
 }
 
-/// Coefficients of one equation for one threshold, theory (19).
-fn threshold_path(train: &RFactor, output: usize, threshold: f64, config: &StlsqConfig) -> Vec<f64> {
-    let scales: Vec<f64> = (0..train.terms).map(|t| train.term_rms(t)).collect();
-    let target_power = train.variance(output).max(f64::MIN_POSITIVE);
-    let mut active: Vec<usize> = (0..train.terms).filter(|t| scales[*t] > 0.0).collect();
-    let mut scaled = solve(train, &active, &scales, output, config.ridge);
-    for _ in 0..config.rounds {
-        let kept: Vec<usize> =
-            active.iter().zip(&scaled).filter(|(_, c)| *c * *c >= threshold * target_power).map(|(t, _)| *t).collect();
-        if kept.len() == active.len() {
-            break;
-        }
-        active = kept;
-        scaled = solve(train, &active, &scales, output, config.ridge);
-    }
-    let mut coefficients = vec![0.0; train.terms];
-    for (term, c) in active.iter().zip(&scaled) {
-        coefficients[*term] = c / scales[*term];
-    }
-    coefficients
+/// Equations of one output for growing thresholds, with their errors on each recording.
+struct OutputPath {
+    equations: Vec<Equation>,
+    validation: Vec<Vec<f64>>,
+    held_out: Vec<Vec<f64>>,
 }
 
-/// Ridge least squares for the active terms, theory (18), in coefficients of columns with unit RMS.
-fn solve(train: &RFactor, active: &[usize], scales: &[f64], output: usize, ridge: f64) -> Vec<f64> {
-    if active.is_empty() {
-        return Vec::new();
-    }
-    let (n, rows) = (active.len(), train.terms);
-    let (a, y) = (train.scaled(active, scales), train.target(output));
-    let mut tall = Mat::zeros(rows + n, n);
-    tall.as_mut().subrows_mut(0, rows).copy_from(&a);
-    let mut rhs = Mat::zeros(rows + n, 1);
-    rhs.as_mut().subrows_mut(0, rows).copy_from(&y);
-    for i in 0..n {
-        tall[(rows + i, i)] = ridge.sqrt();
-    }
-    tall.qr().solve_lstsq_in_place_with_conj(faer::Conj::No, rhs.as_mut());
-    (0..n).map(|i| rhs[(i, 0)]).collect()
+/// Mean R² of unexplained shares; NaN for none.
+fn r_squared<'a>(errors: impl Iterator<Item = &'a f64>) -> f64 {
+    let (sum, count) = errors.fold((0.0, 0), |(sum, count), error| (sum + error, count + 1));
+    1.0 - sum / f64::from(count)
 }
 
 #[cfg(test)]

@@ -33,9 +33,32 @@ impl ConditioningSettings {
 pub struct RFactorSettings {
     /// Rows decomposed at once: Θ of a block stays in the cache.
     pub block_rows: usize,
+    /// Blocks whose Gram matrices one thread adds up.
+    pub blocks_per_thread: usize,
+    /// Rows for each column from which the Gram matrix is tried. Not tuned: chosen by hand.
+    pub min_rows_per_column: usize,
+    /// Pivot of the Cholesky decomposition over its column's power below which R is taken from a QR decomposition. A pivot has
+    /// the rounding errors of that power, so R is then good to 1e-9 or better.
+    pub min_pivot_share: f64,
 }
 
 impl RFactorSettings {
     /// Default settings.
-    pub const DEFAULT: Self = Self { block_rows: 1024 };
+    pub const DEFAULT: Self =
+        Self { block_rows: 1024, blocks_per_thread: 16, min_rows_per_column: 4, min_pivot_share: 1e-6 };
+}
+
+/// Settings of the ridge regression, theory (18).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolveSettings {
+    /// Ridge penalty from which the normal equations are solved: with columns of unit RMS it bounds their condition number by
+    /// p/μ, so that the coefficients are good to 1e-16 p/μ. Below it the rows are decomposed.
+    pub min_normal_ridge: f64,
+    /// Active terms for each dropped one from which the inverse is changed instead of made anew. By the count of operations.
+    pub downdate_divisor: usize,
+}
+
+impl SolveSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self { min_normal_ridge: 1e-8, downdate_divisor: 4 };
 }

@@ -109,3 +109,25 @@ fn inseparable_terms_are_named() {
     assert!(diagnosis.inseparable.iter().any(|(a, b, _)| (*a, *b) == (1, 2)), "{diagnosis:?}");
     assert!(diagnosis.condition_number > 1e3);
 }
+
+#[test]
+fn invariant_rows_given_as_matrices_have_the_factor_of_core_s_library() {
+    use faer::Mat;
+    let samples = known(5000, 0.3, 5);
+    let mut theta = Mat::zeros(samples.len(), library().len());
+    let mut row = vec![0.0; library().len()];
+    for s in 0..samples.len() {
+        library().row(samples.row(s).0, &mut row);
+        row.iter().enumerate().for_each(|(t, v)| theta[(s, t)] = f64::from(*v));
+    }
+    let targets = Mat::from_fn(samples.len(), 2, |s, o| f64::from(samples.row(s).1[o]));
+    let coefficients: Vec<f64> = (0..library().len()).map(|t| 0.2 - 0.05 * t as f64).collect();
+    let own = RFactor::from_samples(library(), &samples);
+    // Too few rows for the Gram matrix, and enough.
+    for (count, tolerance) in [(50, f64::INFINITY), (5000, 1e-9)] {
+        let given = RFactor::from_matrices(theta.as_ref().subrows(0, count), targets.as_ref().subrows(0, count));
+        assert_eq!((given.rows, given.outputs()), (count, 2));
+        let [a, b] = [&given, &own].map(|factor| factor.mean_square_error(1, &coefficients));
+        assert!((a - b).abs() < tolerance * b, "{a} {b}");
+    }
+}

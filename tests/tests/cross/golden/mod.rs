@@ -56,13 +56,9 @@ fn model(recordings: &[ballrace::recording::input::Series]) -> OwnedModel {
         spec: spec(Alignment::Causal),
         degree: 2,
         harmonics: 1,
-        latent: None,
         solver: Solver::Stlsq(StlsqConfig { threshold: Some(1e-4), ridge: 1e-9, ..StlsqConfig::default() }),
-        hold_out_every: 5,
         null_fits: 0,
-        seed: 0,
-        block: None,
-        full_scale: 0.0,
+        ..FitConfig::default()
     };
     let model = fit(recordings, 25_600.0, &config, &|_| ()).unwrap().model;
     let json = model.to_json().unwrap();

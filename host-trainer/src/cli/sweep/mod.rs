@@ -1,5 +1,7 @@
 //! Command `ballrace sweep`.
 
+mod presets;
+
 use std::path::PathBuf;
 
 use serde_json::json;
@@ -10,20 +12,36 @@ use crate::recording::input::Input;
 use crate::sweep::config::Config;
 use crate::sweep::job::{Job, Material, Row};
 use crate::sweep::{self, table};
+use presets::PresetName;
 
-/// Fit a grid of models: libraries, dimensions, alignments, filters, solvers
+/// Fit a grid of models: libraries, dimensions, alignments, filters, solvers; or the paper's tables and figures
 ///
 /// sweep.toml names the recordings and the grid; every combination is a row of OUT/sweep.csv and OUT/sweep.parquet, with R² in
-/// sample, held out, causal and on a phase-randomised surrogate (the null) side by side. A row that is done is kept in
-/// OUT/rows.jsonl at once: after a kill the same command goes on with the others.
+/// sample, held out, causal and on a surrogate (the null) side by side. With --preset the grid is that of a table or figure of
+/// the paper, on the aging phases of run-to-failure folders, and OUT/paper.html shows ours, the paper's and the null's. A row
+/// that is done is kept in OUT/rows.jsonl at once: after a kill the same command goes on with the others.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Example:\n  ballrace sweep --config sweep.toml --out sweep\n    \
     with a sweep.toml such as\n      recordings = [\"data/Bearing3_3\"]\n      channel = \"vertical\"\n      \
-    range = [305, 310]\n      solver = [\"sindy-nn\", \"stlsq\"]\n      nd = [1, 2]\n      nmd = 8\n      nf = [1, 2]")]
+    range = [305, 310]\n      solver = [\"sindy-nn\", \"stlsq\"]\n      nd = [1, 2]\n      nmd = 8\n      nf = [1, 2]\n  \
+    ballrace sweep --preset all data/Bearing3_3 data/Bearing3_1 --out paper\n    \
+    writes paper/paper.html")]
 pub struct Args {
     /// File with recordings and grid
-    #[arg(long, value_name = "sweep.toml")]
-    config: PathBuf,
+    #[arg(long, value_name = "sweep.toml", required_unless_present = "preset", conflicts_with = "preset")]
+    config: Option<PathBuf>,
+    /// Table or figure of the paper, or all
+    #[arg(long, value_enum)]
+    preset: Option<PresetName>,
+    /// Run-to-failure folders of a preset [default: all of the folder femto in $BALLRACE_DATA or ../shared/data]
+    #[arg(value_name = "FOLDER", conflicts_with = "config")]
+    bearings: Vec<PathBuf>,
+    /// Channel of a preset
+    #[arg(long, default_value = "vertical", conflicts_with = "config")]
+    channel: String,
+    /// Recordings of each aging phase, spread evenly, for a preset [default: 8 for table5, 4 for table4, else 1]
+    #[arg(long, value_name = "N", conflicts_with = "config")]
+    count: Option<usize>,
     /// Folder for the tables
     #[arg(long, value_name = "OUT", default_value = "sweep")]
     out: PathBuf,
@@ -34,22 +52,33 @@ pub struct Args {
 
 /// Runs `sweep`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let config = Config::read(&args.config).map_err(Failure::input)?;
-    let material = material(&config)?;
-    let bar = bar("sweep");
-    let rows = sweep::run(&config, &material, &args.out, &|done, all| {
-        bar.set_length(all as u64);
-        bar.set_position(done as u64);
-    });
-    bar.finish_and_clear();
-    let rows = rows.map_err(Failure::other)?;
+    let rows = match (&args.config, args.preset) {
+        (Some(config), _) => {
+            let config = Config::read(config).map_err(Failure::input)?;
+            let material = material(&config)?;
+            fitted(&config.jobs(&material), &material, args)?
+        }
+        (None, preset) => presets::run(args, preset.unwrap_or(PresetName::All))?,
+    };
     write(&args.out.join("sweep.csv"), table::csv(&rows).as_bytes())?;
     write(&args.out.join("sweep.parquet"), &table::parquet(&rows).map_err(Failure::other)?)?;
     if args.json {
         return super::json(&json!({ "rows": rows }));
     }
     print(&rows)?;
-    line(format_args!("wrote {0}/sweep.csv and {0}/sweep.parquet", args.out.display()))
+    line(format_args!("wrote {0}/sweep.csv and {0}/sweep.parquet", args.out.display()))?;
+    args.preset.map_or(Ok(()), |_| line(format_args!("wrote {}/paper.html", args.out.display())))
+}
+
+/// Rows of jobs, with progress.
+fn fitted(jobs: &[Job], material: &Material, args: &Args) -> Result<Vec<Row>, Failure> {
+    let bar = bar("sweep");
+    let rows = sweep::run(jobs, material, &args.out, &|done, all| {
+        bar.set_length(all as u64);
+        bar.set_position(done as u64);
+    });
+    bar.finish_and_clear();
+    rows.map_err(Failure::other)
 }
 
 fn material(config: &Config) -> Result<Material, Failure> {

@@ -1,0 +1,198 @@
+//! Presets of `ballrace sweep`: the paper's tables and figures on run-to-failure folders.
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
+
+use super::{Args, fitted};
+use crate::cli::input::Recordings;
+use crate::cli::{Failure, write};
+use crate::model::baseline::Autoregression;
+use crate::model::fit::{FitConfig, fit};
+use crate::model::{OwnedModel, file};
+use crate::recording::input::{Input, Series};
+use crate::recording::reference_data;
+use crate::report::paper::{self, Baseline, Page, PresetRows};
+use crate::report::phases::Machine;
+use crate::signal::phases::Rules;
+use crate::signal::phases::machine::{Filter, Lives};
+use crate::signal::wavelet::denoise::Denoising;
+use crate::sweep::job::{Material, Row};
+use crate::sweep::preset::{Bearing, PAPER_BEARING, Preset};
+
+/// Name of a preset, or of all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PresetName {
+    /// All.
+    All,
+    /// One.
+    One(Preset),
+}
+
+const NAMES: [PresetName; 6] = [
+    PresetName::One(Preset::Table3),
+    PresetName::One(Preset::Table4),
+    PresetName::One(Preset::Table5),
+    PresetName::One(Preset::Fig10),
+    PresetName::One(Preset::Fig11),
+    PresetName::All,
+];
+
+impl ValueEnum for PresetName {
+    fn value_variants<'a>() -> &'a [Self] {
+        &NAMES
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        match self {
+            Self::All => Some(PossibleValue::new("all").help("All of them")),
+            Self::One(preset) => preset.to_possible_value(),
+        }
+    }
+}
+
+/// Loaded run-to-failure folder.
+struct Loaded {
+    bearing: Bearing,
+    series: Vec<Series>,
+    sample_rate_hz: f64,
+    machine: Machine,
+}
+
+/// Rows of the presets; writes the page.
+pub fn run(args: &Args, name: PresetName) -> Result<Vec<Row>, Failure> {
+    if args.count == Some(0) {
+        return Err(Failure::Input("--count: found 0, expected at least 1".into()));
+    }
+    let loaded = load(args)?;
+    let Some(first) = loaded.iter().find(|l| l.bearing.name == PAPER_BEARING).or(loaded.first()) else {
+        return Err(Failure::Input("found no folder with an aging phase, expected one such as Bearing3_3".into()));
+    };
+    let bearings: Vec<Bearing> = loaded.iter().map(|l| l.bearing.clone()).collect();
+    let presets: Vec<Preset> = match name {
+        PresetName::All => Preset::ALL.to_vec(),
+        PresetName::One(preset) => vec![preset],
+    };
+    let material = Material {
+        series: loaded.iter().flat_map(|l| l.series.clone()).collect(),
+        sample_rate_hz: first.sample_rate_hz,
+    };
+    let jobs: Vec<_> = presets.iter().map(|preset| preset.jobs(&bearings, args.count)).collect();
+    let rows = fitted(&jobs.concat(), &material, args)?;
+    let mut left = rows.as_slice();
+    let by_preset = presets.iter().zip(&jobs).map(|(preset, jobs)| {
+        let (own, rest) = left.split_at(jobs.len());
+        left = rest;
+        PresetRows { preset: *preset, rows: own }
+    });
+    let by_preset: Vec<PresetRows<'_>> = by_preset.collect();
+    let baselines = by_preset.iter().find(|own| own.preset == Preset::Table4).map(|own| baselines(own.rows, &material));
+    let (model, series) = best_model(args, first)?;
+    let page = paper::document(&Page {
+        presets: &by_preset,
+        machines: loaded.iter().map(|l| &l.machine).collect(),
+        rules: Rules::default(),
+        baselines: baselines.unwrap_or_default(),
+        model: &model,
+        shown: series,
+        sample_rate_hz: first.sample_rate_hz,
+    });
+    write(&args.out.join("paper.html"), page.map_err(Failure::other)?.html().as_bytes())?;
+    Ok(rows)
+}
+
+/// Folders with an aging phase of the channel; others are named on stderr.
+fn load(args: &Args) -> Result<Vec<Loaded>, Failure> {
+    let mut folders = args.bearings.clone();
+    if folders.is_empty() {
+        let femto = reference_data::folder("femto");
+        let entries = femto.and_then(|femto| std::fs::read_dir(femto).ok()).into_iter().flatten();
+        folders = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| path.is_dir()).collect();
+        folders.sort();
+    }
+    let mut all = Vec::new();
+    for folder in &folders {
+        let loaded = load_one(args, folder)?;
+        match loaded {
+            Some(loaded) => all.push(loaded),
+            None => eprintln!("{}: channel {} shows no aging; left out", folder.display(), args.channel),
+        }
+    }
+    if let Some(other) = all.iter().find(|l| l.sample_rate_hz != all[0].sample_rate_hz) {
+        let (found, expected) = (other.sample_rate_hz, all[0].sample_rate_hz);
+        return Err(Failure::Input(format!(
+            "{}: found {found} Hz, expected {expected} Hz as the first",
+            other.bearing.name
+        )));
+    }
+    Ok(all)
+}
+
+fn load_one(args: &Args, folder: &Path) -> Result<Option<Loaded>, Failure> {
+    let source = Recordings {
+        recordings: vec![folder.to_owned()],
+        channel: Some(args.channel.clone()),
+        ..Recordings::default()
+    };
+    let recordings = source.load(Some(vec![args.channel.clone()]))?;
+    let mut input = Input::from_recordings(&recordings, Some(&args.channel)).map_err(Failure::input)?;
+    let name = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned();
+    input.series.iter_mut().for_each(|series| series.name = format!("{name}/{}", series.name));
+    let wavelet = "db4".parse().map_err(Failure::other)?;
+    let lives = Lives::new(&recordings, &Denoising::of_paper(wavelet, input.sample_rate_hz));
+    let phases = lives.phases(&Rules::default());
+    let raw = lives.channels.iter().zip(&phases).find(|(life, _)| life.filter == Filter::Raw);
+    let aging = raw.and_then(|(_, phases)| {
+        let phases = (*phases)?;
+        Some(phases.aging?..phases.failure.unwrap_or(input.series.len()))
+    });
+    let Some(aging) = aging else { return Ok(None) };
+    let recordings = input.series.iter().map(|series| series.name.clone()).collect();
+    Ok(Some(Loaded {
+        bearing: Bearing { name: name.clone(), recordings, aging },
+        sample_rate_hz: input.sample_rate_hz,
+        series: input.series,
+        machine: Machine { name, lives, phases },
+    }))
+}
+
+/// Scores of the linear baselines on the recordings of some rows: fitted to the first four fifths of each, scored on the rest.
+fn baselines(rows: &[Row], material: &Material) -> Vec<Baseline> {
+    let names: std::collections::BTreeSet<&String> = rows.iter().filter_map(|row| row.job.recording.as_ref()).collect();
+    let chosen: Vec<&Series> = material.series.iter().filter(|series| names.contains(&series.name)).collect();
+    let score = |model: fn(&[Series]) -> Option<Autoregression>| {
+        let scores: Vec<f64> = chosen
+            .iter()
+            .filter_map(|series| {
+                let (first, last) = series.samples.split_at(series.samples.len() * 4 / 5);
+                let [first, last] =
+                    [first, last].map(|part| vec![Series { name: String::new(), samples: part.to_vec() }]);
+                Some(model(&first)?.r_squared(&last))
+            })
+            .collect();
+        scores.iter().sum::<f64>() / scores.len() as f64
+    };
+    vec![
+        Baseline { name: "persistence: the present sample", r2_causal: score(|_| Some(Autoregression::persistence())) },
+        Baseline { name: "autoregression of order 16", r2_causal: score(|train| Autoregression::fit(train, 16)) },
+        Baseline { name: "autoregression of order 64", r2_causal: score(|train| Autoregression::fit(train, 64)) },
+    ]
+}
+
+/// The paper's best model on the middle recording of an aging phase, and that recording. A model that an earlier run wrote is
+/// read.
+fn best_model<'a>(args: &Args, loaded: &'a Loaded) -> Result<(OwnedModel, &'a Series), Failure> {
+    let path: PathBuf = args.out.join("best.json");
+    let aging = &loaded.bearing.aging;
+    let series = &loaded.series[(aging.start + aging.end) / 2];
+    if let Ok((model, Some(report))) = file::read(&path)
+        && report.training.recordings.iter().any(|name| name.starts_with(&series.name))
+    {
+        return Ok((model, series));
+    }
+    let config = FitConfig { null_fits: 0, causal: false, trainings: 1, ..FitConfig::default() };
+    let fitted = fit(std::slice::from_ref(series), loaded.sample_rate_hz, &config, &|_| ()).map_err(Failure::other)?;
+    file::write(&path, &fitted.model, &fitted.report).map_err(Failure::other)?;
+    Ok((fitted.model, series))
+}

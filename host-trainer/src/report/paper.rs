@@ -1,0 +1,383 @@
+//! Report of `ballrace sweep --preset`: the paper's tables and figures, ours, the paper's and the null's side by side.
+
+use plotters::style::RGBColor;
+
+use super::phases::{self, Machine};
+use super::settings::ReportSettings;
+use super::{Cell, Document, Section, Tone};
+use crate::model::OwnedModel;
+use crate::model::fit::choice::SolverKind;
+use crate::model::fit::verdict;
+use crate::model::trace::Trace;
+use crate::paper::{AgedBearing, PaperLibrary, TABLE_3, TABLE_4, aged_bearing};
+use crate::recording::input::Series;
+use crate::report::plot::comparison::{self, Curve, Names};
+use crate::report::plot::style::{ALARM, EARLY, INK, LATE, PREDICTED};
+use crate::report::plot::{DrawError, derivative};
+use crate::signal::phases::Rules;
+use crate::signal::phases::machine::Filter;
+use crate::sweep::job::Row;
+use crate::sweep::preset::Preset;
+
+const SETTINGS: ReportSettings = ReportSettings::DEFAULT;
+
+/// Everything that the page shows.
+pub struct Page<'a> {
+    /// Rows of each table and figure.
+    pub presets: &'a [PresetRows<'a>],
+    /// Bearings with their phases.
+    pub machines: Vec<&'a Machine>,
+    /// Rules of the phases.
+    pub rules: Rules,
+    /// Linear baselines on the recordings of Table 4.
+    pub baselines: Vec<Baseline>,
+    /// Model of the paper's best library.
+    pub model: &'a OwnedModel,
+    /// Recording that it was fitted to.
+    pub shown: &'a Series,
+    /// Sample rate of the recordings, Hz.
+    pub sample_rate_hz: f64,
+}
+
+/// Rows of a table or figure.
+#[derive(Clone, Copy)]
+pub struct PresetRows<'a> {
+    /// The table or figure.
+    pub preset: Preset,
+    /// Its rows.
+    pub rows: &'a [Row],
+}
+
+/// Baseline of the next sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Baseline {
+    /// Name.
+    pub name: &'static str,
+    /// R² of the next sample, held out.
+    pub r2_causal: f64,
+}
+
+/// Score of a row.
+type RowScore = fn(&Row) -> Option<f64>;
+
+/// Page of the paper.
+///
+/// # Errors
+/// Errors of the drawing library.
+pub fn document(page: &Page<'_>) -> Result<Document, DrawError> {
+    let names: Vec<&str> = page.machines.iter().map(|machine| machine.name.as_str()).collect();
+    let about = format!("Fang et al., Machines 14 (2026) 620, on {}", names.join(", "));
+    let mut document = Document::new("The paper, reproduced", about, Tone::Open, summary(page))
+        .section(reading())
+        .section(figure_8(page)?);
+    for PresetRows { preset, rows } in page.presets {
+        document = document.section(match preset {
+            Preset::Table3 => table_3(rows),
+            Preset::Table4 => table_4(rows, &page.baselines),
+            Preset::Table5 => table_5(rows, page),
+            Preset::Fig10 => figure_10(rows)?,
+            Preset::Fig11 => figure_11(rows)?,
+        });
+    }
+    Ok(document.section(figure_13(page)?))
+}
+
+/// How many fits are better than their null, in a sentence.
+fn summary(page: &Page<'_>) -> String {
+    let rows = || page.presets.iter().flat_map(|own| own.rows);
+    let pairs: Vec<(f64, f64)> = rows().filter_map(|row| Some((row.r2?, row.r2_null?))).collect();
+    let above = pairs.iter().filter(|(own, null)| own > null).count();
+    let mean = |pick: fn(&(f64, f64)) -> f64| pairs.iter().map(pick).sum::<f64>() / pairs.len() as f64;
+    format!(
+        "Over {} fits R² is {:.3} on the recordings and {:.3} on their surrogates, which have no dynamics but a linear filter's; {above} fits are above their surrogate.",
+        pairs.len(),
+        mean(|(own, _)| *own),
+        mean(|(_, null)| *null)
+    )
+}
+
+fn reading() -> Section {
+    Section::new("How to read this page")
+        .paragraph(
+            "R² is the paper's score: of the derivatives a^(1), a^(3), … from the states a^(0), a^(2), …, mean over the derivatives, on the first three fifths of a recording, to which the model is fitted. Held out is the same on the last fifth; the fifth between them chooses the threshold. Differences of neighbouring orders share samples, so this score is high for any signal.",
+        )
+        .paragraph(
+            "The null is the same fit to a surrogate of the same recording. Only what a model scores above its null is dynamics. Unless another kind is named, the surrogate has the recording's spectrum, the distribution of its innovations, and the periodic changes of their level.",
+        )
+        .paragraph(
+            "Causal is R² of the next sample, predicted from past samples alone, held out. No algebra of differences can raise it.",
+        )
+        .paragraph(
+            "The paper does not say how its differences are aligned in time. Here even orders are centred and odd ones half a sample later, which comes nearest to its scores; with all differences at one index R² is 0.999 on anything.",
+        )
+}
+
+/// Mean over rows of what is known of them, with its standard deviation.
+fn mean<'a>(rows: impl IntoIterator<Item = &'a Row>, of: RowScore) -> Option<(f64, f64)> {
+    let known: Vec<f64> = rows.into_iter().filter_map(of).collect();
+    let n = known.len() as f64;
+    let mean = known.iter().sum::<f64>() / n;
+    let variance = known.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;
+    (!known.is_empty()).then(|| (mean, variance.sqrt()))
+}
+
+fn cell<'a>(rows: impl IntoIterator<Item = &'a Row>, of: RowScore) -> Cell {
+    Cell::number(mean(rows, of).map_or("–".to_owned(), |(mean, _)| format!("{mean:.4}")))
+}
+
+fn with_spread<'a>(rows: impl IntoIterator<Item = &'a Row>, of: RowScore) -> Cell {
+    Cell::number(mean(rows, of).map_or("–".to_owned(), |(mean, std)| format!("{mean:.4} ± {std:.4}")))
+}
+
+fn table_3(rows: &[Row]) -> Section {
+    let of = |library: &PaperLibrary, solver: SolverKind| {
+        rows.iter()
+            .filter(move |row| row.job.sizes.name == library.name && row.job.solver == solver)
+            .collect::<Vec<_>>()
+    };
+    let line = |library: &PaperLibrary| {
+        let (network, squares) = (of(library, SolverKind::SindyNn), of(library, SolverKind::Stlsq));
+        let [nd, nmd, nf] = library.sizes;
+        vec![
+            Cell::text(library.name.replace('_', " ")),
+            Cell::number(format!("{nd}, {nmd}, {nf}")),
+            Cell::number(library.functions),
+            Cell::number(format!("{:.4}", library.r2)),
+            cell(network.iter().copied(), |row| row.r2),
+            cell(network.iter().copied(), |row| row.r2_null),
+            cell(network.iter().copied(), |row| row.r2_held_out),
+            cell(squares.iter().copied(), |row| row.r2),
+            cell(squares.iter().copied(), |row| row.r2_null),
+        ]
+    };
+    let more = |library: &PaperLibrary| {
+        let (network, squares) = (of(library, SolverKind::SindyNn), of(library, SolverKind::Stlsq));
+        let seconds = |rows: &[&Row]| {
+            let mean = mean(rows.iter().copied(), |row| Some(row.seconds));
+            Cell::number(mean.map_or("–".into(), |(seconds, _)| format!("{seconds:.2}")))
+        };
+        let terms = |rows: &[&Row]| {
+            let mean = mean(rows.iter().copied(), |row| Some(row.terms? as f64));
+            Cell::number(mean.map_or("–".into(), |(terms, _)| format!("{terms:.0}")))
+        };
+        vec![
+            Cell::text(library.name.replace('_', " ")),
+            terms(&network),
+            terms(&squares),
+            cell(squares.iter().copied(), |row| row.r2_causal),
+            cell(squares.iter().copied(), |row| row.r2_causal_null),
+            Cell::number(format!("{:.2}", library.seconds)),
+            seconds(&network),
+            seconds(&squares),
+        ]
+    };
+    let above = |solver: SolverKind| {
+        let own = rows.iter().filter(|row| row.job.solver == solver);
+        let pairs: Vec<(f64, f64)> = own.filter_map(|row| Some((row.r2?, row.r2_null?))).collect();
+        format!("{} of {}", pairs.iter().filter(|(own, null)| own > null).count(), pairs.len())
+    };
+    let head = ["No.", "n_D, n_MD, n_F", "functions", "paper", "SINDy-NN", "null", "held out", "STLSQ", "null"];
+    let more_head =
+        ["No.", "terms, SINDy-NN", "terms, STLSQ", "causal, STLSQ", "null", "paper, s", "SINDy-NN, s", "STLSQ, s"];
+    Section::new("Table 3: libraries on Bearing 3_3")
+        .paragraph(format!(
+            "{} of the aging phase, vertical channel. Above their null are {} fits of SINDy-NN and {} of STLSQ. Seconds of ours are with the null, of STLSQ with the causal fits too, each beside another fit; the paper's are of one training on its own machine.",
+            recordings(rows),
+            above(SolverKind::SindyNn),
+            above(SolverKind::Stlsq)
+        ))
+        .table("R² in sample", &head, TABLE_3.iter().map(line).collect())
+        .table("Terms that are not 0 over all equations, next sample, time", &more_head, TABLE_3.iter().map(more).collect())
+        .paragraph(failures(rows))
+}
+
+/// Number of recordings of rows, in words.
+fn recordings(rows: &[Row]) -> String {
+    let names: std::collections::BTreeSet<&String> = rows.iter().filter_map(|row| row.job.recording.as_ref()).collect();
+    match names.len() {
+        1 => "One recording".into(),
+        many => format!("{many} recordings"),
+    }
+}
+
+/// Fits that failed, in words; empty for none.
+fn failures(rows: &[Row]) -> String {
+    let failed: Vec<String> =
+        rows.iter().filter_map(|row| Some(format!("{}: {}", row.job.sizes.name, row.error.as_ref()?))).collect();
+    if failed.is_empty() { String::new() } else { format!("Failed: {}.", failed.join("; ")) }
+}
+
+fn table_4(rows: &[Row], baselines: &[Baseline]) -> Section {
+    let rivals = TABLE_4.iter().filter(|model| model.name != "SINDy-NN").map(|model| {
+        vec![
+            Cell::text(model.name),
+            Cell::number(format!("{:.4}", model.r2)),
+            Cell::text("not built here"),
+            Cell::number("–"),
+            Cell::number("–"),
+            Cell::number("–"),
+        ]
+    });
+    let same = |a: &Row, b: &Row| {
+        (a.job.solver, &a.job.sizes, a.job.null_kind) == (b.job.solver, &b.job.sizes, b.job.null_kind)
+    };
+    let mut sorted: Vec<&Row> = rows.iter().collect();
+    sorted.sort_by_key(|row| (row.job.sizes.nd, row.job.solver == SolverKind::Stlsq, row.job.null_kind as u8));
+    let own = sorted.chunk_by(|a, b| same(a, b)).map(|group| {
+        let job = &group[0].job;
+        let is_paper = job.solver == SolverKind::SindyNn;
+        let name = match (job.solver, job.sizes.name.as_str()) {
+            (SolverKind::SindyNn, _) => "SINDy-NN, No. 11",
+            (_, "11") => "STLSQ, No. 11",
+            _ => "linear: STLSQ, n_D 1",
+        };
+        let paper = TABLE_4.iter().find(|model| is_paper && model.name == "SINDy-NN");
+        let null = mean(group.iter().copied(), |row| row.r2_null);
+        vec![
+            Cell::text(name),
+            Cell::number(paper.map_or("–".into(), |model| format!("{:.4}", model.r2))),
+            with_spread(group.iter().copied(), |row| row.r2),
+            Cell::text(null.map_or("–".into(), |(mean, _)| format!("{mean:.4}: {}", verdict::kept(job.null_kind)))),
+            cell(group.iter().copied(), |row| row.r2_causal),
+            cell(group.iter().copied(), |row| row.r2_causal_null),
+        ]
+    });
+    let linear = baselines.iter().map(|baseline| {
+        let (none, causal) = (Cell::number("–"), Cell::number(format!("{:.4}", baseline.r2_causal)));
+        vec![Cell::text(baseline.name), none.clone(), none.clone(), none.clone(), causal, none]
+    });
+    let head = ["model", "paper", "ours", "null, by what it has of the recording", "causal", "causal null"];
+    Section::new("Table 4: rivals on Bearing 3_3")
+        .paragraph(format!(
+            "{} of the aging phase, vertical channel, each a fit of its own. LSTM, TCN and PatchTransformer are the paper's; this version has none of them. An autoregression is the baseline that the paper lacks.",
+            recordings(rows)
+        ))
+        .table("", &head, rivals.chain(own).chain(linear).collect())
+}
+
+fn table_5(rows: &[Row], page: &Page<'_>) -> Section {
+    let line = |machine: &&Machine| {
+        let of = |solver: SolverKind| {
+            let is_own = |row: &&Row| {
+                let folder = row.job.recording.as_ref().and_then(|name| name.split('/').next());
+                folder == Some(machine.name.as_str()) && row.job.solver == solver
+            };
+            rows.iter().filter(is_own).collect::<Vec<_>>()
+        };
+        let (network, squares) = (of(SolverKind::SindyNn), of(SolverKind::Stlsq));
+        let paper = aged_bearing(&machine.name);
+        let paper_r2 = |AgedBearing { r2, r2_std, .. }: AgedBearing| format!("{r2:.4} ± {r2_std:.4}");
+        let raw = machine.lives.channels.iter().zip(&machine.phases).find(|(life, _)| life.filter == Filter::Raw);
+        let between = raw.and_then(|(life, phases)| phases.as_ref()?.between(life.features.len()));
+        vec![
+            Cell::text(&machine.name),
+            Cell::number(paper.map_or("–".into(), |bearing| bearing.aging_recordings.to_string())),
+            Cell::number(between.map_or("–".into(), |count| count.to_string())),
+            Cell::number(paper.map_or("–".into(), paper_r2)),
+            with_spread(network.iter().copied(), |row| row.r2),
+            with_spread(network.iter().copied(), |row| row.r2_null),
+            with_spread(squares.iter().copied(), |row| row.r2),
+            with_spread(squares.iter().copied(), |row| row.r2_null),
+            cell(squares.iter().copied(), |row| row.r2_causal),
+            cell(squares.iter().copied(), |row| row.r2_causal_null),
+        ]
+    };
+    let head = [
+        "bearing",
+        "aging recordings, paper",
+        "ours",
+        "R², paper",
+        "SINDy-NN",
+        "null",
+        "STLSQ",
+        "null",
+        "causal",
+        "causal null",
+    ];
+    Section::new("Table 5: library No. 11 on each bearing")
+        .paragraph("Mean and standard deviation over recordings spread evenly over the aging phase, vertical channel. The aging phase is that of the raw kurtosis, by the rule of the consecutive 3 σ.")
+        .table("", &head, page.machines.iter().map(line).collect())
+}
+
+fn figure_8(page: &Page<'_>) -> Result<Section, DrawError> {
+    let mut section = Section::new("Figure 8: aging phases").paragraph(
+        "Kurtosis and RMS of each recording from new to failed, with the start of aging and of failure. More of this: ballrace phases.",
+    );
+    for machine in &page.machines {
+        section = phases::pictures(section.paragraph(phases::verdict(machine)), machine, &page.rules)?;
+    }
+    Ok(section)
+}
+
+/// Colours of the curves of a study.
+const COLOURS: [RGBColor; 5] = [EARLY, LATE, PREDICTED, ALARM, INK];
+
+fn figure_10(rows: &[Row]) -> Result<Section, DrawError> {
+    let section = Section::new("Figure 10: degree n_D and dimension n_MD").paragraph(
+        "Polynomial libraries by STLSQ, one curve for each degree. The first step of the library's construction takes the degrees that reach R² 0.90, the second the dimension.",
+    );
+    let degrees: Vec<(String, Vec<&Row>)> =
+        (1..=5).map(|nd| (format!("n_D {nd}"), rows.iter().filter(|row| row.job.sizes.nd == nd).collect())).collect();
+    studies(section, &degrees, ("dimension n_MD", |row| row.job.sizes.nmd), 0.5..8.5)
+}
+
+fn figure_11(rows: &[Row]) -> Result<Section, DrawError> {
+    let section = Section::new("Figure 11: harmonics n_F").paragraph(
+        "Custom libraries by STLSQ, one curve for each n_D and n_MD: the third step of the library's construction. Harmonics of a standardised state add as much to a surrogate's score as to the recording's.",
+    );
+    let mut bases: Vec<(usize, usize)> = rows.iter().map(|row| (row.job.sizes.nd, row.job.sizes.nmd)).collect();
+    bases.dedup();
+    let is_of = |row: &&Row, base: (usize, usize)| (row.job.sizes.nd, row.job.sizes.nmd) == base;
+    let curves: Vec<(String, Vec<&Row>)> = bases
+        .iter()
+        .map(|base| (format!("n_D {}, n_MD {}", base.0, base.1), rows.iter().filter(|row| is_of(row, *base)).collect()))
+        .collect();
+    studies(section, &curves, ("harmonics n_F", |row| row.job.sizes.nf), -0.5..6.5)
+}
+
+/// Three pictures of a study: R² in sample, what of it is above the null, and held out.
+fn studies(
+    mut section: Section,
+    curves: &[(String, Vec<&Row>)],
+    (x_name, size): (&str, fn(&Row) -> usize),
+    x: std::ops::Range<f64>,
+) -> Result<Section, DrawError> {
+    let beyond = |row: &Row| Some(row.r2? - row.r2_null?);
+    let scores: [(&str, &str, RowScore); 3] = [
+        ("R² in sample", "In sample, the paper's score.", |row| row.r2),
+        ("R² above the null", "In sample, less that of the surrogate: below 0 the surrogate is fitted better.", beyond),
+        ("R² held out", "On the last fifth of the recording.", |row| row.r2_held_out),
+    ];
+    for (y_name, caption, of) in scores {
+        let drawn: Vec<Curve<'_>> = curves
+            .iter()
+            .zip(COLOURS)
+            .map(|((name, rows), color)| {
+                let mut sizes: Vec<usize> = rows.iter().map(|row| size(row)).collect();
+                sizes.dedup();
+                let point = |at: usize| {
+                    let (mean, _) = mean(rows.iter().copied().filter(|row| size(row) == at), of)?;
+                    Some((at as f64, mean))
+                };
+                Curve { name, points: sizes.into_iter().filter_map(point).collect(), color }
+            })
+            .collect();
+        let svg = comparison::svg(&drawn, x.clone(), Names { x: x_name, y: y_name }, &[])?;
+        section = section.figure(svg, caption);
+    }
+    Ok(section)
+}
+
+fn figure_13(page: &Page<'_>) -> Result<Section, DrawError> {
+    let first = page.shown.samples.len() * 9 / 10;
+    let range = first..(first + SETTINGS.close_window).min(page.shown.samples.len());
+    let trace = Trace::record(&page.model.view(), &page.shown.samples, page.sample_rate_hz, range);
+    let shown: Vec<usize> = (0..trace.names.len().min(SETTINGS.panels)).collect();
+    let caption = format!(
+        "{}, held-out end. Measured and predicted derivatives of the lowest orders, in standard deviations of each.",
+        page.shown.name
+    );
+    Ok(Section::new("Figure 13: measured and predicted derivatives")
+        .paragraph("SINDy-NN with library No. 11. That the curves lie on each other is what R² in sample says; that those of a surrogate do so as well is what its null says.")
+        .figure(derivative::svg(&trace, &shown)?, caption))
+}
