@@ -70,7 +70,7 @@ pub struct Args {
     #[arg(long, value_delimiter = ',', default_value = "0.5,0.01,0.01")]
     lambda: Vec<f64>,
     /// Norm of the coefficients that λ3 weighs
-    #[arg(long, value_enum, default_value_t = SparsityNorm::Mean)]
+    #[arg(long, value_enum, default_value_t = SparsityNorm::default())]
     sparsity: SparsityNorm,
     /// Adam's learning rate
     #[arg(long, default_value_t = 1e-3)]

@@ -30,15 +30,15 @@ pub struct Lambdas {
 #[serde(rename_all = "kebab-case")]
 pub enum SparsityNorm {
     /// Mean |ξ| over all coefficients, as in the code of Champion et al. 2019.
-    #[default]
     Mean,
     /// Sum of |ξ|, as the paper writes it.
+    #[default]
     Sum,
 }
 
 impl Lambdas {
     /// Weights of the paper's Table 2.
-    pub const PAPER: Self = Self { derivative: 0.5, latent: 0.01, sparsity: 0.01, norm: SparsityNorm::Mean };
+    pub const PAPER: Self = Self { derivative: 0.5, latent: 0.01, sparsity: 0.01, norm: SparsityNorm::Sum };
 }
 
 /// The four losses, theory (13), each a mean over samples and components; not weighted.
