@@ -125,6 +125,24 @@ pub fn sqrt(x: f32) -> f32 {
     libm::sqrtf(x)
 }
 
+/// Functions in `f64`, for numbers that are found once, when a device is made; the same in both builds.
+pub mod double {
+    /// Square root, correctly rounded.
+    pub fn sqrt(x: f64) -> f64 {
+        libm::sqrt(x)
+    }
+
+    /// Sine of an angle in radians.
+    pub fn sin(x: f64) -> f64 {
+        libm::sin(x)
+    }
+
+    /// Cosine of an angle in radians.
+    pub fn cos(x: f64) -> f64 {
+        libm::cos(x)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     extern crate std;

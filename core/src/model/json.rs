@@ -14,11 +14,13 @@ use crate::input_check::ScreenConfig;
 use crate::library::Library;
 use crate::monitor::MonitorConfig;
 use crate::network::{MAX_LAYERS, Network};
-use crate::states::{Alignment, Orders, StateSpec};
+use crate::states::{Alignment, Estimator, Orders, StateSpec};
 use crate::{Floats, Word};
 
-/// Schema of the JSON form.
+/// Schema of models of finite differences, which devices of before read.
 pub(super) const SCHEMA: &str = "ballrace-device-model/1";
+/// Schema of models of any other estimator, which they refuse.
+pub(super) const ESTIMATOR_SCHEMA: &str = "ballrace-device-model/2";
 
 type Widths = heapless::Vec<u16, { MAX_LAYERS + 1 }>;
 
@@ -31,11 +33,22 @@ struct Header<'a> {
     /// Orders of the states; `None`: the states are given directly.
     orders: Option<Orders>,
     alignment: Alignment,
+    #[serde(default, skip_serializing_if = "is_differences")]
+    estimator: Estimator,
     library: Library,
     screen: ScreenConfig,
     monitor: MonitorConfig,
     encoder_widths: Widths,
     decoder_widths: Widths,
+}
+
+fn is_differences(estimator: &Estimator) -> bool {
+    *estimator == Estimator::Differences
+}
+
+/// Schema of a model with this estimator.
+fn schema(estimator: Estimator) -> &'static str {
+    if is_differences(&estimator) { SCHEMA } else { ESTIMATOR_SCHEMA }
 }
 
 /// Names of the arrays, in the order in which they are written.
@@ -90,17 +103,18 @@ impl Serialize for TermSeq<'_> {
 
 impl Serialize for Model<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let (orders, alignment) = match self.input {
-            Input::Direct(_) => (None, Alignment::Forward),
-            Input::VirtualStates(spec) => (Some(spec.orders), spec.alignment),
+        let (orders, alignment, estimator) = match self.input {
+            Input::Direct(_) => (None, Alignment::Forward, Estimator::Differences),
+            Input::VirtualStates(spec) => (Some(spec.orders), spec.alignment, spec.estimator),
         };
         let widths = |n: &Network<'_>| Widths::from_slice(n.widths()).unwrap_or_default();
         let header = Header {
-            schema: SCHEMA,
+            schema: schema(estimator),
             sample_rate_hz: self.sample_rate_hz,
             inputs: self.input.len(),
             orders,
             alignment,
+            estimator,
             library: self.library,
             screen: self.screen,
             monitor: self.monitor,
@@ -206,10 +220,15 @@ impl From<Header<'_>> for ParsedHeader {
     fn from(h: Header<'_>) -> Self {
         let input = match h.orders {
             None => Input::Direct(h.inputs),
-            Some(orders) => Input::VirtualStates(StateSpec { dimension: h.inputs, orders, alignment: h.alignment }),
+            Some(orders) => Input::VirtualStates(StateSpec {
+                dimension: h.inputs,
+                orders,
+                alignment: h.alignment,
+                estimator: h.estimator,
+            }),
         };
         Self {
-            schema_fits: h.schema == SCHEMA,
+            schema_fits: h.schema == schema(h.estimator),
             sample_rate_hz: h.sample_rate_hz,
             input,
             library: h.library,

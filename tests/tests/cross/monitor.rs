@@ -6,7 +6,7 @@ use ballrace::model::sindy_nn::train::TrainConfig;
 use ballrace::model::stlsq::StlsqConfig;
 use ballrace::recording::input::Series;
 use ballrace_core::monitor::Status;
-use ballrace_core::states::{Alignment, Orders, StateSpec};
+use ballrace_core::states::{Alignment, Estimator, Orders, StateSpec};
 use ballrace_firmware_sim::event::Event;
 use ballrace_firmware_sim::faults::{FaultPlan, Injector};
 use ballrace_firmware_sim::runner::{Recording, Runner};
@@ -18,7 +18,12 @@ const HEALTHY: usize = 100;
 
 fn fitted(recordings: &[Series], solver: Solver) -> OwnedModel {
     let config = FitConfig {
-        spec: StateSpec { dimension: 8, orders: Orders::Even, alignment: Alignment::Half },
+        spec: StateSpec {
+            dimension: 8,
+            orders: Orders::Even,
+            alignment: Alignment::Half,
+            estimator: Estimator::Differences,
+        },
         degree: 2,
         harmonics: 2,
         latent: None,
