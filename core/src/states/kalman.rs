@@ -78,6 +78,8 @@ pub(super) fn settling(highest: usize, cutoff: f32) -> usize {
 }
 
 /// Stationary gain of the filter for differences up to `highest`, theory (105).
+// Not inlined, so that its vectors are on the stack only while it runs.
+#[inline(never)]
 pub(super) fn gain(highest: usize, cutoff: f32) -> SVector<f32, CHAIN> {
     // Spectral factor Π (1 − ρ + ρ ∇) as a polynomial in ∇; its coefficients are real once all roots are in.
     let mut factor = SVector::<Complex<f64>, { CHAIN + 1 }>::zeros();
@@ -104,10 +106,10 @@ pub(super) fn gain(highest: usize, cutoff: f32) -> SVector<f32, CHAIN> {
 
 /// Root `i` of `count` of the spectral factor, theory (105): inside the unit circle, 2 − ρ − 1/ρ = x_i.
 fn root(i: usize, count: usize, cutoff: f32) -> Complex<f64> {
-    let radius = 2.0 * double::sin(core::f64::consts::PI * f64::from(cutoff));
-    let angle = core::f64::consts::PI * (2 * i + 1) as f64 / count as f64;
-    let power = radius * radius;
-    let sum = Complex::new(2.0 - power * double::cos(angle), -power * double::sin(angle));
+    let (_, sine) = double::cos_sin(core::f64::consts::PI * f64::from(cutoff));
+    let (cos, sin) = double::cos_sin(core::f64::consts::PI * (2 * i + 1) as f64 / count as f64);
+    let power = 4.0 * sine * sine;
+    let sum = Complex::new(2.0 - power * cos, -power * sin);
     let difference = square_root(sum * sum - Complex::new(4.0, 0.0));
     let (one, other) = ((sum + difference) * 0.5, (sum - difference) * 0.5);
     let outside = if one.norm_sqr() > other.norm_sqr() { one } else { other };

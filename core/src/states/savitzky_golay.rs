@@ -88,9 +88,10 @@ impl<'s> SavitzkyGolay<'s> {
 ///
 /// Shapes: `order` ≤ `degree` < `weights.len()` ≤ [`MAX_WINDOW`], `order` ≤ [`MAX_ESTIMATED_ORDER`]; else the weights
 /// are without meaning.
+// Not inlined, so that its vectors are on the stack only while it runs.
+#[inline(never)]
 pub(super) fn end_point_weights(degree: usize, order: usize, weights: &mut [f32]) {
     type Samples = SVector<f64, MAX_WINDOW>;
-    type Derivatives = SVector<f64, { MAX_ESTIMATED_ORDER + 1 }>;
     let count = weights.len();
     // The window in units of its half, −1…1, so that derivatives of high order stay in range.
     let half = (count.max(2) - 1) as f64 / 2.0;
@@ -103,23 +104,25 @@ pub(super) fn end_point_weights(degree: usize, order: usize, weights: &mut [f32]
     };
     let first = 1.0 / double::sqrt(count as f64);
     let (mut before, mut polynomial) = (Samples::zeros(), Samples::from_fn(|i, _| inside(i, first)));
-    // Derivatives of order 0, 1, … of the polynomial at the window's end, where t = 1.
-    let (mut end_before, mut end) = (Derivatives::zeros(), Derivatives::zeros());
-    if let Some(value) = end.as_mut_slice().first_mut() {
-        *value = first;
+    // Derivatives of order 0, 1, … of the polynomial and of the one before at the window's end, where t = 1.
+    let mut ends = [(0.0, 0.0); MAX_ESTIMATED_ORDER + 1];
+    if let Some((end, _)) = ends.first_mut() {
+        *end = first;
     }
-    let at = |of: &Derivatives, r: usize| of.as_slice().get(r).copied().unwrap_or(0.0);
     let mut sum = Samples::zeros();
     for j in 0..=degree {
-        sum += polynomial * at(&end, order);
+        let share = ends.get(order).map_or(0.0, |(end, _)| *end);
+        sum.zip_apply(&polynomial, |sum, value| *sum += share * value);
         let (this, next) = (if j == 0 { 0.0 } else { coefficient(j) }, coefficient(j + 1));
-        let after = (place.component_mul(&polynomial) - before * this) / next;
-        let end_after = Derivatives::from_fn(|r, _| {
-            let below = if r == 0 { 0.0 } else { r as f64 * at(&end, r - 1) };
-            (at(&end, r) + below - at(&end_before, r) * this) / next
-        });
+        let after = place.zip_zip_map(&polynomial, &before, |u, value, before| (u * value - this * before) / next);
         (before, polynomial) = (polynomial, after);
-        (end_before, end) = (end, end_after);
+        // Of t P: t P^(r) + r P^(r−1).
+        let mut lower = 0.0;
+        for (r, (end, end_before)) in ends.iter_mut().enumerate().take(order + 1) {
+            let after = (*end + r as f64 * lower - this * *end_before) / next;
+            lower = *end;
+            (*end_before, *end) = (*end, after);
+        }
     }
     let unit = (0..order).fold(1.0, |product, _| product * half);
     weights.iter_mut().zip(sum.iter()).for_each(|(weight, sum)| *weight = (sum / unit) as f32);

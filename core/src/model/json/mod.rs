@@ -2,12 +2,15 @@
 //!
 //! `terms` are indices into the library's order. serde-json-core writes NaN as `null`, which is an error to the reader.
 
+mod arena;
+
 use core::fmt;
 
-use serde::de::{DeserializeSeed, MapAccess, SeqAccess, Visitor};
+use serde::de::{DeserializeSeed, MapAccess, Visitor};
 use serde::ser::{SerializeSeq, SerializeStruct};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use self::arena::{Arena, Words};
 use super::{Array, Input, Model, ModelError, Scaling};
 use crate::dynamics::{Dynamics, TERM_WORDS, decode_term, encode_term};
 use crate::input_check::ScreenConfig;
@@ -167,35 +170,6 @@ pub(super) fn read<'a>(text: &str, storage: &'a mut [Word]) -> Result<Model<'a>,
     }
 }
 
-/// Allocator over the caller's storage.
-struct Arena<'a> {
-    free: &'a mut [Word],
-    full: bool,
-}
-
-impl<'a> Arena<'a> {
-    /// Stores words for as long as `next` gives any, and returns them.
-    fn fill<E>(
-        &mut self,
-        mut next: impl FnMut() -> Result<Option<Word>, E>,
-        error: impl Fn(&str) -> E,
-    ) -> Result<&'a [Word], E> {
-        let mut length = 0;
-        while let Some(word) = next()? {
-            let Some(slot) = self.free.get_mut(length) else {
-                self.full = true;
-                return Err(error("storage too small"));
-            };
-            *slot = word;
-            length += 1;
-        }
-        let free = core::mem::take(&mut self.free);
-        let (taken, rest) = free.split_at_mut_checked(length).ok_or_else(|| error("storage too small"))?;
-        self.free = rest;
-        Ok(taken)
-    }
-}
-
 /// Contents of a document, before they are checked.
 struct Parsed<'a> {
     header: ParsedHeader,
@@ -322,39 +296,5 @@ impl<'de, 'a> Visitor<'de> for Document<'_, 'a> {
             codes: core::mem::take(&mut self.arena.free),
             arrays: complete,
         })
-    }
-}
-
-/// An array of `f32` or `u32` into the arena.
-struct Words<'r, 'a> {
-    arena: &'r mut Arena<'a>,
-    integers: bool,
-}
-
-impl<'de, 'a> DeserializeSeed<'de> for Words<'_, 'a> {
-    type Value = &'a [Word];
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<&'a [Word], D::Error> {
-        deserializer.deserialize_seq(self)
-    }
-}
-
-impl<'de, 'a> Visitor<'de> for Words<'_, 'a> {
-    type Value = &'a [Word];
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("an array of numbers")
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<&'a [Word], A::Error> {
-        use serde::de::Error;
-        let integers = self.integers;
-        let next = || {
-            Ok(if integers {
-                seq.next_element::<u32>()?.map(u32::to_le_bytes)
-            } else {
-                seq.next_element::<f32>()?.map(f32::to_le_bytes)
-            })
-        };
-        self.arena.fill(next, |why| A::Error::custom(why))
     }
 }
