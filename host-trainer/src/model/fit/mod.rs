@@ -366,4 +366,6 @@ impl FitConfig {
 }
 
 #[cfg(test)]
+mod estimator_tests;
+#[cfg(test)]
 mod tests;
