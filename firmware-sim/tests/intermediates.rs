@@ -27,8 +27,10 @@ fn same_input_same_crc_and_one_bit_shows() {
         let samples = common::signal(300, 9);
         let expected = report(&bytes, &samples);
         assert_eq!(report(&bytes, &samples), expected);
-        assert!(expected.evaluated > 280 && expected.evaluated < 300);
-        for (at, bit) in [(0, 0), (150, 0), (150, 12), (150, 31), (299, 0)] {
+        assert!(expected.evaluated > 270 && expected.evaluated < 300);
+        // A filter has forgotten the last bit of its first sample by the end of its warm-up.
+        let first = if estimator == Estimator::Differences { 0 } else { 60 };
+        for (at, bit) in [(first, 0), (150, 0), (150, 12), (150, 31), (299, 0)] {
             let mut changed = samples.clone();
             changed[at] = f32::from_bits(changed[at].to_bits() ^ (1 << bit));
             assert_ne!(
