@@ -162,12 +162,15 @@ impl<R: ExactSizeIterator<Item = f32>, S: Iterator<Item = f32>> ExactSizeIterato
 mod tests {
     extern crate std;
     use super::*;
-    use crate::states::{Alignment, Orders, StateSpec};
+    use crate::states::{Alignment, Estimator, Orders, StateSpec};
     use crate::testing::{Parts, samples};
     use std::vec::Vec;
 
+    const SAVITZKY_GOLAY: Estimator = Estimator::SavitzkyGolay { excess: 0, stretch: 1.25 };
+    const KALMAN: Estimator = Estimator::Kalman { cutoff: 0.22 };
+
     fn spec(alignment: Alignment) -> StateSpec {
-        StateSpec { dimension: 3, orders: Orders::Even, alignment }
+        StateSpec { dimension: 3, orders: Orders::Even, alignment, estimator: Estimator::Differences }
     }
 
     fn run(device: &mut Device<'_, '_>, samples: &[f32]) -> Vec<Option<Vec<u32>>> {
@@ -178,8 +181,10 @@ mod tests {
 
     #[test]
     fn a_broken_sample_never_reads_as_healthy_and_leaves_no_trace() {
-        for alignment in [Alignment::Forward, Alignment::Half, Alignment::Causal] {
-            let parts = Parts::new(spec(alignment));
+        let all = [Alignment::Forward, Alignment::Half, Alignment::Causal].map(spec);
+        let estimated = [SAVITZKY_GOLAY, KALMAN].map(|estimator| StateSpec { estimator, ..spec(Alignment::Causal) });
+        for spec in all.into_iter().chain(estimated) {
+            let parts = Parts::new(spec);
             let model = parts.model();
             let mut scratch = std::vec![f32::NAN; Device::scratch_len(&model)];
             let mut device = Device::new(&model, &mut scratch).unwrap();
@@ -190,7 +195,7 @@ mod tests {
                 let outcome = device.push(broken);
                 assert_ne!(outcome.quality, Quality::Good);
                 assert_eq!(outcome.step, None);
-                assert_eq!(run(&mut device, &clean), expected, "{alignment:?} after {broken}");
+                assert_eq!(run(&mut device, &clean), expected, "{spec:?} after {broken}");
             }
             device.missing(3);
             assert_eq!(run(&mut device, &clean), expected, "after a gap");
@@ -226,24 +231,26 @@ mod tests {
 
     #[test]
     fn a_causal_model_predicts_the_next_sample_from_the_past_only() {
-        let parts = Parts::new(spec(Alignment::Causal));
-        let model = parts.model();
-        let mut scratch = std::vec![0.0; Device::scratch_len(&model)];
-        let mut device = Device::new(&model, &mut scratch).unwrap();
-        let clean = samples(60);
-        let mut predictions: Vec<f32> = Vec::new();
-        for (t, sample) in clean.iter().enumerate() {
-            let outcome = device.push(*sample);
-            let Some(step) = outcome.step else { continue };
-            if let Some(&expected) = predictions.last() {
-                let measured: f32 = step.measured[0] * parts.scale(2) + parts.scale(3);
-                let residual: f32 = step.residuals().next().unwrap() * parts.scale(2);
-                assert!((measured - (sample - clean[t - 1])).abs() < 1e-5);
-                assert!((sample - expected - residual).abs() < 1e-5, "{sample} {expected} {residual}");
+        for estimator in [Estimator::Differences, SAVITZKY_GOLAY, KALMAN] {
+            let parts = Parts::new(StateSpec { estimator, ..spec(Alignment::Causal) });
+            let model = parts.model();
+            let mut scratch = std::vec![0.0; Device::scratch_len(&model)];
+            let mut device = Device::new(&model, &mut scratch).unwrap();
+            let clean = samples(80);
+            let mut predictions: Vec<f32> = Vec::new();
+            for (t, sample) in clean.iter().enumerate() {
+                let outcome = device.push(*sample);
+                let Some(step) = outcome.step else { continue };
+                if let Some(&expected) = predictions.last() {
+                    let measured: f32 = step.measured[0] * parts.scale(2) + parts.scale(3);
+                    let residual: f32 = step.residuals().next().unwrap() * parts.scale(2);
+                    assert!((measured - (sample - clean[t - 1])).abs() < 1e-5);
+                    assert!((sample - expected - residual).abs() < 1e-5, "{sample} {expected} {residual}");
+                }
+                predictions.push(step.next_sample.unwrap());
             }
-            predictions.push(step.next_sample.unwrap());
+            assert!(predictions.len() > 50);
         }
-        assert!(predictions.len() > 50);
     }
 
     #[test]

@@ -57,11 +57,11 @@ impl Step<'_> {
 
 /// Number of floats that [`Evaluator::new`] needs for a model.
 pub fn scratch_len(model: &Model<'_>) -> usize {
-    let delays = match model.input {
-        Input::VirtualStates(spec) => spec.delay_len(),
+    let memory = match model.input {
+        Input::VirtualStates(spec) => spec.memory_len(),
         Input::Direct(_) => 0,
     };
-    delays + 5 * model.input.len() + 2 * model.latent() + hidden_len(model)
+    memory + 5 * model.input.len() + 2 * model.latent() + hidden_len(model)
 }
 
 fn hidden_len(model: &Model<'_>) -> usize {
@@ -81,7 +81,7 @@ impl<'a, 's> Evaluator<'a, 's> {
             Some(taken)
         };
         let virtual_states = match model.input {
-            Input::VirtualStates(spec) => Some(VirtualStates::new(spec, take(spec.delay_len())?)?),
+            Input::VirtualStates(spec) => Some(VirtualStates::new(spec, take(spec.memory_len())?)?),
             Input::Direct(_) => None,
         };
         Some(Self {
@@ -205,18 +205,23 @@ enum Compare {
 mod tests {
     extern crate std;
     use super::*;
-    use crate::states::{Orders, StateSpec};
+    use crate::states::{Estimator, Orders, StateSpec};
     use crate::testing::{Parts, samples};
     use std::vec::Vec;
 
     #[test]
     fn given_states_evaluate_to_the_bits_of_streamed_ones() {
-        let spec = StateSpec { dimension: 3, orders: Orders::Even, alignment: Alignment::Half };
+        let spec = StateSpec {
+            dimension: 3,
+            orders: Orders::Even,
+            alignment: Alignment::Half,
+            estimator: Estimator::Differences,
+        };
         let (streamed, mut given) = (Parts::new(spec), Parts::new(spec));
         given.direct = true;
         let (streamed, given) = (streamed.model(), given.model());
         let (mut a, mut b) = (std::vec![0.0; scratch_len(&streamed)], std::vec![0.0; scratch_len(&given)]);
-        assert!(b.len() < a.len(), "no delay lines");
+        assert!(b.len() < a.len(), "no memory of virtual states");
         let mut stream = Evaluator::new(&streamed, &mut a).unwrap();
         let mut direct = Evaluator::new(&given, &mut b).unwrap();
         assert!(direct.step(1.0).is_none(), "samples mean nothing to it");

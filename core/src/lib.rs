@@ -6,7 +6,7 @@
 //! |---|---|---|
 //! | [`math`] | exp, sigmoid, sin, cos, sqrt, for host and device | |
 //! | [`crc`] | CRC-32 | |
-//! | [`states`] | virtual states, the finite differences of the acceleration | sample → x, ẋ |
+//! | [`states`] | virtual states: finite differences of the acceleration, or estimates that amplify its noise less | sample → x, ẋ |
 //! | [`library`] | candidate functions Θ(z), their order and names | z → θ |
 //! | [`network`] | dense layers: encoder φ and decoder ψ | x → z |
 //! | [`dynamics`] | the sparse Ξ | z → ż = Θ(z) Ξ |
@@ -17,7 +17,9 @@
 //! | [`device`] | screen, evaluator and monitor in one call per sample | sample → result, status |
 //!
 //! The arithmetic is plain `f32` multiplications and additions in a stated order and the functions of
-//! [`math`], so a host and a Cortex-M agree to the bit. Nothing allocates and nothing panics; all
+//! [`math`], so a host and a Cortex-M agree to the bit; what is found once, the weights and gains of
+//! [`states`], is plain `f64`. Of `nalgebra` only element-wise operations are used: its products take another order of
+//! sums where `std` is on. Nothing allocates and nothing panics; all
 //! memory that depends on a model's size is a scratch slice from the caller, whose length
 //! [`device::Device::scratch_len`] states.
 #![no_std]

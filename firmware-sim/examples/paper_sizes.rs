@@ -2,22 +2,31 @@
 //! a file can hold: something to hold host and device against each other with (`compare.sh`).
 //!
 //! `cargo run --example paper_sizes -- DIR [SAMPLES]` writes `DIR/samples.f32`, and a model for each
-//! alignment: `DIR/forward.bin`, `DIR/half.bin`, `DIR/causal.bin`.
+//! alignment, `DIR/forward.bin`, `DIR/half.bin`, `DIR/causal.bin`, and for each other estimator of the causal one,
+//! `DIR/savitzky_golay.bin`, `DIR/kalman.bin`.
 
 use std::error::Error;
 use std::path::PathBuf;
 
-use ballrace_core::states::Alignment;
+use ballrace_core::states::{Alignment, Estimator};
 use ballrace_firmware_sim::faults::Injector;
 use ballrace_firmware_sim::source::{Arrival, in_memory};
 
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use common::{Sizes, model, signal};
+use common::{KALMAN, SAVITZKY_GOLAY, Sizes, model, signal};
 
-const PAPER: Sizes =
-    Sizes { dimension: 8, latent: 8, hidden: 256, degree: 2, harmonics: 2, nonzeros: 40, alignment: Alignment::Half };
+const PAPER: Sizes = Sizes {
+    dimension: 8,
+    latent: 8,
+    hidden: 256,
+    degree: 2,
+    harmonics: 2,
+    nonzeros: 40,
+    alignment: Alignment::Half,
+    estimator: Estimator::Differences,
+};
 const FAULTS: &str = "drop:1e-3,stuck:3e-3x20,nan:2e-3,flip:1e-2,saturate:50";
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -32,10 +41,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         Arrival::Missing(_) => None,
     });
     std::fs::write(directory.join("samples.f32"), values.flatten().collect::<Vec<u8>>())?;
-    for (name, alignment) in
-        [("forward.bin", Alignment::Forward), ("half.bin", Alignment::Half), ("causal.bin", Alignment::Causal)]
-    {
-        std::fs::write(directory.join(name), model(Sizes { alignment, ..PAPER }, &signal(20_000, 4)))?;
+    for (name, alignment, estimator) in [
+        ("forward.bin", Alignment::Forward, Estimator::Differences),
+        ("half.bin", Alignment::Half, Estimator::Differences),
+        ("causal.bin", Alignment::Causal, Estimator::Differences),
+        ("savitzky_golay.bin", Alignment::Causal, SAVITZKY_GOLAY),
+        ("kalman.bin", Alignment::Causal, KALMAN),
+    ] {
+        std::fs::write(directory.join(name), model(Sizes { alignment, estimator, ..PAPER }, &signal(20_000, 4)))?;
     }
     Ok(())
 }

@@ -145,6 +145,11 @@ fn bad_input_says_where_what_and_what_was_expected() {
     assert!(error.contains("bad.csv") && error.contains("row 3") && error.contains("wrong"), "{error}");
     assert!(fit("nowhere", &[]).contains("nowhere"));
     assert!(fit("data", &["--nmd", "17"]).contains("expected 1 to 16"));
+    assert!(fit("data", &["--estimator", "kalman"]).contains("expected --alignment causal"));
+    assert!(fit("data", &["--cutoff", "0.2"]).contains("--cutoff: found --estimator differences"));
+    let causal = ["--alignment", "causal", "--estimator", "savitzky-golay"];
+    assert!(fit("data", &[&causal[..], &["--nmd", "9"]].concat()).contains("states of order 16"));
+    assert!(fit("data", &[&causal[..], &["--stretch", "0.5"]].concat()).contains("expected 1 to 8"));
     assert!(fit("data", &["--healthy", "99"]).contains("expected 1 to 16 recordings"));
     assert!(fit("data", &["--channel", "ay"]).contains("ay"));
     assert!(fit("data", &["--unit", "furlong"]).contains("expected g or m/s^2"));

@@ -10,11 +10,15 @@
 //! | 10…13 | used terms; coefficients; encoder layers; decoder layers |
 //! | 14…15 | screen: full scale, m/s² (f32); stuck after |
 //! | 16…25 | monitor: block; healthy mean, healthy spread, EWMA weight, EWMA limit, CUSUM slack, CUSUM limit (f32); votes; of blocks; release (f32) |
+//! | then | in version 2 only, estimator: 1 Savitzky–Golay, 2 Kalman; excess degree (0 for Kalman); stretch or cut-off (f32) |
 //! | then | encoder widths, decoder widths (layers + 1 words each, none for the identity) |
 //! | then | f32: state mean, state scale, derivative mean, derivative scale, residual spread |
 //! | then | f32: encoder parameters, decoder parameters ([`crate::network`] has their layout) |
 //! | then | term codes (3 words each), ends, equations, coefficients ([`crate::dynamics`]) |
 //! | last | CRC-32 (IEEE 802.3) of all bytes before it |
+//!
+//! A model of finite differences is written as version 1, which devices of before read; any other estimator as
+//! version 2, which they refuse.
 
 use super::{Array, Input, Model, ModelError, Scaling};
 use crate::crc::crc32;
@@ -23,14 +27,20 @@ use crate::input_check::ScreenConfig;
 use crate::library::Library;
 use crate::monitor::MonitorConfig;
 use crate::network::{MAX_LAYERS, MAX_WIDTH, Network, parameter_count};
-use crate::states::{Alignment, Orders, StateSpec};
+use crate::states::{Alignment, Estimator, Orders, StateSpec};
 use crate::{Floats, Word};
 
 /// First four bytes of the binary form.
 pub const MAGIC: [u8; 4] = *b"BRMD";
-/// Version of the binary form that this crate reads and writes.
-pub const FORMAT_VERSION: u32 = 1;
+/// Newest version of the binary form. This crate reads it and all before, and writes the oldest that can hold a model.
+pub const FORMAT_VERSION: u32 = 2;
+/// Version of models of finite differences.
+const DIFFERENCES_VERSION: u32 = 1;
 const HEADER_WORDS: usize = 26;
+/// Words of the estimator in version 2.
+const ESTIMATOR_WORDS: usize = 3;
+const SAVITZKY_GOLAY: u32 = 1;
+const KALMAN: u32 = 2;
 /// Greatest count in a header: above any model that fits, below any overflow of the sums over sizes.
 const MAX_COUNT: usize = 1 << 24;
 
@@ -65,6 +75,17 @@ impl<'a> Reader<'a> {
         if found as usize <= limit { Ok(found as usize) } else { Err(ModelError::HeaderWord { index, found }) }
     }
 
+    fn estimator(&mut self) -> Result<Estimator, ModelError> {
+        let index = self.at;
+        let kind = self.word()?;
+        let (excess, parameter) = (self.count(usize::from(u8::MAX))? as u8, self.float()?);
+        match kind {
+            SAVITZKY_GOLAY => Ok(Estimator::SavitzkyGolay { excess, stretch: parameter }),
+            KALMAN => Ok(Estimator::Kalman { cutoff: parameter }),
+            found => Err(ModelError::HeaderWord { index, found }),
+        }
+    }
+
     fn floats(&mut self, count: usize) -> Result<Floats<'a>, ModelError> {
         self.take(count).map(Floats)
     }
@@ -91,7 +112,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Model<'_>, ModelError> {
         return Err(ModelError::Magic { found: magic });
     }
     let version = r.word()?;
-    if version != FORMAT_VERSION {
+    if !(DIFFERENCES_VERSION..=FORMAT_VERSION).contains(&version) {
         return Err(ModelError::Version { found: version });
     }
     let length = r.count(MAX_COUNT)?;
@@ -112,12 +133,6 @@ pub(super) fn read(bytes: &[u8]) -> Result<Model<'_>, ModelError> {
         0 => Alignment::Forward,
         1 => Alignment::Half,
         _ => Alignment::Causal,
-    };
-    let spec = |orders| StateSpec { dimension: inputs, orders, alignment };
-    let input = match orders {
-        0 => Input::Direct(inputs),
-        1 => Input::VirtualStates(spec(Orders::Even)),
-        _ => Input::VirtualStates(spec(Orders::Consecutive)),
     };
     let sample_rate_hz = r.float()?;
     let library = Library {
@@ -140,6 +155,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<Model<'_>, ModelError> {
         votes: r.word()?,
         of_blocks: r.word()?,
         release: r.float()?,
+    };
+    let estimator = if version == DIFFERENCES_VERSION { Estimator::Differences } else { r.estimator()? };
+    let spec = |orders| StateSpec { dimension: inputs, orders, alignment, estimator };
+    let input = match orders {
+        0 => Input::Direct(inputs),
+        1 => Input::VirtualStates(spec(Orders::Even)),
+        _ => Input::VirtualStates(spec(Orders::Consecutive)),
     };
     let (encoder, decoder) = (r.widths(encoder_layers)?, r.widths(decoder_layers)?);
     let states = Scaling { mean: r.floats(inputs)?, scale: r.floats(inputs)? };
@@ -180,7 +202,18 @@ pub(super) fn byte_len(model: &Model<'_>) -> usize {
     let parameters = model.encoder.parameters().len() + model.decoder.parameters().len();
     let terms = (TERM_WORDS + 1) * model.dynamics.terms.len();
     let coefficients = 2 * model.dynamics.coefficients.len();
-    4 * (HEADER_WORDS + widths + 5 * model.input.len() + parameters + terms + coefficients + 1)
+    let header = HEADER_WORDS + estimator_words(model).map_or(0, |words| words.len());
+    4 * (header + widths + 5 * model.input.len() + parameters + terms + coefficients + 1)
+}
+
+/// Words of the estimator; `None` for finite differences and for given states.
+fn estimator_words(model: &Model<'_>) -> Option<[u32; ESTIMATOR_WORDS]> {
+    let Input::VirtualStates(spec) = model.input else { return None };
+    match spec.estimator {
+        Estimator::Differences => None,
+        Estimator::SavitzkyGolay { excess, stretch } => Some([SAVITZKY_GOLAY, excess.into(), stretch.to_bits()]),
+        Estimator::Kalman { cutoff } => Some([KALMAN, 0, cutoff.to_bits()]),
+    }
 }
 
 pub(super) fn write(model: &Model<'_>, buffer: &mut [u8]) -> Result<usize, ModelError> {
@@ -202,9 +235,10 @@ pub(super) fn write(model: &Model<'_>, buffer: &mut [u8]) -> Result<usize, Model
     };
     let m = &model.monitor;
     let layers = |n: &Network<'_>| n.widths().len().saturating_sub(1) as u32;
+    let estimator = estimator_words(model);
     put(MAGIC);
     for word in [
-        FORMAT_VERSION,
+        if estimator.is_some() { FORMAT_VERSION } else { DIFFERENCES_VERSION },
         (needed / 4) as u32,
         model.input.len() as u32,
         orders,
@@ -236,6 +270,7 @@ pub(super) fn write(model: &Model<'_>, buffer: &mut [u8]) -> Result<usize, Model
     ] {
         put(word.to_le_bytes());
     }
+    estimator.iter().flatten().for_each(|word| put(word.to_le_bytes()));
     for width in model.encoder.widths().iter().chain(model.decoder.widths()) {
         put(u32::from(*width).to_le_bytes());
     }

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use crate::library::Library;
+use crate::states::SpecError;
 
 /// Names an array of a model in an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,7 +68,9 @@ pub enum ModelError {
     },
     /// The arrays do not fill the bytes exactly.
     ArraySizes,
-    /// Model dimension or input count out of range.
+    /// Virtual states that cannot be streamed.
+    States(SpecError),
+    /// Count of given inputs out of range.
     Dimension {
         /// Number of inputs found.
         found: usize,
@@ -159,13 +162,14 @@ impl fmt::Display for ModelError {
             Self::Truncated { needed, found } => write!(f, "model has {found} bytes, expected {needed}"),
             Self::Magic { found } => write!(f, "model starts with {found:02x?}, expected {:02x?}", super::MAGIC),
             Self::Version { found } => {
-                write!(f, "model format version {found}, expected {}", super::FORMAT_VERSION)
+                write!(f, "model format version {found}, expected 1 to {}", super::FORMAT_VERSION)
             }
             Self::Checksum { stored, computed } => {
                 write!(f, "model CRC-32 is {computed:08x}, expected the stored {stored:08x}")
             }
             Self::HeaderWord { index, found } => write!(f, "model header word {index}: {found} means nothing"),
             Self::ArraySizes => f.write_str("model arrays do not fill its bytes exactly"),
+            Self::States(error) => write!(f, "virtual states: {error}"),
             Self::Dimension { found } => write!(f, "model has {found} inputs, out of range"),
             Self::SampleRate { found } => write!(f, "model sample rate {found} Hz, expected a positive number"),
             Self::Library { found } => write!(f, "model library out of range: {found:?}"),
@@ -190,7 +194,12 @@ impl fmt::Display for ModelError {
             Self::JsonBufferTooSmall => f.write_str("buffer too small for the model's JSON"),
             Self::StorageTooSmall => f.write_str("storage too small for the model's arrays"),
             Self::Json => f.write_str("not JSON, or a key of the model is missing, unknown or of the wrong type"),
-            Self::Schema => write!(f, "model JSON has another schema, expected {:?}", super::json::SCHEMA),
+            Self::Schema => write!(
+                f,
+                "model JSON has another schema, expected {:?} or {:?}",
+                super::json::SCHEMA,
+                super::json::ESTIMATOR_SCHEMA
+            ),
         }
     }
 }

@@ -23,7 +23,7 @@ use crate::{Floats, Word};
 pub const MAX_INPUTS: usize = crate::network::MAX_WIDTH;
 
 /// Source of a model's input x.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Input {
     /// Virtual states of one acceleration channel, streamed from samples.
     VirtualStates(StateSpec),
@@ -136,12 +136,10 @@ impl<'a> Model<'a> {
 
     fn check(&self) -> Result<(), ModelError> {
         let inputs = self.input.len();
-        let input_valid = match self.input {
-            Input::VirtualStates(spec) => spec.is_valid(),
-            Input::Direct(n) => (1..=MAX_INPUTS).contains(&n),
-        };
-        if !input_valid {
-            return Err(ModelError::Dimension { found: inputs });
+        match self.input {
+            Input::VirtualStates(spec) => spec.check().map_err(ModelError::States)?,
+            Input::Direct(n) if !(1..=MAX_INPUTS).contains(&n) => return Err(ModelError::Dimension { found: n }),
+            Input::Direct(_) => {}
         }
         if !(self.sample_rate_hz.is_finite() && self.sample_rate_hz > 0.0) {
             return Err(ModelError::SampleRate { found: self.sample_rate_hz });

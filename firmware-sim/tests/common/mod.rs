@@ -9,13 +9,16 @@ use ballrace_core::library::Library;
 use ballrace_core::model::{Input, Model, Scaling};
 use ballrace_core::monitor::MonitorConfig;
 use ballrace_core::network::{Network, parameter_count};
-use ballrace_core::states::{Alignment, Orders, StateSpec};
+use ballrace_core::states::{Alignment, Estimator, Orders, StateSpec};
 use ballrace_core::{Floats, Word};
 
 pub const SAMPLE_RATE_HZ: f32 = 25_600.0;
 pub const FULL_SCALE: f32 = 50.0;
 pub const STUCK_AFTER: u32 = 8;
 pub const BLOCK: u32 = 64;
+
+pub const SAVITZKY_GOLAY: Estimator = Estimator::SavitzkyGolay { excess: 0, stretch: 1.25 };
+pub const KALMAN: Estimator = Estimator::Kalman { cutoff: 0.22 };
 
 /// Uniform numbers in −1…1.
 pub struct Noise(pub u32);
@@ -43,10 +46,19 @@ pub struct Sizes {
     /// Nonzero coefficients, each of a term of its own.
     pub nonzeros: usize,
     pub alignment: Alignment,
+    pub estimator: Estimator,
 }
 
-pub const SMALL: Sizes =
-    Sizes { dimension: 3, latent: 2, hidden: 12, degree: 3, harmonics: 2, nonzeros: 9, alignment: Alignment::Half };
+pub const SMALL: Sizes = Sizes {
+    dimension: 3,
+    latent: 2,
+    hidden: 12,
+    degree: 3,
+    harmonics: 2,
+    nonzeros: 9,
+    alignment: Alignment::Half,
+    estimator: Estimator::Differences,
+};
 
 /// The binary form of a random model for which `healthy` is healthy.
 pub fn model(sizes: Sizes, healthy: &[f32]) -> Vec<u8> {
@@ -62,7 +74,7 @@ pub fn model(sizes: Sizes, healthy: &[f32]) -> Vec<u8> {
 }
 
 fn build(sizes: Sizes, monitor: MonitorConfig) -> Vec<u8> {
-    let Sizes { dimension, latent, hidden, degree, harmonics, nonzeros, alignment } = sizes;
+    let Sizes { dimension, latent, hidden, degree, harmonics, nonzeros, alignment, estimator } = sizes;
     let mut noise = Noise(7);
     let mut random =
         |count: usize, scale: f32| -> Vec<Word> { (0..count).map(|_| (scale * noise.next()).to_le_bytes()).collect() };
@@ -83,7 +95,7 @@ fn build(sizes: Sizes, monitor: MonitorConfig) -> Vec<u8> {
     let coefficients = random(nonzeros, 0.5);
     let model = Model::new(Model {
         sample_rate_hz: SAMPLE_RATE_HZ,
-        input: Input::VirtualStates(StateSpec { dimension, orders: Orders::Even, alignment }),
+        input: Input::VirtualStates(StateSpec { dimension, orders: Orders::Even, alignment, estimator }),
         states: Scaling { mean: Floats(&zeros), scale: Floats(&state_scale) },
         derivatives: Scaling { mean: Floats(&zeros), scale: Floats(&derivative_scale) },
         encoder: Network::new(&up, Floats(&encoder)).unwrap(),

@@ -11,7 +11,7 @@ use ballrace::model::sindy_nn::train::{Sets, TrainConfig, train};
 use ballrace::model::states::{Scales, rows};
 use ballrace::recording::{LoadOptions, load, reference_data};
 use ballrace_core::library::Library;
-use ballrace_core::states::{Alignment, Orders, StateSpec};
+use ballrace_core::states::{Alignment, Estimator, Orders, StateSpec};
 
 use super::floor::Floor;
 use super::{THREADS, median, peer};
@@ -94,7 +94,10 @@ fn samples(file: &std::path::Path, alignment: Alignment) -> Result<Samples<f32>,
     let loaded = load(&[file.to_owned()], &options)?;
     let channel = loaded.recordings[0].channel("vertical").ok_or("no vertical channel")?;
     let recording: Vec<f32> = channel.samples.iter().map(|v| *v as f32).collect();
-    let mut samples = rows(&recording, StateSpec { dimension: 8, orders: Orders::Even, alignment });
+    let mut samples = rows(
+        &recording,
+        StateSpec { dimension: 8, orders: Orders::Even, alignment, estimator: Estimator::Differences },
+    );
     Scales::from_rows(std::slice::from_ref(&samples)).apply(&mut samples);
     Ok(samples)
 }

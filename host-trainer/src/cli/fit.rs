@@ -10,7 +10,7 @@ use super::settings::CliSettings;
 use super::{Failure, json, line, write};
 use crate::diagnose::causes;
 use crate::model::file;
-use crate::model::fit::choice::{AlignmentKind, SolverKind};
+use crate::model::fit::choice::{AlignmentKind, EstimatorKind, SolverKind};
 use crate::model::fit::{FitConfig, Fitted, Solver, fit, terms, text};
 use crate::model::sindy_nn::gradient::{Lambdas, SparsityNorm};
 use crate::model::sindy_nn::train::TrainConfig;
@@ -54,6 +54,18 @@ pub struct Args {
     /// Alignment of the finite differences in time
     #[arg(long, value_enum, default_value_t = AlignmentKind::Half)]
     alignment: AlignmentKind,
+    /// Estimator of the states of order 1 and above; all but differences need `--alignment causal`
+    #[arg(long, value_enum, default_value_t = EstimatorKind::Differences)]
+    estimator: EstimatorKind,
+    /// Degree of a Savitzky–Golay polynomial above the order of its derivative [default: 0]
+    #[arg(long, value_name = "N")]
+    excess: Option<u8>,
+    /// Samples of a Savitzky–Golay window for each coefficient of its polynomial [default: 1.25]
+    #[arg(long, value_name = "F")]
+    stretch: Option<f32>,
+    /// Cut-off of the Kalman filter in cycles a sample [default: 0.22]
+    #[arg(long, value_name = "F")]
+    cutoff: Option<f32>,
     /// Orders of the finite differences
     #[arg(long, value_enum, default_value_t = OrdersName::Even)]
     orders: OrdersName,
@@ -158,10 +170,36 @@ impl Args {
         if let Some(threshold) = self.threshold.filter(|t| !(0.0..1.0).contains(t)) {
             return refuse("threshold", threshold.to_string(), "a share from 0 to below 1");
         }
+        self.check_estimator()?;
         for (option, path) in [("out", Some(&self.out)), ("report", self.report.as_ref())] {
             let folder = path.and_then(|p| p.parent()).filter(|f| !f.as_os_str().is_empty());
             if let Some(folder) = folder.filter(|f| !f.is_dir()) {
                 return refuse(option, folder.display().to_string(), "a folder that exists");
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that the estimator suits the alignment, and its parameters the estimator.
+    fn check_estimator(&self) -> Result<(), Failure> {
+        let kind = |kind: EstimatorKind| kind.to_possible_value().map_or(String::new(), |v| v.get_name().to_owned());
+        let found = kind(self.estimator);
+        if self.estimator != EstimatorKind::Differences && self.alignment != AlignmentKind::Causal {
+            let alignment = self.alignment.to_possible_value().map_or(String::new(), |v| v.get_name().to_owned());
+            return Err(Failure::Input(format!(
+                "--estimator: found {found} with --alignment {alignment}, expected --alignment causal"
+            )));
+        }
+        for (option, given, of) in [
+            ("excess", self.excess.is_some(), EstimatorKind::SavitzkyGolay),
+            ("stretch", self.stretch.is_some(), EstimatorKind::SavitzkyGolay),
+            ("cutoff", self.cutoff.is_some(), EstimatorKind::Kalman),
+        ] {
+            if given && self.estimator != of {
+                let expected = kind(of);
+                return Err(Failure::Input(format!(
+                    "--{option}: found --estimator {found}, expected --estimator {expected}, whose parameter it is"
+                )));
             }
         }
         Ok(())
@@ -197,6 +235,7 @@ impl Args {
                     OrdersName::Consecutive => Orders::Consecutive,
                 },
                 alignment: self.alignment.into(),
+                estimator: self.estimator.with(self.excess, self.stretch, self.cutoff),
             },
             degree: self.nd,
             harmonics: self.nf,

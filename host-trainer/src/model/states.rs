@@ -10,7 +10,7 @@ use crate::model::samples::Samples;
 /// If `spec` is not valid.
 pub fn rows(recording: &[f32], spec: StateSpec) -> Samples<f32> {
     let n = spec.dimension;
-    let mut delays = vec![0.0; spec.delay_len()];
+    let mut delays = vec![0.0; spec.memory_len()];
     let mut states = VirtualStates::new(spec, &mut delays).expect("a valid spec and as many delays as it says");
     let (mut x, mut dx) = (vec![0.0; n], vec![0.0; n]);
     let mut out = Samples { inputs: n, x: Vec::with_capacity(n * recording.len()), dx: Vec::new() };

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use ballrace_core::library::Library;
-use ballrace_core::states::{Orders, StateSpec};
+use ballrace_core::states::{Estimator, Orders, StateSpec};
 use serde::{Deserialize, Serialize};
 
 use super::config::Sizes;
@@ -167,7 +167,12 @@ impl Job {
             (_, solver) => solver.clone(),
         };
         let config = FitConfig {
-            spec: StateSpec { dimension: self.sizes.nmd, orders: Orders::Even, alignment: self.alignment.into() },
+            spec: StateSpec {
+                dimension: self.sizes.nmd,
+                orders: Orders::Even,
+                alignment: self.alignment.into(),
+                estimator: Estimator::Differences,
+            },
             degree: self.sizes.nd,
             harmonics: self.sizes.nf,
             solver,

@@ -7,7 +7,7 @@ use ballrace::recording::input::Series;
 use ballrace::signal::phases::life::Features;
 use ballrace::signal::phases::{Rules, phases};
 use ballrace_core::library::Library;
-use ballrace_core::states::{Alignment, Orders, StateSpec};
+use ballrace_core::states::{Alignment, Estimator, Orders, StateSpec};
 use ballrace_tests::{femto, white_noise};
 use rayon::prelude::*;
 
@@ -32,7 +32,7 @@ fn bearing_3_3_ages_from_the_recording_that_the_paper_says() {
 /// Mean R² over outputs and recordings of plain least squares on standardised states, each recording
 /// fitted by itself, in sample.
 fn r_squared(recordings: &[Series], alignment: Alignment, dimension: usize, degree: usize, harmonics: usize) -> f64 {
-    let spec = StateSpec { dimension, orders: Orders::Even, alignment };
+    let spec = StateSpec { dimension, orders: Orders::Even, alignment, estimator: Estimator::Differences };
     let library = Library::new(dimension, degree, harmonics).unwrap();
     let config = StlsqConfig { threshold: Some(0.0), ridge: 0.0, ..StlsqConfig::default() };
     let each = |series: &Series| {

@@ -20,7 +20,7 @@ pub(crate) mod settings;
 
 use std::path::{Path, PathBuf};
 
-use ballrace_core::states::{Alignment, Orders, StateSpec};
+use ballrace_core::states::{Alignment, Estimator, Orders, StateSpec};
 
 use crate::model::fit::{FitConfig, FitError, Solver};
 use crate::model::sindy_nn::train::TrainConfig;
@@ -50,7 +50,12 @@ impl Config {
             job: Job {
                 diagnosed: 4,
                 fit: FitConfig {
-                    spec: StateSpec { dimension: 4, orders: Orders::Consecutive, alignment: Alignment::Causal },
+                    spec: StateSpec {
+                        dimension: 4,
+                        orders: Orders::Consecutive,
+                        alignment: Alignment::Causal,
+                        estimator: Estimator::Differences,
+                    },
                     degree: 2,
                     harmonics: 1,
                     latent: None,

@@ -1,7 +1,11 @@
 //! Choices of a fit by their names, on the command line and in files.
 
-use ballrace_core::states::Alignment;
+use ballrace_core::states::{Alignment, Estimator};
 use serde::{Deserialize, Serialize};
+
+use super::settings::EstimatorSettings;
+
+const ESTIMATOR: EstimatorSettings = EstimatorSettings::DEFAULT;
 
 /// Solver for Ξ.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
@@ -34,5 +38,43 @@ impl From<AlignmentKind> for Alignment {
             AlignmentKind::Forward => Self::Forward,
             AlignmentKind::Causal => Self::Causal,
         }
+    }
+}
+
+/// Estimator of the states of order 1 and above.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum EstimatorKind {
+    /// Finite differences.
+    #[default]
+    Differences,
+    /// Savitzky–Golay derivatives at the newest sample.
+    SavitzkyGolay,
+    /// Kalman filter of a chain of integrators.
+    Kalman,
+}
+
+impl EstimatorKind {
+    /// Estimator with these parameters; `None`: the default.
+    pub fn with(self, excess: Option<u8>, stretch: Option<f32>, cutoff: Option<f32>) -> Estimator {
+        match self {
+            Self::Differences => Estimator::Differences,
+            Self::SavitzkyGolay => Estimator::SavitzkyGolay {
+                excess: excess.unwrap_or(ESTIMATOR.excess),
+                stretch: stretch.unwrap_or(ESTIMATOR.stretch),
+            },
+            Self::Kalman => Estimator::Kalman { cutoff: cutoff.unwrap_or(ESTIMATOR.cutoff) },
+        }
+    }
+}
+
+/// Estimator as the end of a sentence; empty for finite differences.
+pub(super) fn estimator_in_words(estimator: Estimator) -> String {
+    match estimator {
+        Estimator::Differences => String::new(),
+        Estimator::SavitzkyGolay { excess, stretch } => {
+            format!(", Savitzky–Golay of excess degree {excess} and stretch {stretch}")
+        }
+        Estimator::Kalman { cutoff } => format!(", Kalman of cut-off {cutoff} cycles a sample"),
     }
 }

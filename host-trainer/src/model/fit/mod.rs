@@ -17,7 +17,7 @@ pub mod verdict;
 
 use ballrace_core::library::Library;
 use ballrace_core::model::ModelError;
-use ballrace_core::states::{Alignment, Orders, StateSpec};
+use ballrace_core::states::{Alignment, Estimator, Orders, SpecError, StateSpec};
 use rayon::prelude::*;
 
 use crate::model::OwnedModel;
@@ -97,6 +97,9 @@ pub enum FitError {
         /// Dimension found.
         found: usize,
     },
+    /// Virtual states that cannot be streamed.
+    #[error("virtual states: {0}")]
+    States(SpecError),
     /// Widths out of range.
     #[error("hidden widths {found:?}: expected 1 to 5 layers of 1 to 1024 units")]
     Hidden {
@@ -338,9 +341,10 @@ fn surrogates(recordings: &[Series], kind: SurrogateKind, seed: u64, which: u64)
 }
 
 fn check(recordings: &[Series], config: &FitConfig) -> Result<(), FitError> {
-    if !config.spec.is_valid() {
-        return Err(FitError::Dimension { found: config.spec.dimension });
-    }
+    config.spec.check().map_err(|error| match error {
+        SpecError::Dimension { found } => FitError::Dimension { found },
+        error => FitError::States(error),
+    })?;
     let variables = config.variables();
     if Library::new(variables, config.degree, config.harmonics).is_none() {
         return Err(FitError::Library { variables, degree: config.degree, harmonics: config.harmonics });
@@ -396,7 +400,12 @@ impl Default for FitConfig {
     /// of 256 units; five surrogates.
     fn default() -> Self {
         Self {
-            spec: StateSpec { dimension: 8, orders: Orders::Even, alignment: Alignment::Half },
+            spec: StateSpec {
+                dimension: 8,
+                orders: Orders::Even,
+                alignment: Alignment::Half,
+                estimator: Estimator::Differences,
+            },
             degree: 2,
             harmonics: 2,
             latent: None,
@@ -423,5 +432,7 @@ impl FitConfig {
     }
 }
 
+#[cfg(test)]
+mod estimator_tests;
 #[cfg(test)]
 mod tests;

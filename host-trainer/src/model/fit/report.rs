@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::choice;
 use super::score::Scores;
 use super::single_fit::{SingleFit, Split};
 use super::terms::Entered;
@@ -140,7 +141,8 @@ impl Training {
                 config.spec.dimension, config.spec.orders, config.spec.alignment
             )
             .to_lowercase()
-            .replace("n_md", "n_MD"),
+            .replace("n_md", "n_MD")
+                + &choice::estimator_in_words(config.spec.estimator),
             functions: library.len(),
             terms: (0..library.len()).filter_map(|t| library.term(t)).map(|t| t.to_string()).collect(),
             entered: Vec::new(),

@@ -90,7 +90,7 @@ fn monomials(degree: usize) -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    use ballrace_core::states::{Alignment, StateSpec};
+    use ballrace_core::states::{Alignment, Estimator, StateSpec};
 
     use super::*;
     use crate::model::fit::Solver;
@@ -99,7 +99,7 @@ mod tests {
 
     fn config(dimension: usize, orders: Orders, degree: usize) -> FitConfig {
         FitConfig {
-            spec: StateSpec { dimension, orders, alignment: Alignment::Causal },
+            spec: StateSpec { dimension, orders, alignment: Alignment::Causal, estimator: Estimator::Differences },
             degree,
             harmonics: 0,
             latent: None,

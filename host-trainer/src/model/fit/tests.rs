@@ -15,7 +15,12 @@ fn recordings(make: impl Fn(u64) -> Vec<f32>) -> Vec<Series> {
 
 fn config(solver: Solver) -> FitConfig {
     FitConfig {
-        spec: StateSpec { dimension: 3, orders: Orders::Even, alignment: Alignment::Half },
+        spec: StateSpec {
+            dimension: 3,
+            orders: Orders::Even,
+            alignment: Alignment::Half,
+            estimator: Estimator::Differences,
+        },
         degree: 3,
         harmonics: 0,
         latent: None,
@@ -131,7 +136,12 @@ fn a_deterministic_map_is_found_beyond_its_null() {
             .collect()
     });
     let config = FitConfig {
-        spec: StateSpec { dimension: 2, orders: Orders::Consecutive, alignment: Alignment::Causal },
+        spec: StateSpec {
+            dimension: 2,
+            orders: Orders::Consecutive,
+            alignment: Alignment::Causal,
+            estimator: Estimator::Differences,
+        },
         degree: 2,
         ..config(stlsq())
     };

@@ -6,7 +6,7 @@ use ballrace::model::fit::{FitConfig, Solver, fit};
 use ballrace::model::stlsq::StlsqConfig;
 use ballrace_core::evaluator::{Evaluator, scratch_len};
 use ballrace_core::library::Library;
-use ballrace_core::states::{Alignment, Orders, StateSpec};
+use ballrace_core::states::{Alignment, Estimator, Orders, StateSpec};
 use ballrace_firmware_sim::intermediates;
 use ballrace_tests::femto;
 
@@ -14,7 +14,7 @@ mod numbers;
 use numbers::*;
 
 fn spec(alignment: Alignment) -> StateSpec {
-    StateSpec { dimension: 4, orders: Orders::Even, alignment }
+    StateSpec { dimension: 4, orders: Orders::Even, alignment, estimator: Estimator::Differences }
 }
 
 fn check(name: &str, got: &[f32], expected: &[f32]) {

@@ -2,23 +2,28 @@
 //!
 //! `terms` are indices into the library's order. serde-json-core writes NaN as `null`, which is an error to the reader.
 
+mod arena;
+
 use core::fmt;
 
-use serde::de::{DeserializeSeed, MapAccess, SeqAccess, Visitor};
+use serde::de::{DeserializeSeed, MapAccess, Visitor};
 use serde::ser::{SerializeSeq, SerializeStruct};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use self::arena::{Arena, Words};
 use super::{Array, Input, Model, ModelError, Scaling};
 use crate::dynamics::{Dynamics, TERM_WORDS, decode_term, encode_term};
 use crate::input_check::ScreenConfig;
 use crate::library::Library;
 use crate::monitor::MonitorConfig;
 use crate::network::{MAX_LAYERS, Network};
-use crate::states::{Alignment, Orders, StateSpec};
+use crate::states::{Alignment, Estimator, Orders, StateSpec};
 use crate::{Floats, Word};
 
-/// Schema of the JSON form.
+/// Schema of models of finite differences, which devices of before read.
 pub(super) const SCHEMA: &str = "ballrace-device-model/1";
+/// Schema of models of any other estimator, which they refuse.
+pub(super) const ESTIMATOR_SCHEMA: &str = "ballrace-device-model/2";
 
 type Widths = heapless::Vec<u16, { MAX_LAYERS + 1 }>;
 
@@ -31,11 +36,22 @@ struct Header<'a> {
     /// Orders of the states; `None`: the states are given directly.
     orders: Option<Orders>,
     alignment: Alignment,
+    #[serde(default, skip_serializing_if = "is_differences")]
+    estimator: Estimator,
     library: Library,
     screen: ScreenConfig,
     monitor: MonitorConfig,
     encoder_widths: Widths,
     decoder_widths: Widths,
+}
+
+fn is_differences(estimator: &Estimator) -> bool {
+    *estimator == Estimator::Differences
+}
+
+/// Schema of a model with this estimator.
+fn schema(estimator: Estimator) -> &'static str {
+    if is_differences(&estimator) { SCHEMA } else { ESTIMATOR_SCHEMA }
 }
 
 /// Names of the arrays, in the order in which they are written.
@@ -90,17 +106,18 @@ impl Serialize for TermSeq<'_> {
 
 impl Serialize for Model<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let (orders, alignment) = match self.input {
-            Input::Direct(_) => (None, Alignment::Forward),
-            Input::VirtualStates(spec) => (Some(spec.orders), spec.alignment),
+        let (orders, alignment, estimator) = match self.input {
+            Input::Direct(_) => (None, Alignment::Forward, Estimator::Differences),
+            Input::VirtualStates(spec) => (Some(spec.orders), spec.alignment, spec.estimator),
         };
         let widths = |n: &Network<'_>| Widths::from_slice(n.widths()).unwrap_or_default();
         let header = Header {
-            schema: SCHEMA,
+            schema: schema(estimator),
             sample_rate_hz: self.sample_rate_hz,
             inputs: self.input.len(),
             orders,
             alignment,
+            estimator,
             library: self.library,
             screen: self.screen,
             monitor: self.monitor,
@@ -153,35 +170,6 @@ pub(super) fn read<'a>(text: &str, storage: &'a mut [Word]) -> Result<Model<'a>,
     }
 }
 
-/// Allocator over the caller's storage.
-struct Arena<'a> {
-    free: &'a mut [Word],
-    full: bool,
-}
-
-impl<'a> Arena<'a> {
-    /// Stores words for as long as `next` gives any, and returns them.
-    fn fill<E>(
-        &mut self,
-        mut next: impl FnMut() -> Result<Option<Word>, E>,
-        error: impl Fn(&str) -> E,
-    ) -> Result<&'a [Word], E> {
-        let mut length = 0;
-        while let Some(word) = next()? {
-            let Some(slot) = self.free.get_mut(length) else {
-                self.full = true;
-                return Err(error("storage too small"));
-            };
-            *slot = word;
-            length += 1;
-        }
-        let free = core::mem::take(&mut self.free);
-        let (taken, rest) = free.split_at_mut_checked(length).ok_or_else(|| error("storage too small"))?;
-        self.free = rest;
-        Ok(taken)
-    }
-}
-
 /// Contents of a document, before they are checked.
 struct Parsed<'a> {
     header: ParsedHeader,
@@ -206,10 +194,15 @@ impl From<Header<'_>> for ParsedHeader {
     fn from(h: Header<'_>) -> Self {
         let input = match h.orders {
             None => Input::Direct(h.inputs),
-            Some(orders) => Input::VirtualStates(StateSpec { dimension: h.inputs, orders, alignment: h.alignment }),
+            Some(orders) => Input::VirtualStates(StateSpec {
+                dimension: h.inputs,
+                orders,
+                alignment: h.alignment,
+                estimator: h.estimator,
+            }),
         };
         Self {
-            schema_fits: h.schema == SCHEMA,
+            schema_fits: h.schema == schema(h.estimator),
             sample_rate_hz: h.sample_rate_hz,
             input,
             library: h.library,
@@ -303,39 +296,5 @@ impl<'de, 'a> Visitor<'de> for Document<'_, 'a> {
             codes: core::mem::take(&mut self.arena.free),
             arrays: complete,
         })
-    }
-}
-
-/// An array of `f32` or `u32` into the arena.
-struct Words<'r, 'a> {
-    arena: &'r mut Arena<'a>,
-    integers: bool,
-}
-
-impl<'de, 'a> DeserializeSeed<'de> for Words<'_, 'a> {
-    type Value = &'a [Word];
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<&'a [Word], D::Error> {
-        deserializer.deserialize_seq(self)
-    }
-}
-
-impl<'de, 'a> Visitor<'de> for Words<'_, 'a> {
-    type Value = &'a [Word];
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("an array of numbers")
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<&'a [Word], A::Error> {
-        use serde::de::Error;
-        let integers = self.integers;
-        let next = || {
-            Ok(if integers {
-                seq.next_element::<u32>()?.map(u32::to_le_bytes)
-            } else {
-                seq.next_element::<f32>()?.map(f32::to_le_bytes)
-            })
-        };
-        self.arena.fill(next, |why| A::Error::custom(why))
     }
 }
