@@ -375,3 +375,36 @@ fn a_sweep_goes_on_after_a_kill_without_doing_anything_twice() {
     std::fs::write(folder.join("bad.toml"), "recordings = [\"data\"]\nrange = [0, 99]\n").expect("written");
     assert!(refused(folder, &["sweep", "--config", "bad.toml"]).contains("expected within 0 to 16"));
 }
+
+#[test]
+fn the_paper_s_tables_come_from_one_command_and_a_library_from_another() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    recordings(&folder.join("machine"));
+    // The machine of `recordings` rattles from its eleventh recording on: its kurtosis says that it ages.
+    let table = ["sweep", "--preset", "fig11", "machine", "--channel", "ax", "--out", "paper"];
+    let told = done(folder, &table);
+    assert!(told.contains("wrote paper/paper.html"), "{told}");
+    let csv = std::fs::read_to_string(folder.join("paper/sweep.csv")).expect("written");
+    assert_eq!(csv.lines().count(), 1 + 5 * 7);
+    let page = std::fs::read_to_string(folder.join("paper/paper.html")).expect("written");
+    for part in ["Figure 8", "Figure 11", "Figure 13", "above their surrogate", "machine: ax ages from r11"] {
+        assert!(page.contains(part), "{part}");
+    }
+    assert_eq!(page.matches("<svg").count(), 2 + 3 + 1);
+    let done_before = std::fs::read_to_string(folder.join("paper/rows.jsonl")).expect("written");
+    done(folder, &table);
+    assert_eq!(std::fs::read_to_string(folder.join("paper/rows.jsonl")).expect("written"), done_before);
+    assert!(refused(folder, &["sweep", "--preset", "fig11", "machine", "--channel", "nowhere"]).contains("nowhere"));
+    assert!(
+        refused(folder, &["sweep", "--preset", "fig11", "machine", "--channel", "ax", "--count", "0"])
+            .contains("--count")
+    );
+
+    let few = ["library", "machine", "--max-nd", "2", "--max-nmd", "3", "--max-nf", "1", "--target", "0.5"];
+    let told = done(folder, &few);
+    for part in ["step 1: degrees n_D", "step 3: harmonics n_F", "chosen: n_D ", "R² in sample "] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    assert!(refused(folder, &["library", "machine", "--seconds", "0"]).contains("--seconds"));
+}

@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         row.iter().enumerate().for_each(|(t, v)| theta[(s, t)] = f64::from(*v));
     }
     let targets = Mat::from_fn(ROWS, 3, |s, o| rates[s][o]);
-    let config = StlsqConfig { threshold: Some(1e-4), ..StlsqConfig::default() };
+    let config = StlsqConfig { threshold: Some(1e-3), ..StlsqConfig::default() };
     let mut ours = Vec::new();
     let mut terms = Vec::new();
     for _ in 0..RUNS {

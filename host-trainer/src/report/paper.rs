@@ -323,7 +323,7 @@ fn figure_10(rows: &[Row]) -> Result<Section, DrawError> {
 
 fn figure_11(rows: &[Row]) -> Result<Section, DrawError> {
     let section = Section::new("Figure 11: harmonics n_F").paragraph(
-        "Custom libraries by STLSQ, one curve for each n_D and n_MD: the third step of the library's construction. Harmonics of a standardised state add as much to a surrogate's score as to the recording's.",
+        "Custom libraries by STLSQ, one curve for each n_D and n_MD: the third step of the library's construction.",
     );
     let mut bases: Vec<(usize, usize)> = rows.iter().map(|row| (row.job.sizes.nd, row.job.sizes.nmd)).collect();
     bases.dedup();

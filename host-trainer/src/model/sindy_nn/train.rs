@@ -182,15 +182,10 @@ pub fn train(
             (0..refine).for_each(|_| run.step(train, config, lambdas));
         }
         progress(run.progress(of));
-        let errors = run.unexplained(others.validation, lambdas);
-        let r_squared = |errors: &[f64]| 1.0 - errors.iter().sum::<f64>() / errors.len() as f64;
-        path.push(PathPoint {
-            threshold,
-            terms: run.active(),
-            validation: r_squared(&errors),
-            held_out: r_squared(&run.unexplained(others.held_out, lambdas)),
-        });
-        models.push((run.parameters.clone(), errors));
+        let (validation, held_out) = (run.squares(others.validation, lambdas), run.squares(others.held_out, lambdas));
+        let terms = run.active();
+        path.push(PathPoint { threshold, terms, validation: r_squared(&validation), held_out: r_squared(&held_out) });
+        models.push((run.parameters.clone(), unexplained(&validation)));
     }
     let chosen = match config.threshold {
         Some(_) => models.len().saturating_sub(1),
@@ -199,7 +194,7 @@ pub fn train(
     if chosen < models.len() {
         run.parameters = models.swap_remove(chosen).0;
     }
-    let errors = run.unexplained(others.validation, lambdas);
+    let errors = unexplained(&run.squares(others.validation, lambdas));
     Trained {
         active: run.active(),
         last_batch: run.last,
@@ -329,13 +324,13 @@ impl Run {
         mean
     }
 
-    /// Unexplained share of the power of ẋ in each recording.
-    fn unexplained(&mut self, recordings: &[Samples<f32>], lambdas: Lambdas) -> Vec<f64> {
-        let share = |recording: &Samples<f32>| {
-            let square: f64 = recording.dx.iter().map(|v| f64::from(v * v)).sum();
-            self.mean_loss(recording, lambdas).derivative * recording.dx.len() as f64 / square
+    /// Squares of each recording.
+    fn squares(&mut self, recordings: &[Samples<f32>], lambdas: Lambdas) -> Vec<Squares> {
+        let of = |recording: &Samples<f32>| Squares {
+            error: self.mean_loss(recording, lambdas).derivative * recording.dx.len() as f64,
+            power: recording.dx.iter().map(|v| f64::from(v * v)).sum(),
         };
-        recordings.iter().filter(|recording| !recording.is_empty()).map(share).collect()
+        recordings.iter().filter(|recording| !recording.is_empty()).map(of).collect()
     }
 
     /// Removes terms that are worth less than `share` of the power of ẋ.
@@ -347,6 +342,26 @@ impl Run {
             }
         }
     }
+}
+
+/// Sums of squares over a recording.
+#[derive(Clone, Copy, Debug)]
+struct Squares {
+    /// Of the residual of ẋ.
+    error: f64,
+    /// Of ẋ.
+    power: f64,
+}
+
+/// Unexplained share of each recording: relative to its own power, or a loud recording decides alone.
+fn unexplained(recordings: &[Squares]) -> Vec<f64> {
+    recordings.iter().map(|squares| squares.error / squares.power).collect()
+}
+
+/// R² over all recordings together, as the scores are.
+fn r_squared(recordings: &[Squares]) -> f64 {
+    let sum = |of: fn(&Squares) -> f64| recordings.iter().map(of).sum::<f64>();
+    1.0 - sum(|squares| squares.error) / sum(|squares| squares.power)
 }
 
 /// Indices spread evenly over `len`, at most `max_judged`.

@@ -86,24 +86,23 @@ pub fn fit_with_path(
             let equation = |(threshold, coefficients): (&f64, _)| Equation { coefficients, threshold: *threshold };
             let equations: Vec<Equation> = thresholds.iter().zip(path).map(equation).collect();
             // Relative to each recording's own variance, or a loud recording decides alone.
-            let errors = |parts: &[RFactor]| {
-                let error = |e: &Equation| parts.iter().map(|m| 1.0 - m.r_squared(output, &e.coefficients)).collect();
-                equations.iter().map(error).collect::<Vec<Vec<f64>>>()
-            };
-            OutputPath { validation: errors(validation), held_out: errors(held_out), equations }
+            let error = |part: &RFactor, e: &Equation| 1.0 - part.r_squared(output, &e.coefficients);
+            let errors = |e: &Equation| validation.iter().map(|part| error(part, e)).collect();
+            OutputPath { errors: equations.iter().map(errors).collect(), equations }
         })
         .collect();
+    let together = [validation, held_out].map(|parts| RFactor::merge(&parts.iter().collect::<Vec<_>>()));
     let point = |(k, threshold): (usize, &f64)| PathPoint {
         threshold: *threshold,
         terms: paths.iter().map(|path| path.equations[k].terms()).sum(),
-        validation: r_squared(paths.iter().flat_map(|path| &path.validation[k])),
-        held_out: r_squared(paths.iter().flat_map(|path| &path.held_out[k])),
+        validation: r_squared(&together[0], &paths, k),
+        held_out: r_squared(&together[1], &paths, k),
     };
     let points = thresholds.iter().enumerate().map(point).collect();
     let chosen = |(output, mut path): (usize, OutputPath)| {
         let chosen = match config.threshold {
             Some(_) => thresholds.len() - 1,
-            None => last_within_one_standard_error(&path.validation),
+            None => last_within_one_standard_error(&path.errors),
         };
         let threshold = thresholds[chosen];
         let coefficients = regression.refined(output, &path.equations.swap_remove(chosen).coefficients);
@@ -112,17 +111,18 @@ pub fn fit_with_path(
     (paths.into_iter().enumerate().map(chosen).collect(), points)
 }
 
-/// Equations of one output for growing thresholds, with their errors on each recording.
+/// Equations of one output for growing thresholds.
 struct OutputPath {
     equations: Vec<Equation>,
-    validation: Vec<Vec<f64>>,
-    held_out: Vec<Vec<f64>>,
+    /// Unexplained share of each validation recording, for each equation.
+    errors: Vec<Vec<f64>>,
 }
 
-/// Mean R² of unexplained shares; NaN for none.
-fn r_squared<'a>(errors: impl Iterator<Item = &'a f64>) -> f64 {
-    let (sum, count) = errors.fold((0.0, 0), |(sum, count), error| (sum + error, count + 1));
-    1.0 - sum / f64::from(count)
+/// Mean R² of the outputs at place `k` of their paths; NaN without recordings.
+fn r_squared(recordings: &Option<RFactor>, paths: &[OutputPath], k: usize) -> f64 {
+    let Some(rows) = recordings else { return f64::NAN };
+    let each = paths.iter().enumerate().map(|(output, path)| rows.r_squared(output, &path.equations[k].coefficients));
+    each.sum::<f64>() / paths.len() as f64
 }
 
 #[cfg(test)]

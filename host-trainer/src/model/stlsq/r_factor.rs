@@ -1,6 +1,6 @@
 //! Triangular factor R of [Θ | Ẋ], theory (17).
 //!
-//! R holds every inner product of the library's and the targets' columns: the solution for any subset of terms, its
+//! R holds every inner product of the library's columns with each other and with the targets': the solution for any subset of terms, its
 //! residual and its R² follow from it. It is the Cholesky factor of the Gram matrix where that is well conditioned, and
 //! that of a QR decomposition elsewhere. Recordings are decomposed in parallel, their factors stacked and decomposed
 //! again (tall-skinny QR), so that no more of a library is held than a block of rows for each thread and one factor for
@@ -38,7 +38,7 @@ impl RFactor {
         for row in samples.dx.chunks_exact(outputs.max(1)) {
             sums.iter_mut().zip(row).for_each(|(sum, v)| *sum += f64::from(*v));
         }
-        let by_gram = Self::enough(samples.len(), columns).then(|| cholesky(&gram(library, samples))).flatten();
+        let by_gram = Self::enough(samples.len(), columns).then(|| cholesky(&gram(library, samples), terms)).flatten();
         let r = by_gram.unwrap_or_else(|| {
             // The factor so far on top of the new rows.
             let step = SETTINGS.block_rows.max(columns);
@@ -70,7 +70,7 @@ impl RFactor {
             });
             // Added up in order, so that every run rounds alike.
             let grams: Vec<Mat<f64>> = grams.collect();
-            cholesky(&grams.iter().fold(Mat::zeros(columns, columns), |sum, gram| sum + gram))
+            cholesky(&grams.iter().fold(Mat::zeros(columns, columns), |sum, gram| sum + gram), terms)
         };
         faer::set_global_parallelism(Par::Seq);
         let r = Self::enough(rows, columns).then(by_gram).flatten().unwrap_or_else(|| triangle(part(0, rows).as_ref()));
@@ -209,14 +209,26 @@ pub(in crate::model) fn add_gram(gram: &mut Mat<f64>, rows: MatRef<'_, f64>) {
     triangular::matmul(gram, TriangularLower, Accum::Add, left, Rectangular, right, Rectangular, 1.0, Par::Seq);
 }
 
-/// Upper triangular R with RᵀR equal to a Gram matrix given by its lower triangle; `None` where a pivot is too small a share
-/// of its column's power for R to be as good as that of a QR decomposition.
-fn cholesky(gram: &Mat<f64>) -> Option<Mat<f64>> {
-    let factor = gram.llt(Side::Lower).ok()?;
+/// Upper triangular R whose columns have the inner products of a Gram matrix, given by its lower triangle, but for those of two
+/// targets; `None` where a term's pivot is too small a share of its column's power. Targets may be as near to the terms' space
+/// as they like: their pivots are their residuals.
+fn cholesky(gram: &Mat<f64>, terms: usize) -> Option<Mat<f64>> {
+    let factor = gram.as_ref().submatrix(0, 0, terms, terms).llt(Side::Lower).ok()?;
     let lower = factor.L();
-    let n = gram.ncols();
     let is_sound = |j: usize| lower[(j, j)] * lower[(j, j)] > SETTINGS.min_pivot_share * gram[(j, j)];
-    (0..n).all(is_sound).then(|| Mat::from_fn(n, n, |i, j| if i <= j { lower[(j, i)] } else { 0.0 }))
+    if !(0..terms).all(is_sound) {
+        return None;
+    }
+    let columns = gram.ncols();
+    let mut across = Mat::from_fn(terms, columns - terms, |i, o| gram[(terms + o, i)]);
+    lower.solve_lower_triangular_in_place(across.as_mut());
+    let residual = |o: usize| (gram[(terms + o, terms + o)] - across.col(o).squared_norm_l2()).max(0.0).sqrt();
+    Some(Mat::from_fn(columns, columns, |i, j| match (i < terms, j < terms) {
+        (true, true) if i <= j => lower[(j, i)],
+        (true, false) => across[(i, j - terms)],
+        (false, false) if i == j => residual(j - terms),
+        _ => 0.0,
+    }))
 }
 
 /// Upper trapezoidal factor R of a QR decomposition.

@@ -38,14 +38,14 @@ pub struct RFactorSettings {
     /// Rows for each column from which the Gram matrix is tried. Not tuned: chosen by hand.
     pub min_rows_per_column: usize,
     /// Pivot of the Cholesky decomposition over its column's power below which R is taken from a QR decomposition. A pivot has
-    /// the rounding errors of that power, so R is then good to 1e-9 or better.
+    /// the rounding errors of that power, so the worst determined direction is then good to 1e-5, others to more.
     pub min_pivot_share: f64,
 }
 
 impl RFactorSettings {
     /// Default settings.
     pub const DEFAULT: Self =
-        Self { block_rows: 1024, blocks_per_thread: 16, min_rows_per_column: 4, min_pivot_share: 1e-6 };
+        Self { block_rows: 1024, blocks_per_thread: 16, min_rows_per_column: 4, min_pivot_share: 1e-9 };
 }
 
 /// Settings of the ridge regression, theory (18).
