@@ -34,7 +34,7 @@ pub struct Args {
     /// Greatest dimension n_MD, 1 to 16
     #[arg(long, default_value_t = Limits::default().max_nmd, value_name = "N")]
     max_nmd: usize,
-    /// Most harmonics n_F
+    /// Most harmonics n_F, 1 to 64
     #[arg(long, default_value_t = Limits::default().max_nf, value_name = "N")]
     max_nf: usize,
     /// Seed of everything random
@@ -49,7 +49,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let limits = args.limits()?;
     let input = args.input.read(None)?;
-    let material = Material { sample_rate_hz: input.sample_rate_hz, series: input.series };
+    let material = Material { sample_rate_hz: input.sample_rate_hz, series: input.continuous(input.series.len()) };
     let job =
         |sizes, null| Job { sizes, solver: args.solver, seed: args.seed, null, causal: null > 0, ..Job::default() };
     let spinner = spinner();
@@ -84,7 +84,9 @@ impl Args {
         if !(self.target.is_finite() && self.target < 1.0) {
             return refuse("target", self.target.to_string(), "a number below 1");
         }
-        for (option, found, most) in [("max-nd", self.max_nd, 9), ("max-nmd", self.max_nmd, 16)] {
+        for (option, found, most) in
+            [("max-nd", self.max_nd, 9), ("max-nmd", self.max_nmd, 16), ("max-nf", self.max_nf, 64)]
+        {
             if !(1..=most).contains(&found) {
                 return refuse(option, found.to_string(), &format!("1 to {most}"));
             }

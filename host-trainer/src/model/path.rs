@@ -10,16 +10,17 @@ pub struct PathPoint {
     /// Nonzero coefficients.
     pub terms: usize,
     /// R² of the derivatives on the validation recordings, which choose the threshold.
-    pub validation: f64,
+    pub validation: Option<f64>,
     /// R² of the derivatives on the held-out recordings, which choose nothing.
-    pub held_out: f64,
+    pub held_out: Option<f64>,
 }
 
 /// Index of the last of several candidates, each with an error for every recording, whose error is within one standard error
-/// of the best (Breiman et al. 1984), theory (20); 0 for none.
+/// of the best (Breiman et al. 1984), theory (20); 0 for none. A candidate whose error is not finite is never taken.
 pub fn last_within_one_standard_error(errors: &[Vec<f64>]) -> usize {
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
-    let Some(best) = errors.iter().min_by(|a, b| mean(a).total_cmp(&mean(b))) else { return 0 };
+    let finite = errors.iter().filter(|errors| mean(errors).is_finite());
+    let Some(best) = finite.min_by(|a, b| mean(a).total_cmp(&mean(b))) else { return 0 };
     let within = |errors: &Vec<f64>| {
         // Of the paired differences: the recordings' own scatter is common to both.
         let differences: Vec<f64> = errors.iter().zip(best).map(|(e, b)| e - b).collect();
@@ -41,5 +42,7 @@ mod tests {
         let errors = [[0.5, 0.6, 0.7], [0.4, 0.5, 0.6], [0.43, 0.49, 0.61], [0.6, 0.72, 0.78]].map(Vec::from);
         assert_eq!(last_within_one_standard_error(&errors), 2);
         assert_eq!(last_within_one_standard_error(&[]), 0);
+        let broken = [[f64::NAN, 0.1], [0.2, 0.3], [0.5, f64::INFINITY]].map(Vec::from);
+        assert_eq!(last_within_one_standard_error(&broken), 1);
     }
 }

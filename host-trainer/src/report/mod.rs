@@ -106,10 +106,13 @@ impl Section {
         Self { heading: heading.into(), parts: Vec::new() }
     }
 
-    /// Section with one more paragraph.
+    /// Section with one more paragraph; an empty one is left out.
     #[must_use]
     pub fn paragraph(mut self, text: impl Into<String>) -> Self {
-        self.parts.push(Part::Paragraph(text.into()));
+        let text = text.into();
+        if !text.is_empty() {
+            self.parts.push(Part::Paragraph(text));
+        }
         self
     }
 

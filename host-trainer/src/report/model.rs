@@ -39,7 +39,7 @@ pub fn scores(report: &Report) -> Section {
             "held out",
             format!("{:.4}", s.held_out.mean()),
             text::null(s, |n| Some(n.held_out)),
-            "Fit to recordings that were used for nothing else: the loss against “in sample” is overfitting.",
+            "Fit to recordings that no coefficient, threshold or choice comes from: the loss against “in sample” is overfitting.",
         ),
         row(
             "causal",
@@ -161,8 +161,8 @@ pub fn derivatives(report: &Report, names: &[String]) -> Section {
 /// Errors of the drawing library.
 pub fn path(report: &Report) -> Result<Option<Section>, DrawError> {
     let place = |terms: usize| (terms.max(1) as f64).log10();
-    let curve = |name, color, of: fn(&PathPoint) -> f64| {
-        let mut points: Vec<(f64, f64)> = report.path.iter().map(|p| (place(p.terms), of(p))).collect();
+    let curve = |name, color, of: fn(&PathPoint) -> Option<f64>| {
+        let mut points: Vec<(f64, f64)> = report.path.iter().filter_map(|p| Some((place(p.terms), of(p)?))).collect();
         points.reverse();
         Curve { name, points, color }
     };
@@ -179,6 +179,6 @@ pub fn path(report: &Report) -> Result<Option<Section>, DrawError> {
     let svg = comparison::svg(&curves, x, Names { x: "terms, log₁₀", y: "R² of the derivatives" }, &[chosen])?;
     Ok(Some(Section::new("Score against number of terms").figure(
         svg,
-        "Each point is a model with the terms that are worth more than a growing threshold. The fewest terms within one standard error of the best on the validation recordings are chosen; the held-out recordings choose nothing.",
+        "Each point is a model with the terms that are worth more than a growing threshold. Unless a threshold is stated, the fewest terms within one standard error of the best on the validation recordings are chosen; the held-out recordings choose nothing.",
     )))
 }

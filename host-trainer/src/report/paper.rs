@@ -16,6 +16,7 @@ use crate::report::plot::style::{ALARM, EARLY, INK, LATE, PREDICTED};
 use crate::report::plot::{DrawError, derivative};
 use crate::signal::phases::Rules;
 use crate::signal::phases::machine::Filter;
+use crate::sweep::config::Sizes;
 use crate::sweep::job::Row;
 use crate::sweep::preset::Preset;
 
@@ -27,6 +28,10 @@ pub struct Page<'a> {
     pub presets: &'a [PresetRows<'a>],
     /// Bearings with their phases.
     pub machines: Vec<&'a Machine>,
+    /// Name of the bearing of Tables 3 and 4 and of the figures.
+    pub bearing: &'a str,
+    /// Channel.
+    pub channel: &'a str,
     /// Rules of the phases.
     pub rules: Rules,
     /// Linear baselines on the recordings of Table 4.
@@ -54,7 +59,7 @@ pub struct Baseline {
     /// Name.
     pub name: &'static str,
     /// R² of the next sample, held out.
-    pub r2_causal: f64,
+    pub r2_causal: Option<f64>,
 }
 
 /// Score of a row.
@@ -72,8 +77,8 @@ pub fn document(page: &Page<'_>) -> Result<Document, DrawError> {
         .section(figure_8(page)?);
     for PresetRows { preset, rows } in page.presets {
         document = document.section(match preset {
-            Preset::Table3 => table_3(rows),
-            Preset::Table4 => table_4(rows, &page.baselines),
+            Preset::Table3 => table_3(rows, page),
+            Preset::Table4 => table_4(rows, page),
             Preset::Table5 => table_5(rows, page),
             Preset::Fig10 => figure_10(rows)?,
             Preset::Fig11 => figure_11(rows)?,
@@ -84,12 +89,22 @@ pub fn document(page: &Page<'_>) -> Result<Document, DrawError> {
 
 /// How many fits are better than their null, in a sentence.
 fn summary(page: &Page<'_>) -> String {
-    let rows = || page.presets.iter().flat_map(|own| own.rows);
-    let pairs: Vec<(f64, f64)> = rows().filter_map(|row| Some((row.r2?, row.r2_null?))).collect();
+    let mut rows: Vec<&Row> = page.presets.iter().flat_map(|own| own.rows).collect();
+    // A fit may be in two figures.
+    let mut seen = Vec::new();
+    rows.retain(|row| {
+        let is_new = !seen.contains(&&row.job);
+        seen.push(&row.job);
+        is_new
+    });
+    let pairs: Vec<(f64, f64)> = rows.iter().filter_map(|row| Some((row.r2?, row.r2_null?))).collect();
+    if pairs.is_empty() {
+        return "No fit has a score with a null beside it.".into();
+    }
     let above = pairs.iter().filter(|(own, null)| own > null).count();
     let mean = |pick: fn(&(f64, f64)) -> f64| pairs.iter().map(pick).sum::<f64>() / pairs.len() as f64;
     format!(
-        "Over {} fits R² is {:.3} on the recordings and {:.3} on their surrogates, which have no dynamics but a linear filter's; {above} fits are above their surrogate.",
+        "Over {} comparisons R² is {:.3} on the recordings and {:.3} on their surrogates, which have no dynamics but a linear filter's; in {above} the fit to the recording is above that to its surrogate.",
         pairs.len(),
         mean(|(own, _)| *own),
         mean(|(_, null)| *null)
@@ -108,7 +123,7 @@ fn reading() -> Section {
             "Causal is R² of the next sample, predicted from past samples alone, held out. No algebra of differences can raise it.",
         )
         .paragraph(
-            "The paper does not say how its differences are aligned in time. Here even orders are centred and odd ones half a sample later, which comes nearest to its scores; with all differences at one index R² is 0.999 on anything.",
+            "The paper does not say how its differences are aligned in time. Here even orders are centred and odd ones half a sample later.",
         )
 }
 
@@ -129,7 +144,7 @@ fn with_spread<'a>(rows: impl IntoIterator<Item = &'a Row>, of: RowScore) -> Cel
     Cell::number(mean(rows, of).map_or("–".to_owned(), |(mean, std)| format!("{mean:.4} ± {std:.4}")))
 }
 
-fn table_3(rows: &[Row]) -> Section {
+fn table_3(rows: &[Row], page: &Page<'_>) -> Section {
     let of = |library: &PaperLibrary, solver: SolverKind| {
         rows.iter()
             .filter(move |row| row.job.sizes.name == library.name && row.job.solver == solver)
@@ -179,10 +194,11 @@ fn table_3(rows: &[Row]) -> Section {
     let head = ["No.", "n_D, n_MD, n_F", "functions", "paper", "SINDy-NN", "null", "held out", "STLSQ", "null"];
     let more_head =
         ["No.", "terms, SINDy-NN", "terms, STLSQ", "causal, STLSQ", "null", "paper, s", "SINDy-NN, s", "STLSQ, s"];
-    Section::new("Table 3: libraries on Bearing 3_3")
+    Section::new(format!("Table 3: libraries on {}", page.bearing))
         .paragraph(format!(
-            "{} of the aging phase, vertical channel. Above their null are {} fits of SINDy-NN and {} of STLSQ. Seconds of ours are with the null, of STLSQ with the causal fits too, each beside another fit; the paper's are of one training on its own machine.",
+            "{} of the aging phase, channel {}. The paper's are of Bearing 3_3. Above their null are {} fits of SINDy-NN and {} of STLSQ. Seconds of ours are with the null, of STLSQ with the causal fits too, each beside another fit; the paper's are of one training on its own machine.",
             recordings(rows),
+            page.channel,
             above(SolverKind::SindyNn),
             above(SolverKind::Stlsq)
         ))
@@ -201,13 +217,16 @@ fn recordings(rows: &[Row]) -> String {
 }
 
 /// Fits that failed, in words; empty for none.
-fn failures(rows: &[Row]) -> String {
-    let failed: Vec<String> =
-        rows.iter().filter_map(|row| Some(format!("{}: {}", row.job.sizes.name, row.error.as_ref()?))).collect();
+fn failures<'a>(rows: impl IntoIterator<Item = &'a Row>) -> String {
+    let failed = rows.into_iter().filter_map(|row| {
+        let Sizes { nd, nmd, nf, .. } = row.job.sizes;
+        Some(format!("n_D {nd}, n_MD {nmd}, n_F {nf}: {}", row.error.as_ref()?))
+    });
+    let failed: Vec<String> = failed.collect();
     if failed.is_empty() { String::new() } else { format!("Failed: {}.", failed.join("; ")) }
 }
 
-fn table_4(rows: &[Row], baselines: &[Baseline]) -> Section {
+fn table_4(rows: &[Row], page: &Page<'_>) -> Section {
     let rivals = TABLE_4.iter().filter(|model| model.name != "SINDy-NN").map(|model| {
         vec![
             Cell::text(model.name),
@@ -242,17 +261,20 @@ fn table_4(rows: &[Row], baselines: &[Baseline]) -> Section {
             cell(group.iter().copied(), |row| row.r2_causal_null),
         ]
     });
-    let linear = baselines.iter().map(|baseline| {
-        let (none, causal) = (Cell::number("–"), Cell::number(format!("{:.4}", baseline.r2_causal)));
+    let linear = page.baselines.iter().map(|baseline| {
+        let causal = baseline.r2_causal.map_or("–".into(), |r2| format!("{r2:.4}"));
+        let (none, causal) = (Cell::number("–"), Cell::number(causal));
         vec![Cell::text(baseline.name), none.clone(), none.clone(), none.clone(), causal, none]
     });
     let head = ["model", "paper", "ours", "null, by what it has of the recording", "causal", "causal null"];
-    Section::new("Table 4: rivals on Bearing 3_3")
+    Section::new(format!("Table 4: rivals on {}", page.bearing))
         .paragraph(format!(
-            "{} of the aging phase, vertical channel, each a fit of its own. LSTM, TCN and PatchTransformer are the paper's; this version has none of them. An autoregression is the baseline that the paper lacks.",
-            recordings(rows)
+            "{} of the aging phase, channel {}, each a fit of its own. The paper's are of Bearing 3_3. LSTM, TCN and PatchTransformer are the paper's; this version has none of them. An autoregression is the baseline that the paper lacks, fitted and held out as the models are.",
+            recordings(rows),
+            page.channel
         ))
         .table("", &head, rivals.chain(own).chain(linear).collect())
+        .paragraph(failures(rows))
 }
 
 fn table_5(rows: &[Row], page: &Page<'_>) -> Section {
@@ -295,8 +317,9 @@ fn table_5(rows: &[Row], page: &Page<'_>) -> Section {
         "causal null",
     ];
     Section::new("Table 5: library No. 11 on each bearing")
-        .paragraph("Mean and standard deviation over recordings spread evenly over the aging phase, vertical channel. The aging phase is that of the raw kurtosis, by the rule of the consecutive 3 σ.")
+        .paragraph(format!("Mean and standard deviation over recordings spread evenly over the aging phase, channel {}. The aging phase is that of the raw kurtosis, by the rule of the consecutive 3 σ.", page.channel))
         .table("", &head, page.machines.iter().map(line).collect())
+        .paragraph(failures(rows))
 }
 
 fn figure_8(page: &Page<'_>) -> Result<Section, DrawError> {
@@ -365,7 +388,7 @@ fn studies(
         let svg = comparison::svg(&drawn, x.clone(), Names { x: x_name, y: y_name }, &[])?;
         section = section.figure(svg, caption);
     }
-    Ok(section)
+    Ok(section.paragraph(curves.iter().map(|(_, rows)| failures(rows.iter().copied())).collect::<Vec<_>>().join(" ")))
 }
 
 fn figure_13(page: &Page<'_>) -> Result<Section, DrawError> {
@@ -378,6 +401,6 @@ fn figure_13(page: &Page<'_>) -> Result<Section, DrawError> {
         page.shown.name
     );
     Ok(Section::new("Figure 13: measured and predicted derivatives")
-        .paragraph("SINDy-NN with library No. 11. That the curves lie on each other is what R² in sample says; that those of a surrogate do so as well is what its null says.")
+        .paragraph("SINDy-NN with library No. 11. How far the curves lie on each other is what R² says; what of it is dynamics, only the null can say.")
         .figure(derivative::svg(&trace, &shown)?, caption))
 }

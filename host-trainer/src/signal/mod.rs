@@ -14,7 +14,7 @@
 //! | [`phases`] | aging phases of a machine's life |
 //! | [`speed`] | the shaft's speed without a tachometer |
 //! | [`spectra`] | all of these for one recording |
-//! | [`surrogate`] | phase-randomised surrogates |
+//! | [`surrogate`] | surrogates without dynamics |
 //! | [`wavelet`] | stationary wavelet transform, denoising |
 //! | `settings` | settings of each stage |
 //!

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::job::{Job, Material, NO_FILTER};
 use super::preset::Preset;
-use crate::model::fit::choice::{AlignmentKind, SolverKind};
+use crate::model::fit::choice::{AlignmentKind, EstimatorKind, SolverKind};
 use crate::model::sindy_nn::gradient::SparsityNorm;
 use crate::signal::surrogate::SurrogateKind;
 use crate::signal::wavelet::Wavelet;
@@ -56,6 +56,9 @@ pub struct Config {
     /// Alignments of the finite differences.
     #[serde(default)]
     alignment: Many<AlignmentKind>,
+    /// Estimators of the states.
+    #[serde(default)]
+    estimator: Many<EstimatorKind>,
     /// `"none"`, or the wavelet by which the recordings are denoised.
     #[serde(default)]
     filter: Many<String>,
@@ -204,6 +207,7 @@ impl Config {
         let jobs = each(vec![base], self.sizes(), |job, sizes| job.sizes = sizes);
         let jobs = each(jobs, self.solver.or(SolverKind::default()), |job, solver| job.solver = solver);
         let jobs = each(jobs, self.alignment.or(AlignmentKind::default()), |job, alignment| job.alignment = alignment);
+        let jobs = each(jobs, self.estimator.or(EstimatorKind::default()), |job, estimator| job.estimator = estimator);
         let jobs = each(jobs, self.filter.or(NO_FILTER.into()), |job, filter| job.filter = filter);
         let jobs = each(jobs, self.lambda.or(Job::default().lambda), |job, lambda| job.lambda = lambda);
         let jobs = each(jobs, self.sparsity.or(SparsityNorm::default()), |job, norm| job.sparsity = norm);

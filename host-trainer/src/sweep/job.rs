@@ -3,11 +3,12 @@
 use std::time::Instant;
 
 use ballrace_core::library::Library;
-use ballrace_core::states::{Estimator, Orders, StateSpec};
+use ballrace_core::states::{Orders, StateSpec};
 use serde::{Deserialize, Serialize};
 
 use super::config::Sizes;
-use crate::model::fit::choice::{AlignmentKind, SolverKind};
+use crate::model::fit::choice::{AlignmentKind, EstimatorKind, SolverKind};
+use crate::model::fit::report::CREATED_BY;
 use crate::model::fit::{FitConfig, FitError, ScoredModel, Solver, score_fit};
 use crate::model::sindy_nn::gradient::{Lambdas, SparsityNorm};
 use crate::model::sindy_nn::train::TrainConfig;
@@ -36,6 +37,8 @@ pub struct Job {
     pub solver: SolverKind,
     /// Alignment of the finite differences.
     pub alignment: AlignmentKind,
+    /// Estimator of the states, with its default parameters; all but differences need the causal alignment.
+    pub estimator: EstimatorKind,
     /// `"none"`, or the wavelet by which the recordings are denoised.
     pub filter: String,
     /// λ1, λ2, λ3.
@@ -52,6 +55,10 @@ pub struct Job {
     pub causal: bool,
     /// Epochs of SINDy-NN.
     pub epochs: usize,
+    /// Checksum of the samples, of all recordings of the fit; empty before the job is run.
+    pub samples: String,
+    /// Program and version.
+    pub program: String,
 }
 
 /// Name of no filter.
@@ -65,6 +72,7 @@ impl Default for Job {
             sizes: Sizes::default(),
             solver: SolverKind::default(),
             alignment: AlignmentKind::default(),
+            estimator: EstimatorKind::default(),
             filter: NO_FILTER.into(),
             lambda: [Lambdas::PAPER.derivative, Lambdas::PAPER.latent, Lambdas::PAPER.sparsity],
             sparsity: SparsityNorm::default(),
@@ -73,6 +81,8 @@ impl Default for Job {
             null_kind: SurrogateKind::default(),
             causal: true,
             epochs: TrainConfig::default().epochs,
+            samples: String::new(),
+            program: CREATED_BY.into(),
         }
     }
 }
@@ -150,10 +160,21 @@ impl Job {
         }
     }
 
+    /// Job with the checksum of its samples: a row of other samples by the same names is no row of this job.
+    pub fn identified(&self, material: &Material) -> Self {
+        let bytes: Vec<u8> =
+            self.own(material).flat_map(|series| &series.samples).flat_map(|sample| sample.to_le_bytes()).collect();
+        Self { samples: format!("crc32:{:08x}", ballrace_core::model::crc32(&bytes)), ..self.clone() }
+    }
+
+    /// Recordings of this fit.
+    fn own<'a>(&'a self, material: &'a Material) -> impl Iterator<Item = &'a Series> {
+        material.series.iter().filter(|series| self.recording.as_ref().is_none_or(|name| *name == series.name))
+    }
+
     fn fitted(&self, material: &Material) -> Result<ScoredModel, FitError> {
-        let is_own = |series: &&Series| self.recording.as_ref().is_none_or(|name| *name == series.name);
-        let own = material.series.iter().filter(is_own);
-        let series: Vec<Series> = own.map(|series| self.filtered(series, material.sample_rate_hz)).collect();
+        let series: Vec<Series> =
+            self.own(material).map(|series| self.filtered(series, material.sample_rate_hz)).collect();
         let [derivative, latent, sparsity] = self.lambda;
         let train = TrainConfig {
             lambdas: Lambdas { derivative, latent, sparsity, norm: self.sparsity },
@@ -171,7 +192,7 @@ impl Job {
                 dimension: self.sizes.nmd,
                 orders: Orders::Even,
                 alignment: self.alignment.into(),
-                estimator: Estimator::Differences,
+                estimator: self.estimator.with(None, None, None),
             },
             degree: self.sizes.nd,
             harmonics: self.sizes.nf,

@@ -61,6 +61,7 @@ impl Journal {
     }
 }
 
-fn key(job: &Job) -> String {
+/// Text that is equal for equal jobs.
+pub(super) fn key(job: &Job) -> String {
     serde_json::to_string(job).unwrap_or_default()
 }

@@ -16,6 +16,7 @@ pub mod journal;
 pub mod preset;
 pub mod table;
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -25,7 +26,7 @@ use rayon::prelude::*;
 use self::job::{Job, Material, Row};
 use self::journal::{Journal, JournalError};
 
-/// Rows of all jobs, in their order. Those that the journal in `folder` has are not fitted again; the others are
+/// Rows of all jobs, in their order; equal jobs are fitted once. Those that the journal in `folder` has are not fitted again; the others are
 /// written to it as soon as they are done. `progress` gets the number of jobs done and of all.
 ///
 /// # Errors
@@ -36,20 +37,34 @@ pub fn run(
     folder: &Path,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Vec<Row>, JournalError> {
+    let jobs: Vec<Job> = jobs.iter().map(|job| job.identified(material)).collect();
+    let mut distinct: Vec<&Job> = Vec::new();
+    let mut places: HashMap<String, usize> = HashMap::new();
+    let place: Vec<usize> = jobs
+        .iter()
+        .map(|job| {
+            *places.entry(journal::key(job)).or_insert_with(|| {
+                distinct.push(job);
+                distinct.len() - 1
+            })
+        })
+        .collect();
     let journal = Journal::open(folder)?;
-    let known: Vec<Option<Row>> = jobs.iter().map(|job| journal.row(job).cloned()).collect();
+    let known: Vec<Option<Row>> = distinct.iter().map(|job| journal.row(job).cloned()).collect();
     let done = AtomicUsize::new(known.iter().flatten().count());
-    progress(done.load(Ordering::Relaxed), jobs.len());
+    let all = distinct.len();
+    progress(done.load(Ordering::Relaxed), all);
     let journal = Mutex::new(journal);
-    let made = jobs.par_iter().zip(known).map(|(job, known): (&Job, Option<Row>)| match known {
+    let made = distinct.par_iter().zip(known).map(|(job, known): (&&Job, Option<Row>)| match known {
         Some(row) => Ok(row),
         None => {
             let row = job.fit(material);
             // A thread that panicked while it held the lock has written nothing or a whole line.
             journal.lock().unwrap_or_else(std::sync::PoisonError::into_inner).add(&row)?;
-            progress(1 + done.fetch_add(1, Ordering::Relaxed), jobs.len());
+            progress(1 + done.fetch_add(1, Ordering::Relaxed), all);
             Ok(row)
         }
     });
-    made.collect()
+    let rows: Vec<Row> = made.collect::<Result<_, JournalError>>()?;
+    Ok(place.into_iter().map(|at| rows[at].clone()).collect())
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::config::{Sizes, each};
 use super::job::Job;
 use crate::model::fit::choice::SolverKind;
-use crate::paper::{PaperLibrary, TABLE_3, aged_bearing};
+use crate::paper::{PaperLibrary, TABLE_3};
 use crate::signal::surrogate::SurrogateKind;
 
 /// Table or figure of the paper.
@@ -113,11 +113,6 @@ impl Bearing {
         let (length, count) = (self.aging.len(), count.min(self.aging.len()));
         let at = |k: usize| self.aging.start + (2 * k + 1) * length / (2 * count);
         (0..count).map(|k| self.recordings[at(k)].clone()).collect()
-    }
-
-    /// Whether the paper's Table 5 has it.
-    pub fn is_in_paper(&self) -> bool {
-        aged_bearing(&self.name).is_some()
     }
 }
 

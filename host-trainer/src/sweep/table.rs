@@ -23,7 +23,7 @@ pub fn text(value: impl serde::Serialize) -> Option<String> {
     serde_json::to_value(value).ok()?.as_str().map(str::to_owned)
 }
 
-const COLUMNS: [Column; 25] = [
+const COLUMNS: [Column; 26] = [
     Column::Text("name", |row| Some(row.job.sizes.name.clone())),
     Column::Text("recording", |row| row.job.recording.clone()),
     Column::Count("nd", |row| Some(row.job.sizes.nd as i64)),
@@ -31,6 +31,7 @@ const COLUMNS: [Column; 25] = [
     Column::Count("nf", |row| Some(row.job.sizes.nf as i64)),
     Column::Text("solver", |row| text(row.job.solver)),
     Column::Text("alignment", |row| text(row.job.alignment)),
+    Column::Text("estimator", |row| text(row.job.estimator)),
     Column::Text("filter", |row| Some(row.job.filter.clone())),
     Column::Number("lambda1", |row| Some(row.job.lambda[0])),
     Column::Number("lambda2", |row| Some(row.job.lambda[1])),
@@ -120,4 +121,45 @@ fn split<T>(rows: &[Row], of: impl Fn(&Row) -> Option<T>) -> (Vec<T>, Vec<i16>) 
     let all: Vec<Option<T>> = rows.iter().map(of).collect();
     let levels = all.iter().map(|value| i16::from(value.is_some())).collect();
     (all.into_iter().flatten().collect(), levels)
+}
+
+#[cfg(test)]
+mod tests {
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::Field;
+
+    use super::*;
+    use crate::sweep::job::Job;
+
+    #[test]
+    fn invariant_both_forms_read_back_as_what_was_written() {
+        let job = Job { recording: Some("a \"b\", c".into()), seed: 7, ..Job::default() };
+        let good = Row { r2: Some(0.9), terms: Some(12), seconds: 1.5, ..Row::failed(&job, 77, None) };
+        let failed = Row::failed(&job, 0, Some("too few rows".into()));
+        let rows = [good, failed];
+
+        let text = csv(&rows);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines.len(), 3);
+        assert!(lines[1].contains("\"a \"\"b\"\", c\"") && lines[2].ends_with(",too few rows"), "{text}");
+        assert_eq!(lines[0].split(',').count(), COLUMNS.len());
+
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rows.parquet");
+        std::fs::write(&path, parquet(&rows).unwrap()).unwrap();
+        let reader = SerializedFileReader::new(std::fs::File::open(&path).unwrap()).unwrap();
+        let read: Vec<_> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
+        assert_eq!(read.len(), 2);
+        let field = |row: usize, name: &str| {
+            let (_, field) = read[row].get_column_iter().find(|(column, _)| *column == name).unwrap();
+            field.clone()
+        };
+        assert_eq!(field(0, "recording"), Field::Str("a \"b\", c".into()));
+        assert_eq!(field(0, "r2"), Field::Double(0.9));
+        assert_eq!((field(0, "terms"), field(0, "seed")), (Field::Long(12), Field::Long(7)));
+        assert_eq!((field(0, "error"), field(1, "r2")), (Field::Null, Field::Null));
+        assert_eq!(field(1, "error"), Field::Str("too few rows".into()));
+        let names: Vec<&str> = read[0].get_column_iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names, COLUMNS.iter().map(Column::name).collect::<Vec<_>>());
+    }
 }

@@ -9,7 +9,8 @@ use super::{Args, fitted};
 use crate::cli::input::Recordings;
 use crate::cli::{Failure, write};
 use crate::model::baseline::Autoregression;
-use crate::model::fit::{FitConfig, fit};
+use crate::model::fit::report::CREATED_BY;
+use crate::model::fit::{FitConfig, Split, fit};
 use crate::model::{OwnedModel, file};
 use crate::recording::input::{Input, Series};
 use crate::recording::reference_data;
@@ -92,6 +93,8 @@ pub fn run(args: &Args, name: PresetName) -> Result<Vec<Row>, Failure> {
     let page = paper::document(&Page {
         presets: &by_preset,
         machines: loaded.iter().map(|l| &l.machine).collect(),
+        bearing: &first.bearing.name,
+        channel: &args.channel,
         rules: Rules::default(),
         baselines: baselines.unwrap_or_default(),
         model: &model,
@@ -111,10 +114,14 @@ fn load(args: &Args) -> Result<Vec<Loaded>, Failure> {
         folders = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| path.is_dir()).collect();
         folders.sort();
     }
-    let mut all = Vec::new();
+    let mut all: Vec<Loaded> = Vec::new();
     for folder in &folders {
         let loaded = load_one(args, folder)?;
         match loaded {
+            Some(loaded) if all.iter().any(|other| other.bearing.name == loaded.bearing.name) => {
+                let name = &loaded.bearing.name;
+                return Err(Failure::Input(format!("found two folders {name}, expected folders of different names")));
+            }
             Some(loaded) => all.push(loaded),
             None => eprintln!("{}: channel {} shows no aging; left out", folder.display(), args.channel),
         }
@@ -157,21 +164,18 @@ fn load_one(args: &Args, folder: &Path) -> Result<Option<Loaded>, Failure> {
     }))
 }
 
-/// Scores of the linear baselines on the recordings of some rows: fitted to the first four fifths of each, scored on the rest.
+/// Scores of the linear baselines on the recordings of some rows, fitted and held out as the models are.
 fn baselines(rows: &[Row], material: &Material) -> Vec<Baseline> {
     let names: std::collections::BTreeSet<&String> = rows.iter().filter_map(|row| row.job.recording.as_ref()).collect();
     let chosen: Vec<&Series> = material.series.iter().filter(|series| names.contains(&series.name)).collect();
+    let config = FitConfig::default();
     let score = |model: fn(&[Series]) -> Option<Autoregression>| {
-        let scores: Vec<f64> = chosen
-            .iter()
-            .filter_map(|series| {
-                let (first, last) = series.samples.split_at(series.samples.len() * 4 / 5);
-                let [first, last] =
-                    [first, last].map(|part| vec![Series { name: String::new(), samples: part.to_vec() }]);
-                Some(model(&first)?.r_squared(&last))
-            })
-            .collect();
-        scores.iter().sum::<f64>() / scores.len() as f64
+        let of = |series: &&Series| {
+            let split = Split::holding_out(&[(*series).clone()], config.hold_out_every, config.spec.warm_up());
+            Some(model(&split.train)?.r_squared(&split.held_out))
+        };
+        let scores: Option<Vec<f64>> = chosen.iter().map(of).collect();
+        scores.map(|scores| scores.iter().sum::<f64>() / scores.len() as f64)
     };
     vec![
         Baseline { name: "persistence: the present sample", r2_causal: score(|_| Some(Autoregression::persistence())) },
@@ -187,12 +191,16 @@ fn best_model<'a>(args: &Args, loaded: &'a Loaded) -> Result<(OwnedModel, &'a Se
     let aging = &loaded.bearing.aging;
     let series = &loaded.series[(aging.start + aging.end) / 2];
     if let Ok((model, Some(report))) = file::read(&path)
-        && report.training.recordings.iter().any(|name| name.starts_with(&series.name))
+        && report.training.recordings == [format!("{}, first 3/5", series.name)]
+        && report.training.channel.as_ref() == Some(&args.channel)
+        && report.created_by == CREATED_BY
     {
         return Ok((model, series));
     }
     let config = FitConfig { null_fits: 0, causal: false, trainings: 1, ..FitConfig::default() };
-    let fitted = fit(std::slice::from_ref(series), loaded.sample_rate_hz, &config, &|_| ()).map_err(Failure::other)?;
+    let fitted = fit(std::slice::from_ref(series), loaded.sample_rate_hz, &config, &|_| ());
+    let mut fitted = fitted.map_err(Failure::other)?;
+    fitted.report.training.channel = Some(args.channel.clone());
     file::write(&path, &fitted.model, &fitted.report).map_err(Failure::other)?;
     Ok((fitted.model, series))
 }

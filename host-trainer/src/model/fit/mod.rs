@@ -28,7 +28,8 @@ use crate::signal::surrogate::SurrogateKind;
 use report::{Report, Training};
 use score::{NullScores, Score, Scores, TrainingScores};
 use settings::RowSettings;
-use single_fit::{SingleFit, Split, fit_once};
+pub use single_fit::Split;
+use single_fit::{SingleFit, fit_once};
 
 /// Solver for Ξ.
 #[derive(Clone, Debug, PartialEq)]
@@ -214,7 +215,7 @@ pub fn fit(
         Solver::SindyNn { .. } => fitted.terms() as f64 / fitted.layout.latent as f64,
     });
     let report = Report {
-        created_by: format!("ballrace {}", env!("CARGO_PKG_VERSION")),
+        created_by: report::CREATED_BY.into(),
         training: Training::new(&split, sample_rate_hz, config, &main),
         verdict: verdict::verdict(&scores),
         scores,
@@ -265,6 +266,8 @@ fn scored(
     progress: &(dyn Fn(Stage) + Sync),
 ) -> Result<Scored, FitError> {
     check(recordings, config)?;
+    // A decomposition split over threads would round differently with their number.
+    faer::set_global_parallelism(faer::Par::Seq);
     let causal_apart = config.causal && config.spec.alignment != Alignment::Causal;
     let trainings = match config.solver {
         Solver::SindyNn { .. } => config.trainings.max(1),
@@ -381,7 +384,7 @@ fn check(recordings: &[Series], config: &FitConfig) -> Result<(), FitError> {
     if rows < expected { Err(FitError::TooShort { found, rows, expected }) } else { Ok(()) }
 }
 
-/// Checks that both sides of a split have enough rows.
+/// Checks that all parts of a split have enough rows.
 fn check_split(split: &Split, config: &FitConfig) -> Result<(), FitError> {
     for part in [&split.train, &split.validation, &split.held_out] {
         let rows = |s: &Series| (s.samples.len() + 1).saturating_sub(config.spec.warm_up());

@@ -11,6 +11,9 @@ use super::{FitConfig, Solver};
 use crate::model::path::PathPoint;
 use crate::model::stlsq::Diagnosis;
 
+/// Program and version that writes a report.
+pub const CREATED_BY: &str = concat!("ballrace ", env!("CARGO_PKG_VERSION"));
+
 /// Report of a fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {

@@ -5,7 +5,7 @@
 pub struct RowSettings {
     /// Rows for each dimension over all recordings. Not tuned: chosen by hand.
     pub rows_per_dimension: usize,
-    /// Rows for each dimension on either side of the split. Not tuned: chosen by hand.
+    /// Rows for each dimension in each part of the split. Not tuned: chosen by hand.
     pub split_rows_per_dimension: usize,
     /// Least dimension that counts for both. Not tuned: chosen by hand.
     pub min_dimension: usize,
@@ -19,17 +19,19 @@ impl RowSettings {
 /// Settings of the split.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SplitSettings {
-    /// Greatest number of pieces, whose scatter gives the held-out error a standard error. Not tuned: chosen by hand.
+    /// Greatest number of pieces, whose scatter gives the validation error a standard error. Not tuned: chosen by hand.
     pub max_pieces: usize,
     /// Least rows of a piece, if there are enough. Not tuned: chosen by hand.
     pub min_piece_rows: usize,
     /// Fewest validation recordings: with fewer the ends of the recordings fitted to are used. Two have a scatter.
     pub min_validation: usize,
+    /// Least variance of a standardised target in a recording that thresholds are chosen by. Not tuned: chosen by hand.
+    pub min_variance: f64,
 }
 
 impl SplitSettings {
     /// Default settings.
-    pub const DEFAULT: Self = Self { max_pieces: 4, min_piece_rows: 64, min_validation: 2 };
+    pub const DEFAULT: Self = Self { max_pieces: 4, min_piece_rows: 64, min_validation: 2, min_variance: 1e-6 };
 }
 
 /// Settings of the healthy level.
@@ -99,7 +101,7 @@ pub struct EstimatorSettings {
 }
 
 impl EstimatorSettings {
-    /// Chosen on the first 100 recordings of Bearing3_1, both channels, n_MD 2, 4 and 8: greatest mean next-sample R²,
-    /// held out, of least squares, among excess degrees 0 to 2, stretches 1.25 to 3 and cut-offs 0.005 to 0.45.
+    /// Chosen on the first 100 recordings of Bearing3_1, both channels, n_MD 2, 4 and 8: greatest mean next-sample R² of
+    /// least squares among excess degrees 0 to 2 with stretches 1 to 3, and cut-offs 0.02 to 0.4.
     pub const DEFAULT: Self = Self { excess: 0, stretch: 1.25, cutoff: 0.22 };
 }

@@ -45,7 +45,7 @@ impl Split {
             return Self {
                 train: vec![Series { name: format!("{}, first 3/5", only.name), samples: first.to_vec() }],
                 validation: pieces(&format!("{}, fourth 1/5", only.name), middle, least),
-                held_out: pieces(&format!("{}, last 1/5", only.name), last, least),
+                held_out: vec![Series { name: format!("{}, last 1/5", only.name), samples: last.to_vec() }],
                 within: true,
             };
         }
@@ -127,6 +127,16 @@ fn standardised(recordings: &[Series], spec: StateSpec, scales: &Scales) -> Vec<
     rows
 }
 
+/// Whether each standardised target has a variance.
+fn varies(rows: &Samples<f32>) -> bool {
+    let variance = |output: usize| {
+        let values = || rows.dx.iter().skip(output).step_by(rows.inputs).map(|v| f64::from(*v));
+        let mean = values().sum::<f64>() / rows.len() as f64;
+        values().map(|v| (v - mean).powi(2)).sum::<f64>() / rows.len() as f64
+    };
+    !rows.is_empty() && (0..rows.inputs).all(|output| variance(output) > SETTINGS.min_variance)
+}
+
 /// Fits one model, trained from `seed`.
 ///
 /// # Errors
@@ -143,11 +153,13 @@ pub fn fit_once(
     let mut train_rows = rows(&split.train, spec);
     let scales = Scales::from_rows(&train_rows);
     train_rows.par_iter_mut().for_each(|rows| scales.apply(rows));
-    let rows = Rows {
-        validation: standardised(&split.validation, spec, &scales),
-        held_out: standardised(&split.held_out, spec, &scales),
-        train: train_rows,
+    // A recording that is too short or does not vary has no error relative to its own power.
+    let judged = |recordings: &[Series]| {
+        let mut rows = standardised(recordings, spec, &scales);
+        rows.retain(varies);
+        rows
     };
+    let rows = Rows { validation: judged(&split.validation), held_out: judged(&split.held_out), train: train_rows };
     let found = match &config.solver {
         Solver::Stlsq(stlsq) => least_squares(library, &rows, stlsq),
         Solver::SindyNn { hidden, train } => {

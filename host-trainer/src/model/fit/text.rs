@@ -66,7 +66,10 @@ pub fn report(report: &Report, most_terms: usize) -> String {
 fn path(report: &Report) -> String {
     let points = report.path.chunk_by(|a, b| a.terms == b.terms).filter_map(|equal| equal.first());
     let rows: String = points
-        .map(|p| format!("{:>10.1e}{:>8}{:>12.4}{:>10.4}\n", p.threshold, p.terms, p.validation, p.held_out))
+        .map(|p| {
+            let (validation, held_out) = (optional(p.validation), optional(p.held_out));
+            format!("{:>10.1e}{:>8}{validation:>12}{held_out:>10}\n", p.threshold, p.terms)
+        })
         .collect();
     if rows.is_empty() {
         return rows;

@@ -76,16 +76,22 @@ pub fn verdict(scores: &Scores) -> Verdict {
         _ if derivative.is_none() && causal.is_none() => {
             (false, "not judged: fewer than two surrogate fits".to_owned())
         }
-        (true, true) => (true, "dynamics beyond the null, in the derivatives and in the prediction of the next sample".into()),
+        (true, true) => {
+            (true, "dynamics beyond the null, in the derivatives and in the prediction of the next sample".into())
+        }
         (true, false) => (
             false,
-            "no dynamics beyond the null: the derivatives are fitted better than those of a surrogate, as amplitudes that are not Gaussian alone can bring about, but the next sample is not predicted better".into(),
+            format!(
+                "no dynamics beyond the null: the derivatives are fitted better than those of a surrogate with {}, but the next sample {}",
+                kept(scores.null_kind),
+                if causal.is_some() { "is not predicted better" } else { "was not predicted" }
+            ),
         ),
         (false, true) => (true, "beyond the null in the prediction of the next sample only".into()),
         (false, false) => (
             false,
             format!(
-                "nothing beyond the null: a surrogate with {} is fitted as well, so the score is that of the spectrum and of the algebra of differences",
+                "nothing beyond the null: a surrogate with {} is fitted as well, so the score is that of these and of the algebra of differences",
                 kept(scores.null_kind)
             ),
         ),

@@ -41,7 +41,7 @@ impl Lambdas {
     pub const PAPER: Self = Self { derivative: 0.5, latent: 0.01, sparsity: 0.01, norm: SparsityNorm::Sum };
 }
 
-/// The four losses, theory (13), each a mean over samples and components; not weighted.
+/// The four losses, theory (13), those of data means over samples and components; not weighted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Losses {
     /// Reconstruction loss L_recon.

@@ -1,7 +1,8 @@
 //! Removal of terms by what it costs in the residual, theory (16): the optimal brain surgeon of Hassibi and Stork 1993.
 //!
-//! With encoder and decoder as they are, the data losses are quadratic in Ξ, so what the removal of a term costs after the other
-//! terms of its equation have taken its place is exact. A term's own power says nothing here: two nearly equal terms of
+//! With encoder and decoder as they are, the data losses are quadratic in Ξ, so at their minimum what the removal of a term costs
+//! after the other terms of its equation have taken its place is exact. Of a library with more terms than can be judged so in
+//! reasonable time those of least power are removed first. A term's own power says nothing here: two nearly equal terms of
 //! opposite sign can each have a hundred times the power of their sum.
 
 use ballrace_core::network::Network;

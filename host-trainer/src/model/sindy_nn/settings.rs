@@ -34,9 +34,9 @@ impl EngineSettings {
 pub struct RunSettings {
     /// Initial value of every coefficient of Ξ: the reference implementations'.
     pub initial_coefficient: f32,
-    /// Checks of the held-out loss over the planned steps. Not tuned: chosen by hand.
+    /// Checks of the validation loss over the planned steps. Not tuned: chosen by hand.
     pub checks: usize,
-    /// Greatest number of samples for a held-out loss or a term's power. Not tuned: chosen by hand.
+    /// Greatest number of samples for a validation loss or a term's power. Not tuned: chosen by hand.
     pub max_judged: usize,
 }
 
@@ -62,8 +62,8 @@ pub struct PruneSettings {
     pub max_rows: usize,
     /// Addition to the form's diagonal, as a share of it: an equation with more terms than samples has a form too.
     pub ridge: f64,
-    /// Most terms of an equation that are judged by the form; of more, those of the greatest power. Bounds the time, which goes
-    /// with the cube.
+    /// Most terms of an equation that are judged by the form; of more, those of least power are removed unjudged. Bounds the time,
+    /// which goes with the cube.
     pub max_terms: usize,
 }
 

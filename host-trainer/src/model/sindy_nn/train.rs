@@ -330,7 +330,7 @@ impl Run {
             error: self.mean_loss(recording, lambdas).derivative * recording.dx.len() as f64,
             power: recording.dx.iter().map(|v| f64::from(v * v)).sum(),
         };
-        recordings.iter().filter(|recording| !recording.is_empty()).map(of).collect()
+        recordings.iter().map(of).collect()
     }
 
     /// Removes terms that are worth less than `share` of the power of ẋ.
@@ -358,10 +358,11 @@ fn unexplained(recordings: &[Squares]) -> Vec<f64> {
     recordings.iter().map(|squares| squares.error / squares.power).collect()
 }
 
-/// R² over all recordings together, as the scores are.
-fn r_squared(recordings: &[Squares]) -> f64 {
+/// R² over all recordings and derivatives together; `None` without any. Standardised derivatives have nearly equal powers, so
+/// that this is nearly the mean of theory (22).
+fn r_squared(recordings: &[Squares]) -> Option<f64> {
     let sum = |of: fn(&Squares) -> f64| recordings.iter().map(of).sum::<f64>();
-    1.0 - sum(|squares| squares.error) / sum(|squares| squares.power)
+    (!recordings.is_empty()).then(|| 1.0 - sum(|squares| squares.error) / sum(|squares| squares.power))
 }
 
 /// Indices spread evenly over `len`, at most `max_judged`.

@@ -95,8 +95,8 @@ pub fn fit_with_path(
     let point = |(k, threshold): (usize, &f64)| PathPoint {
         threshold: *threshold,
         terms: paths.iter().map(|path| path.equations[k].terms()).sum(),
-        validation: r_squared(&together[0], &paths, k),
-        held_out: r_squared(&together[1], &paths, k),
+        validation: together[0].as_ref().map(|rows| r_squared(rows, &paths, k)),
+        held_out: together[1].as_ref().map(|rows| r_squared(rows, &paths, k)),
     };
     let points = thresholds.iter().enumerate().map(point).collect();
     let chosen = |(output, mut path): (usize, OutputPath)| {
@@ -118,9 +118,8 @@ struct OutputPath {
     errors: Vec<Vec<f64>>,
 }
 
-/// Mean R² of the outputs at place `k` of their paths; NaN without recordings.
-fn r_squared(recordings: &Option<RFactor>, paths: &[OutputPath], k: usize) -> f64 {
-    let Some(rows) = recordings else { return f64::NAN };
+/// Mean R² of the outputs at place `k` of their paths.
+fn r_squared(rows: &RFactor, paths: &[OutputPath], k: usize) -> f64 {
     let each = paths.iter().enumerate().map(|(output, path)| rows.r_squared(output, &path.equations[k].coefficients));
     each.sum::<f64>() / paths.len() as f64
 }

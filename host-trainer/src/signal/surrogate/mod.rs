@@ -86,6 +86,9 @@ fn level(innovations: &[f64]) -> Vec<f64> {
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
     let mut centred: Vec<f64> = squares.iter().map(|e| e - mean).collect();
     let lines = take_lines(&mut centred);
+    if mean <= 0.0 {
+        return vec![1.0; squares.len()];
+    }
     let power = |t: usize| mean + lines.iter().map(|line| line.at(t)).sum::<f64>();
     (0..squares.len()).map(|t| power(t).max(SETTINGS.min_level * mean).sqrt()).collect()
 }
@@ -106,8 +109,8 @@ fn shuffle(values: &[f64], rng: &mut ChaCha8Rng) -> Vec<f64> {
     for _ in 0..SETTINGS.iterations {
         scratch.copy_from_slice(&shuffled);
         forward.process(&mut scratch, &mut spectrum).expect("buffers are the plan's own");
-        for (bin, amplitude) in spectrum.iter_mut().zip(&amplitudes) {
-            *bin *= amplitude / bin.norm().max(f64::MIN_POSITIVE);
+        for (bin, amplitude) in spectrum.iter_mut().zip(&amplitudes).filter(|(bin, _)| bin.norm() > 0.0) {
+            *bin *= amplitude / bin.norm();
         }
         inverse.process(&mut spectrum, &mut scratch).expect("buffers are the plan's own");
         let mut order: Vec<usize> = (0..n).collect();
