@@ -388,7 +388,7 @@ fn the_paper_s_tables_come_from_one_command_and_a_library_from_another() {
     let csv = std::fs::read_to_string(folder.join("paper/sweep.csv")).expect("written");
     assert_eq!(csv.lines().count(), 1 + 5 * 7);
     let page = std::fs::read_to_string(folder.join("paper/paper.html")).expect("written");
-    for part in ["Figure 8", "Figure 11", "Figure 13", "above their surrogate", "machine: ax ages from r11"] {
+    for part in ["Figure 8", "Figure 11", "Figure 13", "on their surrogates", "machine: ax ages from r11"] {
         assert!(page.contains(part), "{part}");
     }
     assert_eq!(page.matches("<svg").count(), 2 + 3 + 1);

@@ -1,4 +1,4 @@
-//! Baselines that any model of the next sample must beat: an autoregression and persistence.
+//! Linear baselines that any model of the next sample must beat: autoregression and persistence.
 
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsqCore;
@@ -7,12 +7,12 @@ use crate::recording::input::Series;
 
 /// Prediction a[t+1] = c₀ + Σ c_k a[t+1−k], k = 1 … order.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Autoregression {
+pub struct LinearPredictor {
     /// Coefficients c₀, c₁, ….
     coefficients: Vec<f64>,
 }
 
-impl Autoregression {
+impl LinearPredictor {
     /// Least squares over all samples that have a whole past; `None` if there are fewer of them than coefficients.
     pub fn fit(recordings: &[Series], order: usize) -> Option<Self> {
         let windows = || recordings.iter().flat_map(|series| series.samples.windows(order + 1));
@@ -62,13 +62,13 @@ mod tests {
     fn literature_a_sine_is_an_autoregression_of_order_two() {
         // a[t+1] = 2 cos ω a[t] − a[t−1].
         let made = series((0..500).map(|t| 1.0 + (0.4 * t as f32).sin()).collect());
-        let fitted = Autoregression::fit(&made, 2).unwrap();
+        let fitted = LinearPredictor::fit(&made, 2).unwrap();
         let expected = [2.0 - 2.0 * 0.4f64.cos(), 2.0 * 0.4f64.cos(), -1.0];
         for (got, expected) in fitted.coefficients.iter().zip(expected) {
             assert!((got - expected).abs() < 1e-4, "{fitted:?}");
         }
         assert!(fitted.r_squared(&made) > 0.999_999);
-        assert_eq!(Autoregression::fit(&series(vec![1.0; 4]), 3), None);
+        assert_eq!(LinearPredictor::fit(&series(vec![1.0; 4]), 3), None);
     }
 
     #[test]
@@ -76,6 +76,6 @@ mod tests {
         // R² of repeating a sine is 1 − 2 (1 − cos ω).
         let made = series((0..100_000).map(|t| (0.4 * t as f32).sin()).collect());
         let expected = 1.0 - 2.0 * (1.0 - 0.4f64.cos());
-        assert!((Autoregression::persistence().r_squared(&made) - expected).abs() < 1e-3);
+        assert!((LinearPredictor::persistence().r_squared(&made) - expected).abs() < 1e-3);
     }
 }

@@ -8,7 +8,7 @@ use clap::builder::PossibleValue;
 use super::{Args, fitted};
 use crate::cli::input::Recordings;
 use crate::cli::{Failure, write};
-use crate::model::baseline::Autoregression;
+use crate::model::baseline::LinearPredictor;
 use crate::model::fit::report::CREATED_BY;
 use crate::model::fit::{FitConfig, Split, fit};
 use crate::model::{OwnedModel, file};
@@ -169,7 +169,7 @@ fn baselines(rows: &[Row], material: &Material) -> Vec<Baseline> {
     let names: std::collections::BTreeSet<&String> = rows.iter().filter_map(|row| row.job.recording.as_ref()).collect();
     let chosen: Vec<&Series> = material.series.iter().filter(|series| names.contains(&series.name)).collect();
     let config = FitConfig::default();
-    let score = |model: fn(&[Series]) -> Option<Autoregression>| {
+    let score = |model: fn(&[Series]) -> Option<LinearPredictor>| {
         let of = |series: &&Series| {
             let split = Split::holding_out(&[(*series).clone()], config.hold_out_every, config.spec.warm_up());
             Some(model(&split.train)?.r_squared(&split.held_out))
@@ -178,9 +178,12 @@ fn baselines(rows: &[Row], material: &Material) -> Vec<Baseline> {
         scores.map(|scores| scores.iter().sum::<f64>() / scores.len() as f64)
     };
     vec![
-        Baseline { name: "persistence: the present sample", r2_causal: score(|_| Some(Autoregression::persistence())) },
-        Baseline { name: "autoregression of order 16", r2_causal: score(|train| Autoregression::fit(train, 16)) },
-        Baseline { name: "autoregression of order 64", r2_causal: score(|train| Autoregression::fit(train, 64)) },
+        Baseline {
+            name: "persistence: the present sample",
+            r2_causal: score(|_| Some(LinearPredictor::persistence())),
+        },
+        Baseline { name: "autoregression of order 16", r2_causal: score(|train| LinearPredictor::fit(train, 16)) },
+        Baseline { name: "autoregression of order 64", r2_causal: score(|train| LinearPredictor::fit(train, 64)) },
     ]
 }
 

@@ -3,8 +3,9 @@
 use ballrace_core::library::Library;
 use serde::{Deserialize, Serialize};
 
+use super::regression::Regression;
 use super::settings::ConditioningSettings;
-use super::{Equation, RFactor, StlsqConfig, fit};
+use super::{Equation, RFactor, StlsqConfig, thresholds_up_to};
 use crate::model::samples::Samples;
 
 const SETTINGS: ConditioningSettings = ConditioningSettings::DEFAULT;
@@ -59,13 +60,13 @@ pub fn noise_terms(
         .collect();
     let parts = RFactor::from_each(library, &mixed);
     let Some(moments) = RFactor::merge(&parts.iter().collect::<Vec<_>>()) else { return 0.0 };
+    let regression = Regression::new(&moments, config.ridge);
     let kept: usize = equations
         .iter()
         .enumerate()
         .map(|(output, equation)| {
-            let config = StlsqConfig { threshold: Some(equation.threshold), ..config.clone() };
-            let noise = fit(&moments, &[], &config);
-            noise[output].coefficients.iter().filter(|c| **c != 0.0).count()
+            let path = regression.threshold_path(output, &thresholds_up_to(equation.threshold), config.rounds);
+            path.last().map_or(0, |coefficients| coefficients.iter().filter(|c| **c != 0.0).count())
         })
         .sum();
     kept as f64 / equations.len().max(1) as f64

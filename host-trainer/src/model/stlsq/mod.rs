@@ -60,6 +60,11 @@ fn grid() -> Vec<f64> {
     std::iter::once(0.0).chain((0..=intervals).map(|k| 10f64.powf(min_exponent + f64::from(k) / per_decade))).collect()
 }
 
+/// Thresholds of a path to a stated one.
+fn thresholds_up_to(stated: f64) -> Vec<f64> {
+    grid().into_iter().filter(|threshold| *threshold < stated).chain([stated]).collect()
+}
+
 /// Fits every output of `train`, theory (18) to (20); `validation`, one per recording, chooses the thresholds. Without
 /// validation recordings and without a stated threshold nothing is thresholded.
 pub fn fit(train: &RFactor, validation: &[RFactor], config: &StlsqConfig) -> Vec<Equation> {
@@ -74,7 +79,7 @@ pub fn fit_with_path(
     config: &StlsqConfig,
 ) -> (Vec<Equation>, Vec<PathPoint>) {
     let thresholds: Vec<f64> = match config.threshold {
-        Some(stated) => grid().into_iter().filter(|threshold| *threshold < stated).chain([stated]).collect(),
+        Some(stated) => thresholds_up_to(stated),
         None if validation.is_empty() => vec![0.0],
         None => grid(),
     };
