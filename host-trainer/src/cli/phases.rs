@@ -6,6 +6,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::input::Recordings;
+use super::settings::CliSettings;
 use super::{Failure, line, write};
 use crate::paper::aged_bearing;
 use crate::report::phases::{self as report, Machine};
@@ -40,7 +41,7 @@ pub struct Args {
     #[arg(long, default_value_t = 3.0)]
     ratio: f64,
     /// Wavelet of the denoised signal: db1 to db10, sym2 to sym10
-    #[arg(long, default_value = "db4")]
+    #[arg(long, default_value = CliSettings::DEFAULT.wavelet)]
     wavelet: String,
     /// Rule for the threshold of the wavelet's details
     #[arg(long, value_enum, default_value_t = ThresholdRule::Universal)]

@@ -11,9 +11,13 @@ pub struct CliSettings {
     pub healthy_maximum: usize,
     /// Terms of each equation that `fit` prints without --all-terms. Not tuned: chosen by hand.
     pub terms: usize,
+    /// Wavelet of the denoised signal of `phases`, and of the aging phases of `sweep --preset`. Not tuned: the usual one for
+    /// bearings.
+    pub wavelet: &'static str,
 }
 
 impl CliSettings {
     /// Settings of all commands.
-    pub const DEFAULT: Self = Self { recordings_per_page: 16, healthy_divisor: 4, healthy_maximum: 100, terms: 6 };
+    pub const DEFAULT: Self =
+        Self { recordings_per_page: 16, healthy_divisor: 4, healthy_maximum: 100, terms: 6, wavelet: "db4" };
 }

@@ -3,6 +3,7 @@
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsqCore;
 
+use super::fit::score::Sums;
 use crate::recording::input::Series;
 
 /// Prediction a[t+1] = c₀ + Σ c_k a[t+1−k], k = 1 … order.
@@ -38,15 +39,14 @@ impl LinearPredictor {
     /// Score R² of the next sample over recordings, theory (22).
     pub fn r_squared(&self, recordings: &[Series]) -> f64 {
         let order = self.coefficients.len() - 1;
-        let (mut count, mut sum, mut square, mut error) = (0.0, 0.0, 0.0, 0.0);
+        let mut sums = Sums::default();
         for window in recordings.iter().flat_map(|series| series.samples.windows(order + 1)) {
             let past = window.iter().rev().skip(1).zip(&self.coefficients[1..]);
             let predicted = self.coefficients[0] + past.map(|(a, c)| f64::from(*a) * c).sum::<f64>();
             let next = f64::from(window[order]);
-            (count, sum, square) = (count + 1.0, sum + next, square + next * next);
-            error += (next - predicted).powi(2);
+            sums.push(next, next - predicted);
         }
-        1.0 - error / (square - sum * sum / count)
+        sums.r_squared()
     }
 }
 

@@ -1,9 +1,8 @@
 //! Construction of a library in the paper's three steps: the degrees n_D that reach a target, for them the dimensions n_MD, for
 //! these the harmonics n_F, each under a limit of a fit's time; and the choice among all that were tried.
 
-use serde::Serialize;
-
 use ballrace_core::library::Library;
+use serde::Serialize;
 
 use super::config::Sizes;
 use super::job::Row;
@@ -60,104 +59,137 @@ const DIMENSIONS_KEPT: usize = 2;
 
 /// Constructs a library; `fit` gives the row of given sizes.
 pub fn construct(limits: &Limits, fit: &mut dyn FnMut(Sizes) -> Row) -> Construction {
-    let mut fit = |nd, nmd, nf| fit(Sizes { name: String::new(), nd, nmd, nf });
-    let is_quick = |row: &Row| row.error.is_none() && row.seconds <= limits.seconds;
-    let is_small = |nd, nmd, nf| Library::new(nmd, nd, nf).is_some_and(|library| library.len() <= MAX_FUNCTIONS);
-    let reaches = |row: &Row| is_quick(row) && row.r2.is_some_and(|r2| r2 >= limits.target);
+    let mut fit = |[nd, nmd, nf]: [usize; 3]| fit(Sizes { name: String::new(), nd, nmd, nf });
+    let polynomials = limits.polynomials(&mut fit);
+    let degrees = limits.degrees(&polynomials);
+    let bases = limits.bases(&polynomials, &degrees);
+    let with_harmonics = limits.with_harmonics(&bases, &mut fit);
 
-    // Step 1, which has the fits of step 2 too.
-    let mut tried: Vec<Row> = Vec::new();
-    for nd in 1..=limits.max_nd {
-        for nmd in (1..=limits.max_nmd).take_while(|nmd| is_small(nd, *nmd, 0)) {
-            let row = fit(nd, nmd, 0);
-            let too_long = !is_quick(&row);
-            tried.push(row);
-            if too_long {
-                // A greater dimension takes longer still.
-                break;
-            }
-        }
-    }
-    let of_degree = |nd: usize| tried.iter().filter(move |row| row.job.sizes.nd == nd);
-    let mut degrees: Vec<usize> = (1..=limits.max_nd).filter(|nd| of_degree(*nd).any(reaches)).collect();
-    let is_reached = !degrees.is_empty();
-    if !is_reached {
-        degrees.extend(best(tried.iter().filter(|row| is_quick(row)), |row| row.r2).map(|row| row.job.sizes.nd));
-    }
-    let kept = match (is_reached, degrees.as_slice()) {
-        (true, degrees) => {
-            format!("n_D {}: with some n_MD they reach R² {:.2} in sample", list(degrees), limits.target)
-        }
-        (false, []) => format!("none: no fit ended within {} s", limits.seconds),
-        (false, degrees) => {
-            format!("n_D {}, which comes nearest: none reaches R² {:.2} in sample", list(degrees), limits.target)
-        }
-    };
-    let first = Step { name: "degrees n_D", tried: tried.clone(), kept };
-
-    // Step 2: the greatest dimensions that do, for each degree.
-    let mut bases: Vec<(usize, usize)> = Vec::new();
-    for nd in &degrees {
-        let mut rows: Vec<&Row> = of_degree(*nd).filter(|row| reaches(row)).collect();
-        if !is_reached {
-            rows = best(of_degree(*nd).filter(|row| is_quick(row)), |row| row.r2).into_iter().collect();
-        }
-        bases.extend(rows.iter().rev().take(DIMENSIONS_KEPT).rev().map(|row| (*nd, row.job.sizes.nmd)));
-    }
-    let pairs: Vec<String> = bases.iter().map(|(nd, nmd)| format!("n_D {nd} with n_MD {nmd}")).collect();
-    let second = Step {
-        name: "dimensions n_MD",
-        tried: Vec::new(),
-        kept: match (is_reached, bases.is_empty()) {
-            (true, _) => format!("{}: the greatest that do, at most {DIMENSIONS_KEPT} a degree", pairs.join(", ")),
-            (false, true) => "none".into(),
-            (false, false) => format!("{}: the best within the time", pairs.join(", ")),
+    let is_reached = polynomials.iter().any(|row| limits.is_reached_by(row));
+    let candidates: Vec<&Row> =
+        polynomials.iter().chain(&with_harmonics).filter(|row| limits.is_candidate(row, is_reached)).collect();
+    let chosen = best(candidates.iter().copied(), |row| row.r2_validation).cloned();
+    let why = limits.why(chosen.as_ref(), candidates.len(), is_reached);
+    let within = with_harmonics.iter().filter(|row| limits.is_quick(row)).count();
+    let steps = vec![
+        Step { name: "degrees n_D", kept: limits.words_of_degrees(&degrees, is_reached), tried: polynomials },
+        Step { name: "dimensions n_MD", kept: words_of_bases(&bases, is_reached), tried: Vec::new() },
+        Step {
+            name: "harmonics n_F",
+            kept: format!("{within} libraries within {} s", limits.seconds),
+            tried: with_harmonics,
         },
-    };
+    ];
+    Construction { steps, chosen, why }
+}
 
-    // Step 3: harmonics until the time is over.
-    let mut with_harmonics = Vec::new();
-    for (nd, nmd) in &bases {
-        for nf in (1..=limits.max_nf).take_while(|nf| is_small(*nd, *nmd, *nf)) {
-            let row = fit(*nd, *nmd, nf);
-            let too_long = !is_quick(&row);
-            with_harmonics.push(row);
-            if too_long {
+impl Limits {
+    fn is_quick(&self, row: &Row) -> bool {
+        row.error.is_none() && row.seconds <= self.seconds
+    }
+
+    fn is_reached_by(&self, row: &Row) -> bool {
+        self.is_quick(row) && row.r2.is_some_and(|r2| r2 >= self.target)
+    }
+
+    /// Whether the choice is among such rows: those that reach the target, if any does.
+    fn is_candidate(&self, row: &Row, is_reached: bool) -> bool {
+        if is_reached { self.is_reached_by(row) } else { self.is_quick(row) }
+    }
+
+    /// Rows of all degrees and dimensions, for the first two steps.
+    fn polynomials(&self, fit: &mut dyn FnMut([usize; 3]) -> Row) -> Vec<Row> {
+        let of_degree = |nd| self.until_too_long((1..=self.max_nmd).map(|nmd| [nd, nmd, 0]), fit);
+        (1..=self.max_nd).flat_map(of_degree).collect()
+    }
+
+    /// Rows of the sizes in their order, which grow, up to the first that takes too long or would have too many functions.
+    fn until_too_long(
+        &self,
+        sizes: impl Iterator<Item = [usize; 3]>,
+        fit: &mut dyn FnMut([usize; 3]) -> Row,
+    ) -> Vec<Row> {
+        let is_small =
+            |[nd, nmd, nf]: [usize; 3]| Library::new(nmd, nd, nf).is_some_and(|library| library.len() <= MAX_FUNCTIONS);
+        let mut rows = Vec::new();
+        for at in sizes.take_while(|at| is_small(*at)) {
+            rows.push(fit(at));
+            if rows.last().is_some_and(|row| !self.is_quick(row)) {
                 break;
             }
         }
+        rows
     }
-    let within = with_harmonics.iter().filter(|row| is_quick(row)).count();
-    let kept = format!("{within} libraries within {} s", limits.seconds);
-    let third = Step { name: "harmonics n_F", tried: with_harmonics, kept };
 
-    let candidates = || tried.iter().chain(&third.tried).filter(|row| is_quick(row));
-    // Of libraries that reach the target, if any does: the choice is by recordings that were not fitted to.
-    let chosen = best(candidates().filter(|row| reaches(row)), |row| row.r2_validation)
-        .or_else(|| best(candidates(), |row| row.r2_validation))
-        .cloned();
-    let why = match &chosen {
-        Some(row) => format!(
-            "greatest R² on the validation part, {:.4}, of {} libraries that {}",
-            row.r2_validation.unwrap_or(f64::NAN),
-            if is_reached { candidates().filter(|row| reaches(row)).count() } else { candidates().count() },
-            if is_reached {
-                "reach the target within the time"
-            } else {
-                "were fitted within the time; none reaches the target"
+    /// Step 1: degrees that reach the target with some dimension; the nearest if none does.
+    fn degrees(&self, polynomials: &[Row]) -> Vec<usize> {
+        let reaching = polynomials.iter().filter(|row| self.is_reached_by(row));
+        let mut degrees: Vec<usize> = reaching.map(|row| row.job.sizes.nd).collect();
+        degrees.dedup();
+        if degrees.is_empty() {
+            let nearest = best(polynomials.iter().filter(|row| self.is_quick(row)), |row| row.r2);
+            degrees.extend(nearest.map(|row| row.job.sizes.nd));
+        }
+        degrees
+    }
+
+    /// Step 2: of each degree the greatest dimensions that reach the target; the nearest if none does.
+    fn bases(&self, polynomials: &[Row], degrees: &[usize]) -> Vec<[usize; 2]> {
+        let of_degree = |nd: &usize| {
+            let of_degree = || polynomials.iter().filter(|row| row.job.sizes.nd == *nd);
+            let mut rows: Vec<&Row> = of_degree().filter(|row| self.is_reached_by(row)).collect();
+            if rows.is_empty() {
+                rows.extend(best(of_degree().filter(|row| self.is_quick(row)), |row| row.r2));
             }
-        ),
-        None => format!("no fit ended within {} s", limits.seconds),
-    };
-    Construction { steps: vec![first, second, third], chosen, why }
+            let skipped = rows.len().saturating_sub(DIMENSIONS_KEPT);
+            rows.into_iter().skip(skipped).map(|row| [row.job.sizes.nd, row.job.sizes.nmd]).collect::<Vec<_>>()
+        };
+        degrees.iter().flat_map(of_degree).collect()
+    }
+
+    /// Step 3: rows with harmonics until the time is over.
+    fn with_harmonics(&self, bases: &[[usize; 2]], fit: &mut dyn FnMut([usize; 3]) -> Row) -> Vec<Row> {
+        let of_base = |[nd, nmd]: &[usize; 2]| {
+            let (nd, nmd) = (*nd, *nmd);
+            self.until_too_long((1..=self.max_nf).map(|nf| [nd, nmd, nf]), fit)
+        };
+        bases.iter().flat_map(of_base).collect()
+    }
+
+    fn words_of_degrees(&self, degrees: &[usize], is_reached: bool) -> String {
+        let list = degrees.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+        let Self { target, seconds, .. } = self;
+        match (is_reached, degrees) {
+            (true, _) => format!("n_D {list}: with some n_MD they reach R² {target:.2} in sample"),
+            (false, []) => format!("none: no fit ended within {seconds} s"),
+            (false, _) => format!("n_D {list}, which comes nearest: none reaches R² {target:.2} in sample"),
+        }
+    }
+
+    fn why(&self, chosen: Option<&Row>, candidates: usize, is_reached: bool) -> String {
+        let Some(r2) = chosen.and_then(|row| row.r2_validation) else {
+            return format!("no fit ended within {} s", self.seconds);
+        };
+        let that = if is_reached {
+            "reach the target within the time"
+        } else {
+            "were fitted within the time; none reaches the target"
+        };
+        format!("greatest R² on the validation part, {r2:.4}, of {candidates} libraries that {that}")
+    }
+}
+
+fn words_of_bases(bases: &[[usize; 2]], is_reached: bool) -> String {
+    let pairs = bases.iter().map(|[nd, nmd]| format!("n_D {nd} with n_MD {nmd}")).collect::<Vec<_>>().join(", ");
+    match (is_reached, bases) {
+        (true, _) => format!("{pairs}: the greatest that do, at most {DIMENSIONS_KEPT} a degree"),
+        (false, []) => "none".into(),
+        (false, _) => format!("{pairs}: the best within the time"),
+    }
 }
 
 fn best<'a>(rows: impl Iterator<Item = &'a Row>, of: fn(&Row) -> Option<f64>) -> Option<&'a Row> {
     rows.filter(|row| of(row).is_some()).max_by(|a, b| of(a).unwrap_or(f64::MIN).total_cmp(&of(b).unwrap_or(f64::MIN)))
-}
-
-fn list(values: &[usize]) -> String {
-    values.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]

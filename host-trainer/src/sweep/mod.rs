@@ -26,8 +26,8 @@ use rayon::prelude::*;
 use self::job::{Job, Material, Row};
 use self::journal::{Journal, JournalError};
 
-/// Rows of all jobs, in their order; equal jobs are fitted once. Those that the journal in `folder` has are not fitted again; the others are
-/// written to it as soon as they are done. `progress` gets the number of jobs done and of all.
+/// Rows of all jobs, in their order; equal jobs are fitted once. Those that the journal in `folder` has are not fitted again;
+/// the others are written to it as soon as they are done. `progress` gets the number of jobs done and of all.
 ///
 /// # Errors
 /// A journal that cannot be read or written. A fit that fails has a row that says why.

@@ -58,7 +58,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let material = material(&config)?;
             fitted(&config.jobs(&material), &material, args)?
         }
-        (None, preset) => presets::run(args, preset.unwrap_or(PresetName::All))?,
+        (None, Some(preset)) => presets::run(args, preset)?,
+        (None, None) => return Err(Failure::Input("found neither --config nor --preset, expected one".into())),
     };
     write(&args.out.join("sweep.csv"), table::csv(&rows).as_bytes())?;
     write(&args.out.join("sweep.parquet"), &table::parquet(&rows).map_err(Failure::other)?)?;

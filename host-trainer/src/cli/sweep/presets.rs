@@ -1,15 +1,15 @@
 //! Presets of `ballrace sweep`: the paper's tables and figures on run-to-failure folders.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 
 use super::{Args, fitted};
 use crate::cli::input::Recordings;
+use crate::cli::settings::CliSettings;
 use crate::cli::{Failure, write};
 use crate::model::baseline::LinearPredictor;
-use crate::model::fit::report::CREATED_BY;
 use crate::model::fit::{FitConfig, Split, fit};
 use crate::model::{OwnedModel, file};
 use crate::recording::input::{Input, Series};
@@ -21,6 +21,8 @@ use crate::signal::phases::machine::{Filter, Lives};
 use crate::signal::wavelet::denoise::Denoising;
 use crate::sweep::job::{Material, Row};
 use crate::sweep::preset::{Bearing, PAPER_BEARING, Preset};
+
+const SETTINGS: CliSettings = CliSettings::DEFAULT;
 
 /// Name of a preset, or of all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -146,7 +148,7 @@ fn load_one(args: &Args, folder: &Path) -> Result<Option<Loaded>, Failure> {
     let mut input = Input::from_recordings(&recordings, Some(&args.channel)).map_err(Failure::input)?;
     let name = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned();
     input.series.iter_mut().for_each(|series| series.name = format!("{name}/{}", series.name));
-    let wavelet = "db4".parse().map_err(Failure::other)?;
+    let wavelet = SETTINGS.wavelet.parse().map_err(Failure::other)?;
     let lives = Lives::new(&recordings, &Denoising::of_paper(wavelet, input.sample_rate_hz));
     let phases = lives.phases(&Rules::default());
     let raw = lives.channels.iter().zip(&phases).find(|(life, _)| life.filter == Filter::Raw);
@@ -187,23 +189,14 @@ fn baselines(rows: &[Row], material: &Material) -> Vec<Baseline> {
     ]
 }
 
-/// The paper's best model on the middle recording of an aging phase, and that recording. A model that an earlier run wrote is
-/// read.
+/// The paper's best model on the middle recording of an aging phase, and that recording.
 fn best_model<'a>(args: &Args, loaded: &'a Loaded) -> Result<(OwnedModel, &'a Series), Failure> {
-    let path: PathBuf = args.out.join("best.json");
     let aging = &loaded.bearing.aging;
     let series = &loaded.series[(aging.start + aging.end) / 2];
-    if let Ok((model, Some(report))) = file::read(&path)
-        && report.training.recordings == [format!("{}, first 3/5", series.name)]
-        && report.training.channel.as_ref() == Some(&args.channel)
-        && report.created_by == CREATED_BY
-    {
-        return Ok((model, series));
-    }
     let config = FitConfig { null_fits: 0, causal: false, trainings: 1, ..FitConfig::default() };
     let fitted = fit(std::slice::from_ref(series), loaded.sample_rate_hz, &config, &|_| ());
     let mut fitted = fitted.map_err(Failure::other)?;
     fitted.report.training.channel = Some(args.channel.clone());
-    file::write(&path, &fitted.model, &fitted.report).map_err(Failure::other)?;
+    file::write(&args.out.join("best.json"), &fitted.model, &fitted.report).map_err(Failure::other)?;
     Ok((fitted.model, series))
 }

@@ -74,7 +74,7 @@ pub struct NullScores {
 
 /// Sums over rows of a target y and its residual e.
 #[derive(Clone, Copy, Debug, Default)]
-struct Sums {
+pub struct Sums {
     count: f64,
     y: f64,
     y2: f64,
@@ -83,7 +83,8 @@ struct Sums {
 }
 
 impl Sums {
-    fn push(&mut self, y: f64, e: f64) {
+    /// Adds a row.
+    pub fn push(&mut self, y: f64, e: f64) {
         self.count += 1.0;
         self.y += y;
         self.y2 += y * y;
@@ -99,7 +100,8 @@ impl Sums {
         self.e2 += other.e2;
     }
 
-    fn r_squared(&self) -> f64 {
+    /// Score R², theory (22).
+    pub fn r_squared(&self) -> f64 {
         1.0 - self.e2 / (self.y2 - self.y * self.y / self.count)
     }
 
