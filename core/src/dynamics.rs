@@ -12,10 +12,12 @@ pub const TERM_WORDS: usize = 3;
 const MONOMIAL: u8 = 0;
 const SIN: u8 = 1;
 const COS: u8 = 2;
+const POWER: u8 = 3;
+const ODD_POWER: u8 = 4;
 /// Padding in a monomial's code after its last factor.
 const NO_FACTOR: u8 = 0xff;
 
-/// Code of a term, 12 bytes: kind; for a monomial its factors, for sin and cos variable and harmonic.
+/// Code of a term, 12 bytes: kind; for a monomial its factors, for sin and cos variable and harmonic, for a power the variable.
 pub fn encode_term(term: Term) -> [Word; TERM_WORDS] {
     let mut code = [NO_FACTOR; 4 * TERM_WORDS];
     match term {
@@ -28,6 +30,8 @@ pub fn encode_term(term: Term) -> [Word; TERM_WORDS] {
             let kind = if matches!(term, Term::Sin { .. }) { SIN } else { COS };
             [code[0], code[1], code[2], code[3]] = [kind, variable, low, high];
         }
+        Term::Power { variable } => [code[0], code[1]] = [POWER, variable],
+        Term::OddPower { variable } => [code[0], code[1]] = [ODD_POWER, variable],
     }
     let [a, b, c, d, e, f, g, h, i, j, k, l] = code;
     [[a, b, c, d], [e, f, g, h], [i, j, k, l]]
@@ -39,6 +43,7 @@ pub fn decode_term(code: &[Word; TERM_WORDS], library: &Library) -> Option<Term>
     let harmonic = u16::from_le_bytes([*rest.get(1)?, *rest.get(2)?]);
     let variable = *rest.first()?;
     let fourier = (1..=library.harmonics).contains(&harmonic) && variable < library.variables;
+    let power = library.powers && variable < library.variables;
     match *kind {
         MONOMIAL => {
             let degree = rest.iter().position(|&f| f == NO_FACTOR).unwrap_or(MAX_DEGREE);
@@ -51,6 +56,8 @@ pub fn decode_term(code: &[Word; TERM_WORDS], library: &Library) -> Option<Term>
         }
         SIN if fourier => Some(Term::Sin { variable, harmonic }),
         COS if fourier => Some(Term::Cos { variable, harmonic }),
+        POWER if power => Some(Term::Power { variable }),
+        ODD_POWER if power => Some(Term::OddPower { variable }),
         _ => None,
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! Order: the polynomial part by degree (constant, z_i, z_i z_j, …), within a degree in lexicographic
 //! order of the sorted factors; then for each harmonic k = 1…n_F all sin(k z_i), then all cos(k z_i).
+//! After them, if the library has powers, all |z_i|^⅔, then all sgn(z_i)|z_i|^⅔, rounded at 0: theory (112).
 //! Counts are those of the paper, theory (8): C(n + n_D, n_D) and 2 n_F n; n_D = 0 means no polynomial part.
 //! A monomial is always multiplied from left to right over its sorted factors.
 
@@ -25,7 +26,18 @@ pub struct Library {
     pub degree: u8,
     /// Number of harmonics n_F; 0 for no Fourier part.
     pub harmonics: u16,
+    /// Whether there are the powers ⅔ of each variable, even and odd: terms of a film of lubricant.
+    #[serde(default, skip_serializing_if = "is_not")]
+    pub powers: bool,
 }
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // as serde calls it
+const fn is_not(flag: &bool) -> bool {
+    !*flag
+}
+
+/// Rounding radius ε of a power at 0, theory (112), in scaled units.
+pub const POWER_RADIUS: f32 = 0.1;
 
 /// One candidate function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +57,16 @@ pub enum Term {
         variable: u8,
         /// Harmonic k.
         harmonic: u16,
+    },
+    /// Even power |z_i|^⅔, rounded at 0: (z_i² + ε²)^⅓.
+    Power {
+        /// Index i of the variable.
+        variable: u8,
+    },
+    /// Odd power sgn(z_i)|z_i|^⅔, rounded at 0: z_i (z_i² + ε²)^−⅙.
+    OddPower {
+        /// Index i of the variable.
+        variable: u8,
     },
 }
 
@@ -115,8 +137,15 @@ impl Library {
             variables: u8::try_from(variables).ok()?,
             degree: u8::try_from(degree).ok()?,
             harmonics: u16::try_from(harmonics).ok()?,
+            powers: false,
         };
         library.is_valid().then_some(library)
+    }
+
+    /// The library with or without powers.
+    #[must_use]
+    pub const fn with_powers(self, powers: bool) -> Self {
+        Self { powers, ..self }
     }
 
     /// Whether all sizes are in range and there is at least one term.
@@ -138,10 +167,15 @@ impl Library {
         }
     }
 
-    /// Number of terms, theory (8): C(n + n_D, n_D) + 2 n_F n.
+    /// Number of terms before the powers.
+    fn powers_from(&self) -> usize {
+        self.polynomial_len() + 2 * usize::from(self.harmonics) * self.n()
+    }
+
+    /// Number of terms, theory (8): C(n + n_D, n_D) + 2 n_F n, and 2 n powers.
     #[allow(clippy::len_without_is_empty)] // a valid library is never empty
     pub fn len(&self) -> usize {
-        self.polynomial_len() + 2 * usize::from(self.harmonics) * self.n()
+        self.powers_from() + if self.powers { 2 * self.n() } else { 0 }
     }
 
     /// Term of an index in the module's order.
@@ -149,6 +183,11 @@ impl Library {
         let polynomial = self.polynomial_len();
         if index < polynomial {
             return self.monomial(index).map(Term::Monomial);
+        }
+        if let Some(power) = index.checked_sub(self.powers_from()) {
+            let variable = u8::try_from(power % self.n()).ok()?;
+            let term = if power < self.n() { Term::Power { variable } } else { Term::OddPower { variable } };
+            return (index < self.len()).then_some(term);
         }
         let index = index - polynomial;
         let harmonic = u16::try_from(index / (2 * self.n()) + 1).ok()?;
@@ -189,9 +228,15 @@ impl Library {
             let before = usize::from(harmonic).checked_sub(1)? * 2 * n;
             inside.then_some(self.polynomial_len() + before + offset + usize::from(variable))
         };
+        let power = |variable: u8, offset: usize| {
+            let inside = self.powers && variable < self.variables;
+            inside.then_some(self.powers_from() + offset + usize::from(variable))
+        };
         match term {
             Term::Sin { variable, harmonic } => fourier(variable, harmonic, 0),
             Term::Cos { variable, harmonic } => fourier(variable, harmonic, n),
+            Term::Power { variable } => power(variable, 0),
+            Term::OddPower { variable } => power(variable, n),
             Term::Monomial(m) => {
                 let degree = m.factors().len();
                 if self.degree == 0 || degree > usize::from(self.degree) {
@@ -248,6 +293,13 @@ impl Library {
                 index += 1;
             }
         }
+        if self.powers {
+            let even = (0..self.variables).map(|variable| Term::Power { variable });
+            for term in even.chain((0..self.variables).map(|variable| Term::OddPower { variable })) {
+                visit(index, term, term.eval(z));
+                index += 1;
+            }
+        }
     }
 
     /// Computes the row Θ(z), theory (7); `out` takes [`Library::len`] values.
@@ -263,13 +315,15 @@ impl Library {
 impl Term {
     /// Value at `z`; NaN for a variable that `z` does not have.
     pub fn eval(&self, z: &[f32]) -> f32 {
-        let angle = |variable: u8, harmonic: u16| {
-            f32::from(harmonic) * z.get(usize::from(variable)).copied().unwrap_or(f32::NAN)
-        };
+        let z_of = |variable: u8| z.get(usize::from(variable)).copied().unwrap_or(f32::NAN);
+        let angle = |variable: u8, harmonic: u16| f32::from(harmonic) * z_of(variable);
+        let even = |z: f32| math::cbrt(z * z + POWER_RADIUS * POWER_RADIUS);
         match *self {
             Term::Monomial(m) => m.eval(z),
             Term::Sin { variable, harmonic } => math::sin(angle(variable, harmonic)),
             Term::Cos { variable, harmonic } => math::cos(angle(variable, harmonic)),
+            Term::Power { variable } => even(z_of(variable)),
+            Term::OddPower { variable } => z_of(variable) / math::sqrt(even(z_of(variable))),
         }
     }
 }
@@ -292,6 +346,8 @@ impl fmt::Display for Term {
             }
             Term::Sin { variable, harmonic } => trigonometric(f, "sin", *variable, *harmonic),
             Term::Cos { variable, harmonic } => trigonometric(f, "cos", *variable, *harmonic),
+            Term::Power { variable } => write!(f, "|z{variable}|^⅔"),
+            Term::OddPower { variable } => write!(f, "sgn(z{variable})|z{variable}|^⅔"),
         }
     }
 }
@@ -329,7 +385,7 @@ mod tests {
     fn row_term_and_order_agree() {
         let z = [0.7f32, -1.3, 0.2, 2.1];
         for (n, degree, harmonics) in [(4, 5, 3), (1, 11, 0), (3, 0, 7), (2, 11, 400), (4, 11, 0)] {
-            let library = Library::new(n, degree, harmonics).unwrap();
+            let library = Library::new(n, degree, harmonics).unwrap().with_powers(n != 3);
             let mut count = 0;
             let mut last: Option<Monomial> = None;
             library.for_each(&z[..n], |index, term, value| {
@@ -371,6 +427,19 @@ mod tests {
         library.row(&[2.0, 3.0], &mut row);
         assert_eq!(row[..6], [1.0, 2.0, 3.0, 4.0, 6.0, 9.0]);
         assert_eq!(row[6..], [math::sin(2.0), math::sin(3.0), math::cos(2.0), math::cos(3.0)]);
+    }
+
+    #[test]
+    fn literature_powers_are_those_of_the_film_s_thickness_away_from_0() {
+        for z in [-30.0f32, -2.0, 1.0, 7.0] {
+            let [even, odd] = [Term::Power { variable: 0 }, Term::OddPower { variable: 0 }].map(|t| t.eval(&[z]));
+            let power = f64::from(z).abs().powf(2.0 / 3.0) as f32;
+            assert!((even / power - 1.0).abs() < 4e-3 && (odd / power - z.signum()).abs() < 2e-3, "{z} {even} {odd}");
+        }
+        assert_eq!(Term::OddPower { variable: 0 }.eval(&[0.0]), 0.0);
+        assert!(Term::Power { variable: 0 }.eval(&[f32::NAN]).is_nan());
+        let library = Library::new(3, 2, 1).unwrap();
+        assert_eq!(library.with_powers(true).len(), library.len() + 6);
     }
 
     #[test]

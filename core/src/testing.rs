@@ -5,7 +5,7 @@ use std::vec::Vec;
 
 use crate::dynamics::{Dynamics, TERM_WORDS, encode_term};
 use crate::input_check::ScreenConfig;
-use crate::library::Library;
+use crate::library::{Library, Term};
 use crate::model::{Input, Model, Scaling};
 use crate::monitor::MonitorConfig;
 use crate::network::{Network, parameter_count};
@@ -60,6 +60,16 @@ impl Parts {
             equations: (0..2 * used.len() as u32).map(|i| (i % 2).to_le_bytes()).collect(),
             coefficients: values(2 * used.len(), 7.0, 0.0),
         }
+    }
+
+    /// The same parts with two powers in the library, in place of its last two terms.
+    pub fn with_powers(mut self) -> Self {
+        self.library = self.library.with_powers(true);
+        let terms = [Term::Power { variable: 1 }, Term::OddPower { variable: 0 }].map(encode_term);
+        let kept = self.terms.len() - terms.len();
+        self.terms.truncate(kept);
+        self.terms.extend(terms);
+        self
     }
 
     /// First scale (2) or mean (3) of the derivatives.

@@ -10,15 +10,16 @@
 //! | 10…13 | used terms; coefficients; encoder layers; decoder layers |
 //! | 14…15 | screen: full scale, m/s² (f32); stuck after |
 //! | 16…25 | monitor: block; healthy mean, healthy spread, EWMA weight, EWMA limit, CUSUM slack, CUSUM limit (f32); votes; of blocks; release (f32) |
-//! | then | in version 2 only, estimator: 1 Savitzky–Golay, 2 Kalman; excess degree (0 for Kalman); stretch or cut-off (f32) |
+//! | then | from version 2, estimator: 0 differences (version 3), 1 Savitzky–Golay, 2 Kalman; excess degree (0 but for Savitzky–Golay); stretch or cut-off (f32) |
+//! | then | from version 3, whether the library has powers (0, 1) |
 //! | then | encoder widths, decoder widths (layers + 1 words each, none for the identity) |
 //! | then | f32: state mean, state scale, derivative mean, derivative scale, residual spread |
 //! | then | f32: encoder parameters, decoder parameters ([`crate::network`] has their layout) |
 //! | then | term codes (3 words each), ends, equations, coefficients ([`crate::dynamics`]) |
 //! | last | CRC-32 (IEEE 802.3) of all bytes before it |
 //!
-//! A model of finite differences is written as version 1, which devices of before read; any other estimator as
-//! version 2, which they refuse.
+//! A model of finite differences is written as version 1, which devices of before read, any other estimator as version
+//! 2, and a library with powers as version 3, which they refuse.
 
 use super::{Array, Input, Model, ModelError, Scaling};
 use crate::crc::crc32;
@@ -33,12 +34,15 @@ use crate::{Floats, Word};
 /// First four bytes of the binary form.
 pub const MAGIC: [u8; 4] = *b"BRMD";
 /// Newest version of the binary form. This crate reads it and all before, and writes the oldest that can hold a model.
-pub const FORMAT_VERSION: u32 = 2;
+pub const FORMAT_VERSION: u32 = 3;
 /// Version of models of finite differences.
 const DIFFERENCES_VERSION: u32 = 1;
+/// Version of models of other estimators.
+const ESTIMATORS_VERSION: u32 = 2;
 const HEADER_WORDS: usize = 26;
-/// Words of the estimator in version 2.
-const ESTIMATOR_WORDS: usize = 3;
+/// Most words of what came after version 1: estimator and powers.
+const NEWER_WORDS: usize = 4;
+const DIFFERENCES: u32 = 0;
 const SAVITZKY_GOLAY: u32 = 1;
 const KALMAN: u32 = 2;
 /// Greatest count in a header: above any model that fits, below any overflow of the sums over sizes.
@@ -75,11 +79,12 @@ impl<'a> Reader<'a> {
         if found as usize <= limit { Ok(found as usize) } else { Err(ModelError::HeaderWord { index, found }) }
     }
 
-    fn estimator(&mut self) -> Result<Estimator, ModelError> {
+    fn estimator(&mut self, version: u32) -> Result<Estimator, ModelError> {
         let index = self.at;
         let kind = self.word()?;
         let (excess, parameter) = (self.count(usize::from(u8::MAX))? as u8, self.float()?);
         match kind {
+            DIFFERENCES if version > ESTIMATORS_VERSION => Ok(Estimator::Differences),
             SAVITZKY_GOLAY => Ok(Estimator::SavitzkyGolay { excess, stretch: parameter }),
             KALMAN => Ok(Estimator::Kalman { cutoff: parameter }),
             found => Err(ModelError::HeaderWord { index, found }),
@@ -139,6 +144,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Model<'_>, ModelError> {
         variables: r.count(usize::from(u8::MAX))? as u8,
         degree: r.count(usize::from(u8::MAX))? as u8,
         harmonics: r.count(usize::from(u16::MAX))? as u16,
+        powers: false,
     };
     let terms = r.count(MAX_COUNT)?;
     let coefficients = r.count(MAX_COUNT)?;
@@ -156,7 +162,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Model<'_>, ModelError> {
         of_blocks: r.word()?,
         release: r.float()?,
     };
-    let estimator = if version == DIFFERENCES_VERSION { Estimator::Differences } else { r.estimator()? };
+    let estimator = if version == DIFFERENCES_VERSION { Estimator::Differences } else { r.estimator(version)? };
+    let library = library.with_powers(version > ESTIMATORS_VERSION && r.count(1)? == 1);
     let spec = |orders| StateSpec { dimension: inputs, orders, alignment, estimator };
     let input = match orders {
         0 => Input::Direct(inputs),
@@ -202,18 +209,27 @@ pub(super) fn byte_len(model: &Model<'_>) -> usize {
     let parameters = model.encoder.parameters().len() + model.decoder.parameters().len();
     let terms = (TERM_WORDS + 1) * model.dynamics.terms.len();
     let coefficients = 2 * model.dynamics.coefficients.len();
-    let header = HEADER_WORDS + estimator_words(model).map_or(0, |words| words.len());
+    let header = HEADER_WORDS + newer_words(model).1.len();
     4 * (header + widths + 5 * model.input.len() + parameters + terms + coefficients + 1)
 }
 
-/// Words of the estimator; `None` for finite differences and for given states.
-fn estimator_words(model: &Model<'_>) -> Option<[u32; ESTIMATOR_WORDS]> {
-    let Input::VirtualStates(spec) = model.input else { return None };
-    match spec.estimator {
-        Estimator::Differences => None,
-        Estimator::SavitzkyGolay { excess, stretch } => Some([SAVITZKY_GOLAY, excess.into(), stretch.to_bits()]),
-        Estimator::Kalman { cutoff } => Some([KALMAN, 0, cutoff.to_bits()]),
-    }
+/// Oldest version that can hold a model, and its words after the header.
+fn newer_words(model: &Model<'_>) -> (u32, heapless::Vec<u32, NEWER_WORDS>) {
+    let estimator = match model.input {
+        Input::VirtualStates(spec) => spec.estimator,
+        Input::Direct(_) => Estimator::Differences,
+    };
+    let words = match estimator {
+        Estimator::Differences => [DIFFERENCES, 0, 0],
+        Estimator::SavitzkyGolay { excess, stretch } => [SAVITZKY_GOLAY, excess.into(), stretch.to_bits()],
+        Estimator::Kalman { cutoff } => [KALMAN, 0, cutoff.to_bits()],
+    };
+    let (version, powers): (u32, &[u32]) = match (model.library.powers, estimator) {
+        (true, _) => (FORMAT_VERSION, &[1]),
+        (false, Estimator::Differences) => return (DIFFERENCES_VERSION, heapless::Vec::new()),
+        (false, _) => (ESTIMATORS_VERSION, &[]),
+    };
+    (version, words.iter().chain(powers).copied().collect())
 }
 
 pub(super) fn write(model: &Model<'_>, buffer: &mut [u8]) -> Result<usize, ModelError> {
@@ -235,10 +251,10 @@ pub(super) fn write(model: &Model<'_>, buffer: &mut [u8]) -> Result<usize, Model
     };
     let m = &model.monitor;
     let layers = |n: &Network<'_>| n.widths().len().saturating_sub(1) as u32;
-    let estimator = estimator_words(model);
+    let (version, newer) = newer_words(model);
     put(MAGIC);
     for word in [
-        if estimator.is_some() { FORMAT_VERSION } else { DIFFERENCES_VERSION },
+        version,
         (needed / 4) as u32,
         model.input.len() as u32,
         orders,
@@ -270,7 +286,7 @@ pub(super) fn write(model: &Model<'_>, buffer: &mut [u8]) -> Result<usize, Model
     ] {
         put(word.to_le_bytes());
     }
-    estimator.iter().flatten().for_each(|word| put(word.to_le_bytes()));
+    newer.iter().for_each(|word| put(word.to_le_bytes()));
     for width in model.encoder.widths().iter().chain(model.decoder.widths()) {
         put(u32::from(*width).to_le_bytes());
     }

@@ -196,9 +196,10 @@ impl fmt::Display for ModelError {
             Self::Json => f.write_str("not JSON, or a key of the model is missing, unknown or of the wrong type"),
             Self::Schema => write!(
                 f,
-                "model JSON has another schema, expected {:?} or {:?}",
+                "model JSON has another schema, expected {:?}, {:?} or {:?}",
                 super::json::SCHEMA,
-                super::json::ESTIMATOR_SCHEMA
+                super::json::ESTIMATOR_SCHEMA,
+                super::json::POWERS_SCHEMA
             ),
         }
     }

@@ -45,7 +45,7 @@ fn patched(bytes: &[u8], word: usize, value: u32) -> Vec<u8> {
 
 #[test]
 fn binary_round_trips_at_any_alignment() {
-    for parts in ESTIMATORS.map(with) {
+    for parts in ESTIMATORS.into_iter().flat_map(|estimator| [with(estimator), with(estimator).with_powers()]) {
         let model = parts.model();
         let bytes = bytes(&model);
         assert_eq!(Model::from_bytes(&bytes).unwrap(), model);
@@ -69,6 +69,19 @@ fn differences_keep_the_form_that_devices_of_before_read() {
     assert_eq!((first, old_schema), (1, true));
     assert_eq!(savitzky_golay, (2, length + 12, false));
     assert_eq!(kalman, (2, length + 12, false));
+}
+
+#[test]
+fn powers_have_a_form_that_devices_of_before_refuse() {
+    let parts = with(ESTIMATORS[0]);
+    let (before, length) = (json(&parts.model()), bytes(&parts.model()).len());
+    let parts = parts.with_powers();
+    let (after, bytes) = (json(&parts.model()), bytes(&parts.model()));
+    assert!(!before.contains("powers") && after.contains("device-model/3"), "{after}");
+    assert_eq!((bytes[4], bytes.len()), (3, length + 16));
+    // Terms of powers in a library without.
+    assert!(Model::from_bytes(&patched(&bytes, 29, 0)).is_err());
+    assert_eq!(Model::from_bytes(&patched(&bytes, 29, 2)).err(), Some(ModelError::HeaderWord { index: 29, found: 2 }));
 }
 
 #[test]
@@ -98,7 +111,7 @@ fn states(error: SpecError) -> ModelError {
 
 #[test]
 fn json_round_trips_to_the_bit() {
-    for parts in ESTIMATORS.map(with) {
+    for parts in ESTIMATORS.into_iter().flat_map(|estimator| [with(estimator), with(estimator).with_powers()]) {
         let model = parts.model();
         let text = json(&model);
         let mut storage = std::vec![[0; 4]; text.len()];

@@ -51,6 +51,9 @@ pub struct Args {
     /// Fourier harmonics n_F, 0 for none
     #[arg(long, default_value_t = 2, value_name = "N")]
     nf: usize,
+    /// Add |z|^(2/3) and sgn(z)|z|^(2/3) of each variable, terms of a lubricant's film
+    #[arg(long)]
+    powers: bool,
     /// Alignment of the finite differences in time
     #[arg(long, value_enum, default_value_t = AlignmentKind::Half)]
     alignment: AlignmentKind,
@@ -239,6 +242,7 @@ impl Args {
             },
             degree: self.nd,
             harmonics: self.nf,
+            powers: self.powers,
             latent: self.latent,
             solver,
             hold_out_every: self.hold_out,

@@ -14,6 +14,7 @@ use std::f64::consts::TAU;
 
 use super::config::{BearingRig, Machine};
 use super::effect::local_defect::Passage;
+use super::film::Lubricant;
 use super::state::{DOFS, Instant, VelocityCovariance};
 
 /// Adds forces in N to each degree of freedom, from positions in m and velocities in m/s.
@@ -70,6 +71,8 @@ pub enum Stage {
 pub struct Assembly {
     /// Parameters.
     pub machine: Machine,
+    /// Lubricant of the contacts; `None` for dry ones.
+    pub lubricant: Option<Lubricant>,
     /// Velocity covariance of the noise that the run leaves out; a force law is then the mean over it.
     pub velocity_covariance: Option<VelocityCovariance>,
     /// Whether a force law depends on [`Assembly::velocity_covariance`].
@@ -103,6 +106,7 @@ impl Assembly {
     pub fn new(machine: Machine) -> Self {
         Self {
             machine,
+            lubricant: None,
             velocity_covariance: None,
             depends_on_velocity_noise: false,
             speed_rate_per_s: 0.0,

@@ -49,6 +49,7 @@ pub mod condition;
 pub mod config;
 pub mod effect;
 mod error;
+pub mod film;
 pub(crate) mod noise;
 pub(crate) mod random_part;
 pub mod sdof;

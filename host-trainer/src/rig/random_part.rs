@@ -19,7 +19,7 @@ use super::{
     error::RigError,
     settings::LinearisationSettings,
     simulate::{
-        assemble, assemble_in_noise, bearing_of, fewest_substeps, output_chain, shortest_settling_s, side_by_side,
+        assemble, assemble_in_noise, bearing_under, fewest_substeps, output_chain, shortest_settling_s, side_by_side,
     },
     state::{DOFS, VelocityCovariance},
 };
@@ -87,7 +87,7 @@ fn random_part(of: &Asked, states: Option<Result<Vec<Visited>, RigError>>) -> Re
     let Asked { rig, condition, .. } = of;
     rig.check()?;
     let assembly = assemble(rig);
-    let machine = &bearing_of(&assembly.machine)?;
+    let machine = &bearing_under(&assembly, condition)?;
     let impulse = |tangent: &Tangent| {
         Linear::new(machine, tangent, condition.sample_rate_hz, 1).impulse(condition.samples, SETTINGS.decay, &[])
     };
@@ -218,7 +218,7 @@ impl Along {
                 keep.push((*at, *q, *v));
             }
         });
-        let machine = bearing_of(&assembly.machine)?;
+        let machine = bearing_under(&assembly, condition)?;
         let condition = OperatingCondition { samples, ..*condition };
         Ok(Self { prepared: Prepared::new(&machine, &mut assembly, &condition, &start), kept })
     }

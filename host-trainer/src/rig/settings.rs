@@ -123,3 +123,22 @@ impl LinearisationSettings {
         instants: [8, 16],
     };
 }
+
+/// Constants of the elastohydrodynamic film, theory (110) and (111).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilmSettings {
+    /// Effective modulus E' = E/(1 − ν²) of steel on steel, Pa.
+    pub modulus_pa: f64,
+    /// Radius of the races' grooves over the ball's diameter. Not tuned: the usual one of deep groove bearings.
+    pub conformity: f64,
+    /// Load of the most loaded ball over the mean load of a ball: Stribeck's, for bearings with some clearance.
+    pub most_loaded: f64,
+    /// Least load of a ball, N, for which the film is computed. Not tuned: the film of a hundredth of it is a third thicker.
+    pub least_load_n: f64,
+}
+
+impl FilmSettings {
+    /// Settings of all films.
+    pub const DEFAULT: Self =
+        Self { modulus_pa: 200e9 / (1.0 - 0.3 * 0.3), conformity: 0.52, most_loaded: 5.0, least_load_n: 1.0 };
+}

@@ -179,7 +179,7 @@ fn prepare(run: &Run, alter: &dyn Fn(&mut Assembly)) -> Result<(Prepared, Chain)
     }
     let mut assembly = assemble_in_noise(run.rig, run.start.velocity_covariance);
     alter(&mut assembly);
-    let rig = bearing_of(&assembly.machine)?;
+    let rig = bearing_under(&assembly, &run.condition)?;
     let prepared = Prepared::new(&rig, &mut assembly, &run.condition, &run.start);
     let chain = chain(&rig, &run.start, assembly);
     Ok((prepared, chain))
@@ -199,6 +199,20 @@ pub fn bearing_of(model: &Machine) -> Result<BearingRig, RigError> {
             expected: "\"bearing-5dof\"; an sdof rig is driven by a recorded input",
         }),
     }
+}
+
+/// Bearing rig of an assembly under an operating condition, whose film of lubricant takes from the clearance: theory (111).
+///
+/// # Errors
+///
+/// A machine of another kind.
+pub(super) fn bearing_under(assembly: &Assembly, condition: &OperatingCondition) -> Result<BearingRig, RigError> {
+    let mut rig = bearing_of(&assembly.machine)?;
+    if let Some(lubricant) = assembly.lubricant {
+        let [inner, outer] = lubricant.thickness_m(&rig.bearing, condition.shaft_hz, condition.load_n);
+        rig.bearing.radial_clearance_m -= inner + outer;
+    }
+    Ok(rig)
 }
 
 fn chain(rig: &BearingRig, start: &Start, assembly: Assembly) -> Chain {

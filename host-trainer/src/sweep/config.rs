@@ -50,6 +50,9 @@ pub struct Config {
     /// Fourier harmonics n_F.
     #[serde(default)]
     nf: Many<usize>,
+    /// Whether there are the powers of two thirds.
+    #[serde(default)]
+    powers: Many<bool>,
     /// Solvers.
     #[serde(default)]
     solver: Many<SolverKind>,
@@ -205,6 +208,7 @@ impl Config {
         };
         let base = Job { null: self.null, causal: self.causal, epochs: self.epochs, ..Job::default() };
         let jobs = each(vec![base], self.sizes(), |job, sizes| job.sizes = sizes);
+        let jobs = each(jobs, self.powers.or(false), |job, powers| job.powers = powers);
         let jobs = each(jobs, self.solver.or(SolverKind::default()), |job, solver| job.solver = solver);
         let jobs = each(jobs, self.alignment.or(AlignmentKind::default()), |job, alignment| job.alignment = alignment);
         let jobs = each(jobs, self.estimator.or(EstimatorKind::default()), |job, estimator| job.estimator = estimator);

@@ -33,6 +33,8 @@ pub struct Job {
     pub recording: Option<String>,
     /// Sizes of the library.
     pub sizes: Sizes,
+    /// Whether the library has the powers of two thirds.
+    pub powers: bool,
     /// Solver.
     pub solver: SolverKind,
     /// Alignment of the finite differences.
@@ -70,6 +72,7 @@ impl Default for Job {
         Self {
             recording: None,
             sizes: Sizes::default(),
+            powers: false,
             solver: SolverKind::default(),
             alignment: AlignmentKind::default(),
             estimator: EstimatorKind::default(),
@@ -139,8 +142,10 @@ impl Job {
         let begin = Instant::now();
         let fitted = self.fitted(material);
         let library = Library::new(self.sizes.nmd, self.sizes.nd, self.sizes.nf);
-        let row =
-            Row { seconds: begin.elapsed().as_secs_f64(), ..Row::failed(self, library.map_or(0, |l| l.len()), None) };
+        let row = Row {
+            seconds: begin.elapsed().as_secs_f64(),
+            ..Row::failed(self, library.map_or(0, |l| l.with_powers(self.powers).len()), None)
+        };
         let ScoredModel { scores, terms, r2_validation } = match fitted {
             Ok(fitted) => fitted,
             Err(error) => return Row { error: Some(error.to_string()), ..row },
@@ -196,6 +201,7 @@ impl Job {
             },
             degree: self.sizes.nd,
             harmonics: self.sizes.nf,
+            powers: self.powers,
             solver,
             null_fits: self.null,
             null_kind: self.null_kind,

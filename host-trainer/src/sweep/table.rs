@@ -23,12 +23,13 @@ pub fn text(value: impl serde::Serialize) -> Option<String> {
     serde_json::to_value(value).ok()?.as_str().map(str::to_owned)
 }
 
-const COLUMNS: [Column; 26] = [
+const COLUMNS: [Column; 27] = [
     Column::Text("name", |row| Some(row.job.sizes.name.clone())),
     Column::Text("recording", |row| row.job.recording.clone()),
     Column::Count("nd", |row| Some(row.job.sizes.nd as i64)),
     Column::Count("nmd", |row| Some(row.job.sizes.nmd as i64)),
     Column::Count("nf", |row| Some(row.job.sizes.nf as i64)),
+    Column::Count("powers", |row| Some(row.job.powers.into())),
     Column::Text("solver", |row| text(row.job.solver)),
     Column::Text("alignment", |row| text(row.job.alignment)),
     Column::Text("estimator", |row| text(row.job.estimator)),

@@ -24,6 +24,8 @@ use crate::{Floats, Word};
 pub(super) const SCHEMA: &str = "ballrace-device-model/1";
 /// Schema of models of any other estimator, which they refuse.
 pub(super) const ESTIMATOR_SCHEMA: &str = "ballrace-device-model/2";
+/// Schema of models whose library has powers.
+pub(super) const POWERS_SCHEMA: &str = "ballrace-device-model/3";
 
 type Widths = heapless::Vec<u16, { MAX_LAYERS + 1 }>;
 
@@ -49,9 +51,13 @@ fn is_differences(estimator: &Estimator) -> bool {
     *estimator == Estimator::Differences
 }
 
-/// Schema of a model with this estimator.
-fn schema(estimator: Estimator) -> &'static str {
-    if is_differences(&estimator) { SCHEMA } else { ESTIMATOR_SCHEMA }
+/// Oldest schema that can hold a model with this estimator and library.
+fn schema(estimator: Estimator, library: Library) -> &'static str {
+    match (library.powers, estimator) {
+        (true, _) => POWERS_SCHEMA,
+        (false, Estimator::Differences) => SCHEMA,
+        (false, _) => ESTIMATOR_SCHEMA,
+    }
 }
 
 /// Names of the arrays, in the order in which they are written.
@@ -112,7 +118,7 @@ impl Serialize for Model<'_> {
         };
         let widths = |n: &Network<'_>| Widths::from_slice(n.widths()).unwrap_or_default();
         let header = Header {
-            schema: schema(estimator),
+            schema: schema(estimator, self.library),
             sample_rate_hz: self.sample_rate_hz,
             inputs: self.input.len(),
             orders,
@@ -202,7 +208,7 @@ impl From<Header<'_>> for ParsedHeader {
             }),
         };
         Self {
-            schema_fits: h.schema == schema(h.estimator),
+            schema_fits: h.schema == schema(h.estimator, h.library),
             sample_rate_hz: h.sample_rate_hz,
             input,
             library: h.library,

@@ -58,6 +58,7 @@ impl Config {
                     },
                     degree: 2,
                     harmonics: 1,
+                    powers: false,
                     latent: None,
                     solver: Solver::SindyNn { hidden: vec![32], train },
                     hold_out_every: 5,

@@ -123,7 +123,8 @@ pub fn sought_by(kind: EffectKind) -> Option<SoughtBy> {
         | EffectKind::ExcessClearance
         | EffectKind::SpeedDrift
         | EffectKind::CageSlip
-        | EffectKind::ContactExponent => return None,
+        | EffectKind::ContactExponent
+        | EffectKind::LubricantFilm => return None,
         EffectKind::HardeningStiffness
         | EffectKind::AsymmetricStiffness
         | EffectKind::StiffnessChange

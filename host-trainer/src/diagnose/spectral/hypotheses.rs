@@ -330,6 +330,8 @@ mod tests {
         Events,
         /// The samples themselves, `diagnose::acquisition`.
         Acquisition,
+        /// Not sought: outside the vocabulary.
+        None,
     }
 
     /// Part of the diagnosis that seeks an effect. The match is exhaustive, so that no effect is silently never sought.
@@ -362,6 +364,7 @@ mod tests {
             | EffectKind::SensorGain
             | EffectKind::MainsInterference => SoughtBy::Spectra,
             EffectKind::LoadStep | EffectKind::Shock => SoughtBy::Events,
+            EffectKind::LubricantFilm => SoughtBy::None,
             EffectKind::SensorBias | EffectKind::SensorClipping | EffectKind::DroppedSamples => SoughtBy::Acquisition,
         }
     }
@@ -377,6 +380,7 @@ mod tests {
         let sought: Vec<_> = all(&nominal(), 500.0, &guesses).iter().map(|h| h.kind).collect();
         for kind in EffectKind::ALL {
             assert_eq!(sought.contains(kind), sought_by(*kind) == SoughtBy::Spectra, "{kind}");
+            assert_eq!(kind.in_vocabulary(), sought_by(*kind) != SoughtBy::None, "{kind}");
         }
     }
 

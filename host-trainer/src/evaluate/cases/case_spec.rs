@@ -113,7 +113,7 @@ impl CaseSpec {
 pub fn round(number: usize, simulator: Simulator) -> Vec<CaseSpec> {
     let mut hidden = vec![Hidden::Nothing; SETTINGS.controls];
     for severity in Severity::ALL {
-        hidden.extend(EffectKind::ALL.iter().map(|kind| Hidden::Effects(vec![(*kind, severity)])));
+        hidden.extend(EffectKind::vocabulary().map(|kind| Hidden::Effects(vec![(kind, severity)])));
     }
     hidden.extend(
         pairs(number).into_iter().map(|[a, b]| Hidden::Effects(vec![(a, Severity::Plain), (b, Severity::Plain)])),

@@ -133,6 +133,7 @@ pub fn draw(kind: EffectKind, share: f64, drawn: &Drawn, without: &[Recording], 
             (ParameterKey::ImpulseNS, log(2e-3, 0.2)),
         ]),
         EffectKind::CageSlip => entry(&[(ParameterKey::Fraction, log(0.003, 0.06))]),
+        EffectKind::LubricantFilm => entry(&[(ParameterKey::ViscosityPaS, log(0.01, 1.0))]),
         EffectKind::ContactExponent => {
             entry(&[(ParameterKey::Exponent, machine.bearing.contact_exponent + sign * log(0.005, 0.08))])
         }

@@ -94,7 +94,7 @@ fn what_is_written_holds_nothing_of_the_truth() {
 fn a_round_has_every_effect_at_every_severity_and_pairs_of_two_groups() {
     let briefs = round(0, Simulator::Shared);
     let of = |kind: Kind| briefs.iter().filter(|b| b.kind() == kind).count();
-    assert_eq!(of(Kind::Single), 3 * EffectKind::ALL.len());
+    assert_eq!(of(Kind::Single), 3 * EffectKind::vocabulary().count());
     assert_eq!((of(Kind::Control), of(Kind::Pair), of(Kind::Outside)), (20, 10, 16));
     for spec in briefs.iter().filter(|b| b.kind() == Kind::Pair) {
         let Hidden::Effects(names) = &spec.hidden else { unreachable!() };

@@ -137,6 +137,7 @@ fn physical(term: Term, coefficient: f64, scales: &Scales, equation: usize) -> f
         Term::Monomial(m) => {
             in_units / m.factors().iter().map(|i| f64::from(scales.states[usize::from(*i)].1)).product::<f64>()
         }
-        Term::Sin { .. } | Term::Cos { .. } => in_units,
+        // Functions of the scaled state itself.
+        Term::Sin { .. } | Term::Cos { .. } | Term::Power { .. } | Term::OddPower { .. } => in_units,
     }
 }

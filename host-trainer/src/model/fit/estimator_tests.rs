@@ -24,6 +24,7 @@ fn config(estimator: Estimator, alignment: Alignment) -> FitConfig {
         spec: StateSpec { dimension: 2, orders: Orders::Even, alignment, estimator },
         degree: 1,
         harmonics: 0,
+        powers: false,
         solver: Solver::Stlsq(StlsqConfig::default()),
         null_fits: 3,
         ..FitConfig::default()

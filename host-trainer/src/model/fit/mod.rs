@@ -54,6 +54,8 @@ pub struct FitConfig {
     pub degree: usize,
     /// Harmonics n_F, 0 for none.
     pub harmonics: usize,
+    /// Whether the library has the powers ⅔ of each variable, theory (112).
+    pub powers: bool,
     /// Latent variables of SINDy-NN; `None`: as many as states. Least squares has no latent variables.
     pub latent: Option<usize>,
     /// Solver for Ξ.
@@ -297,6 +299,7 @@ impl Default for FitConfig {
             },
             degree: 2,
             harmonics: 2,
+            powers: false,
             latent: None,
             solver: Solver::SindyNn { hidden: vec![256], train: TrainConfig::default() },
             hold_out_every: 5,

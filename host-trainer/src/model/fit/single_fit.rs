@@ -149,7 +149,9 @@ pub fn fit_once(
     seed: u64,
     progress: &dyn Fn(f64),
 ) -> Result<SingleFit, FitError> {
-    let library = Library::new(config.variables(), config.degree, config.harmonics).expect("checked before");
+    let library = Library::new(config.variables(), config.degree, config.harmonics)
+        .expect("checked before")
+        .with_powers(config.powers);
     let mut train_rows = rows(&split.train, spec);
     let scales = Scales::from_rows(&train_rows);
     train_rows.par_iter_mut().for_each(|rows| scales.apply(rows));

@@ -54,6 +54,11 @@ pub fn enter(config: &mut FitConfig, causes: &[EffectKind]) -> Result<Vec<Entere
                 let before = std::mem::replace(&mut config.degree, degree);
                 (true, format!("{} enter, n_D {before} becomes {degree}", monomials(degree)))
             }
+            Adds::Powers if config.powers => (false, "powers of two thirds are in the library already".to_owned()),
+            Adds::Powers => {
+                config.powers = true;
+                (true, "powers of two thirds of each state enter".to_owned())
+            }
             Adds::Mode => {
                 let before = config.spec.dimension;
                 let states = states_of_a_mode(config.spec.orders);
@@ -102,6 +107,7 @@ mod tests {
             spec: StateSpec { dimension, orders, alignment: Alignment::Causal, estimator: Estimator::Differences },
             degree,
             harmonics: 0,
+            powers: false,
             latent: None,
             solver: Solver::Stlsq(StlsqConfig::default()),
             hold_out_every: 5,

@@ -23,6 +23,7 @@ fn config(solver: Solver) -> FitConfig {
         },
         degree: 3,
         harmonics: 0,
+        powers: false,
         latent: None,
         solver,
         hold_out_every: 5,

@@ -29,6 +29,7 @@ fn layouts() -> Vec<(&'static str, Layout)> {
         ("linear", layout(&[5, 2], &[2, 5], library(2, 2, 0))),
         ("identity", layout(&[], &[], library(3, 3, 2))),
         ("Fourier only", layout(&[3, 8, 2], &[2, 8, 3], library(2, 0, 4))),
+        ("powers", layout(&[4, 9, 3], &[3, 9, 4], library(3, 1, 1).with_powers(true))),
     ]
 }
 

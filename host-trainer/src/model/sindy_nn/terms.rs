@@ -1,6 +1,6 @@
 //! Library Θ(z), theory (7), and its derivative over panels: core's terms in core's order, each from earlier rows.
 
-use ballrace_core::library::{Library, Monomial, Term};
+use ballrace_core::library::{Library, Monomial, POWER_RADIUS, Term};
 use pulp::Simd;
 
 use super::panel::Panel;
@@ -22,6 +22,14 @@ enum Row {
     Cos {
         variable: usize,
         harmonic: usize,
+    },
+    Power {
+        variable: usize,
+    },
+    /// From row `power`, the even one.
+    OddPower {
+        power: usize,
+        variable: usize,
     },
 }
 
@@ -56,6 +64,11 @@ impl Terms {
         let row = |index| match library.term(index).expect("an index below len") {
             Term::Sin { variable, harmonic } => Row::Sin { variable: variable.into(), harmonic: harmonic.into() },
             Term::Cos { variable, harmonic } => Row::Cos { variable: variable.into(), harmonic: harmonic.into() },
+            Term::Power { variable } => Row::Power { variable: variable.into() },
+            Term::OddPower { variable } => {
+                let power = library.index_of(Term::Power { variable }).expect("a library with powers");
+                Row::OddPower { power, variable: variable.into() }
+            }
             Term::Monomial(m) => match m.factors().split_last() {
                 None => Row::One,
                 Some((last, prefix)) => {
@@ -87,12 +100,12 @@ impl Terms {
 
     /// Computes theta (terms × S) from z (variables × S).
     #[inline(always)]
-    pub fn forward<S: Simd, T: Real>(&self, simd: S, z: LatentRows<'_, T>, theta: &mut Panel<T>, columns: usize) {
+    pub fn forward<S: Simd, T: Real>(&self, simd: S, z_rows: LatentRows<'_, T>, theta: &mut Panel<T>, columns: usize) {
         for (index, row) in self.rows.iter().enumerate() {
             let (before, here) = theta.values_mut().split_at_mut(index * columns);
             let out = T::vectors_mut::<S>(&mut here[..columns]);
             let earlier = |r: usize| T::vectors::<S>(&before[r * columns..][..columns]);
-            let z = |variable: usize| T::vectors::<S>(z.row(variable, columns));
+            let z = |variable: usize| T::vectors::<S>(z_rows.row(variable, columns));
             match *row {
                 Row::One => out.fill(T::splat(simd, T::from_f64(1.0))),
                 Row::Product { prefix, variable } => {
@@ -121,6 +134,16 @@ impl Terms {
                     let (s1, c1) = (earlier(self.sine(variable, 1)), earlier(self.cosine(variable, 1)));
                     for i in 0..out.len() {
                         out[i] = T::sub(simd, T::mul(simd, c[i], c1[i]), T::mul(simd, s[i], s1[i]));
+                    }
+                }
+                Row::Power { variable } => {
+                    let z = z_rows.row(variable, columns);
+                    here[..columns].iter_mut().zip(z).for_each(|(out, z)| *out = T::from_f64(power(z.to_f64()).0));
+                }
+                Row::OddPower { power, variable } => {
+                    let (even, z) = (&before[power * columns..][..columns], z_rows.row(variable, columns));
+                    for ((out, even), z) in here[..columns].iter_mut().zip(even).zip(z) {
+                        *out = T::from_f64(z.to_f64() / even.to_f64().sqrt());
                     }
                 }
             }
@@ -154,6 +177,15 @@ impl Terms {
                         below_adjoint[i] = T::mul_add(simd, adjoint[i], z[i], below_adjoint[i]);
                     }
                 }
+                Row::Power { variable } | Row::OddPower { variable, .. } => {
+                    let is_odd = matches!(row, Row::OddPower { .. });
+                    let latent = z.row(variable, columns);
+                    let z_adjoint = &mut z_adjoint[variable * z.stride..][..columns];
+                    for ((out, adjoint), z) in z_adjoint.iter_mut().zip(&here[..columns]).zip(latent) {
+                        let (_, slope, odd_slope) = power(z.to_f64());
+                        *out += T::from_f64(adjoint.to_f64() * if is_odd { odd_slope } else { slope });
+                    }
+                }
                 Row::Sin { variable, harmonic } | Row::Cos { variable, harmonic } => {
                     let (slope, sign) = match row {
                         Row::Sin { .. } => (self.cosine(variable, harmonic), 1.0),
@@ -171,4 +203,12 @@ impl Terms {
             }
         }
     }
+}
+
+/// Even power of theory (112), its slope, and the slope of the odd one.
+fn power(z: f64) -> (f64, f64, f64) {
+    let radius = f64::from(POWER_RADIUS);
+    let square = z * z + radius * radius;
+    let even = square.cbrt();
+    (even, 2.0 / 3.0 * z / (even * even), (1.0 - z * z / (3.0 * square)) / even.sqrt())
 }

@@ -3,9 +3,11 @@
 use crate::recording::Recording;
 use crate::rig::config::ModelKey;
 use crate::rig::effect::{EffectKind, ParameterKey};
+use crate::rig::film::Lubricant;
+use crate::rig::random_part::{Asked, random_parts};
 use crate::rig::{
-    EffectEntry, Machine,
-    test_support::{RATE, envelope, line, noise_free, nominal, rms, samples, with},
+    EffectEntry, Machine, Rig, Start, simulate,
+    test_support::{RATE, condition, envelope, line, noise_free, nominal, rms, samples, with},
 };
 use crate::signal::kinematics::Orders;
 
@@ -135,6 +137,24 @@ fn invariant_cage_slip_moves_bpfo_and_leaves_the_shaft() {
     assert!(prominence(&old, bpfo) > 20.0 && prominence(&old, 0.9 * bpfo) < 5.0);
     assert!(prominence(&new, 0.9 * bpfo) > 20.0 && prominence(&new, bpfo) < 5.0);
     assert_eq!(samples(&after, "tacho"), samples(&before, "tacho"));
+}
+
+/// At one speed and load a film is so much less clearance, in a run and in the linearised rig.
+#[test]
+fn invariant_a_film_is_less_clearance() {
+    let condition = condition(SHAFT, 500.0, 2000);
+    let Machine::Bearing(machine) = nominal().model else { panic!("a bearing") };
+    let oil = Lubricant { viscosity_pa_s: 0.1, pressure_viscosity_per_pa: 2e-8 };
+    let films = oil.thickness_m(&machine.bearing, condition.shaft_hz, condition.load_n);
+    assert!(films[0] > 1e-7 && films[1] > films[0], "{films:?}");
+    let film = with(EffectKind::LubricantFilm, &[(ParameterKey::ViscosityPaS, 0.1)]);
+    let left = machine.bearing.radial_clearance_m - (films[0] + films[1]);
+    let tight = with(EffectKind::ExcessClearance, &[(ParameterKey::RadialClearanceM, left)]);
+    let run = |rig: &Rig| simulate(rig, &condition, &Start::seeded(3)).unwrap();
+    assert_eq!(run(&film), run(&tight));
+    assert_ne!(run(&film), run(&nominal()));
+    let random = |rig: &Rig| random_parts(&[Asked { rig, condition, known: None }]).remove(0).unwrap().responses;
+    assert_eq!(random(&film), random(&tight));
 }
 
 #[test]

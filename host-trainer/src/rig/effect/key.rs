@@ -48,6 +48,7 @@ keys! {
     Lobes = "lobes", "Lobes of a race around its circumference.";
     PhaseRad = "phase_rad", "Phase, rad.";
     PhaseYRad = "phase_y_rad", "Phase of a force's vertical part beyond that of a rotating force, rad.";
+    PressureViscosityPerPa = "pressure_viscosity_per_pa", "Pressure–viscosity coefficient of a lubricant, 1/Pa.";
     QuadraticNPerM2 = "quadratic_n_per_m2", "Coefficient of a quadratic spring, N/m².";
     RadialClearanceM = "radial_clearance_m", "Radial clearance, m.";
     RatePerS = "rate_per_s", "Relative rate of change, 1/s.";
@@ -58,6 +59,7 @@ keys! {
     TimeS = "time_s", "Time from the first sample, s.";
     UnbalanceKgM = "unbalance_kg_m", "Unbalance, kg m.";
     Value = "value", "Value of the quantity that is changed, in its own unit.";
+    ViscosityPaS = "viscosity_pa_s", "Dynamic viscosity of a lubricant, Pa s.";
     WidthM = "width_m", "Width of a dead zone, m.";
     WidthRad = "width_rad", "Angular width of a defect, rad.";
 }

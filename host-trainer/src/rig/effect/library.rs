@@ -18,13 +18,15 @@ pub struct LibraryTerms {
 pub enum Adds {
     /// Monomials up to this degree: n_D becomes at least that.
     Degree(usize),
+    /// Powers of two thirds, theory (112).
+    Powers,
     /// States of a further mode: two orders of difference.
     Mode,
     /// Nothing.
     Nothing,
 }
 
-use Adds::{Degree, Mode, Nothing};
+use Adds::{Degree, Mode, Nothing, Powers};
 
 const fn terms(adds: Adds, why: &'static str) -> LibraryTerms {
     LibraryTerms { adds, why }
@@ -48,6 +50,9 @@ impl LibraryTerms {
     /// Terms of a force that acts on one side.
     pub const EVEN: Self =
         terms(Degree(2), "it acts on one side only, and squares are the lowest powers that tell the sides apart");
+    /// Terms of a film of lubricant.
+    pub const FILM: Self =
+        terms(Powers, "its thickness goes with the speed to the power of two thirds, which no monomial does");
     /// Terms of a cubic spring.
     pub const CUBIC: Self = terms(Degree(3), "its force is cubic");
     /// Terms of an odd law.

@@ -325,6 +325,7 @@ registry! {
     Shock = shock,
     CageSlip = cage_slip,
     ContactExponent = contact_exponent,
+    LubricantFilm = lubricant_film,
     MainsInterference = mains_interference,
     SensorBias = sensor_bias,
     SensorGain = sensor_gain,
@@ -333,7 +334,17 @@ registry! {
 }
 
 impl EffectKind {
-    /// The name in the vocabulary.
+    /// Whether a diagnosis may name the effect. The others exist in a rig only.
+    pub const fn in_vocabulary(self) -> bool {
+        !matches!(self, Self::LubricantFilm)
+    }
+
+    /// The effects that a diagnosis may name.
+    pub fn vocabulary() -> impl Iterator<Item = Self> + Clone {
+        Self::ALL.iter().copied().filter(|kind| kind.in_vocabulary())
+    }
+
+    /// The name in files.
     pub fn name(self) -> &'static str {
         self.definition().name
     }

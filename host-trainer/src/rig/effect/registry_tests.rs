@@ -115,6 +115,7 @@ fn nothing(kind: EffectKind, nominal: &Rig) -> (ParameterKey, f64) {
         EffectKind::SpeedDrift => (ParameterKey::RatePerS, 0.0),
         EffectKind::Shock => (ParameterKey::ImpulseNS, 0.0),
         EffectKind::CageSlip => (ParameterKey::Fraction, 0.0),
+        EffectKind::LubricantFilm => (ParameterKey::ViscosityPaS, 0.0),
         EffectKind::ContactExponent => (ParameterKey::Exponent, of(ModelKey::ContactExponent)),
         EffectKind::MainsInterference => (ParameterKey::Amplitude, 0.0),
         EffectKind::SensorBias => (ParameterKey::Value, 0.0),

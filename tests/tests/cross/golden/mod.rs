@@ -56,6 +56,7 @@ fn model(recordings: &[ballrace::recording::input::Series]) -> OwnedModel {
         spec: spec(Alignment::Causal),
         degree: 2,
         harmonics: 1,
+        powers: false,
         solver: Solver::Stlsq(StlsqConfig { threshold: Some(1e-4), ridge: 1e-9, ..StlsqConfig::default() }),
         null_fits: 0,
         ..FitConfig::default()

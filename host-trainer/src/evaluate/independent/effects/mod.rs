@@ -115,7 +115,7 @@ pub fn draw(kind: EffectKind, context: &Context, rng: &mut ChaCha8Rng) -> Effect
             races::pit(kind, context, rng)
         }
         EffectKind::OuterRaceWaviness | EffectKind::InnerRaceWaviness => races::waviness(kind, context, rng),
-        EffectKind::ExcessClearance => races::clearance(context),
+        EffectKind::ExcessClearance | EffectKind::LubricantFilm => races::clearance(kind, context),
         EffectKind::ContactExponent => races::exponent(context, rng),
         EffectKind::Unbalance => forces::unbalance(context, rng),
         EffectKind::Misalignment => forces::misalignment(context, rng),

@@ -136,14 +136,16 @@ pub fn waviness(kind: EffectKind, context: &Context, rng: &mut ChaCha8Rng) -> Ef
 }
 
 /// More clearance.
-pub fn clearance(context: &Context) -> Effect {
+pub fn clearance(kind: EffectKind, context: &Context) -> Effect {
     let nominal = context.drawn.machine.bearing.radial_clearance_m;
+    let (sign, form) =
+        if kind == EffectKind::LubricantFilm { (-1.0, "one thickness at all speeds") } else { (1.0, "") };
     Effect::new(
-        EffectKind::ExcessClearance,
+        kind,
         context,
         Strength::Lasting([1e-8, 4e-5]),
-        |more, _, plant| plant.rig.bearing.radial_clearance_m += more,
-        move |more| truth(EffectKind::ExcessClearance, &[(ParameterKey::RadialClearanceM, nominal + more)], None, ""),
+        move |more, _, plant| plant.rig.bearing.radial_clearance_m += sign * more,
+        move |more| truth(kind, &[(ParameterKey::RadialClearanceM, nominal + sign * more)], None, form),
     )
 }
 
