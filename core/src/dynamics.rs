@@ -120,8 +120,14 @@ fn value(code: &[Word; TERM_WORDS], z: &[f32]) -> f32 {
         return factors.fold(first, |product, z| product * z);
     }
     let &[variable, low, high, ..] = rest else { return f32::NAN };
-    let (variable, harmonic) = (variable, u16::from_le_bytes([low, high]));
-    let term = if *kind == SIN { Term::Sin { variable: 0, harmonic } } else { Term::Cos { variable: 0, harmonic } };
+    let harmonic = u16::from_le_bytes([low, high]);
+    let term = match *kind {
+        SIN => Term::Sin { variable: 0, harmonic },
+        COS => Term::Cos { variable: 0, harmonic },
+        POWER => Term::Power { variable: 0 },
+        ODD_POWER => Term::OddPower { variable: 0 },
+        _ => return f32::NAN,
+    };
     term.eval(&[z(variable).unwrap_or(f32::NAN)])
 }
 
@@ -133,7 +139,7 @@ mod tests {
 
     #[test]
     fn codes_round_trip_and_values_agree_to_the_bit() {
-        let library = Library::new(3, 11, 300).unwrap();
+        let library = Library::new(3, 11, 300).unwrap().with_powers(true);
         let z = [0.9f32, -1.1, 0.4];
         for index in 0..library.len() {
             let term = library.term(index).unwrap();
