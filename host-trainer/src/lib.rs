@@ -11,6 +11,7 @@
 //! | [`rig`] | the 5-DoF and the one-degree-of-freedom rig, effects, simulation | [`Rig`] → [`Recording`] |
 //! | [`model`] | virtual states, SINDy-NN, STLSQ, scores, export, replay on the device's code | series → [`OwnedModel`] |
 //! | [`sweep`] | studies of libraries and dimensions, resumable | `sweep.toml` → rows |
+//! | [`features`] | fitted coefficients as features, by leave-one-bearing-out | recordings → scores |
 //! | [`identify`] | parameters of a rig: likelihood, force balance, calibration | rig, recordings → rig |
 //! | [`mod@diagnose`] | what the rig leaves out: location, cause, corrected rig | rig, recordings → diagnosis |
 //! | [`report`] | HTML documents and plots | results → HTML, SVG |
@@ -46,6 +47,7 @@
 pub mod cli;
 pub mod diagnose;
 pub mod evaluate;
+pub mod features;
 pub mod identify;
 pub mod model;
 pub mod paper;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The layers, from the ground up, as the table of `src/lib.rs` lists them.
-const LAYERS: [&str; 12] = [
+const LAYERS: [&str; 13] = [
     "stats",
     "paper",
     "recording",
@@ -12,6 +12,7 @@ const LAYERS: [&str; 12] = [
     "rig",
     "model",
     "sweep",
+    "features",
     "identify",
     "diagnose",
     "report",

@@ -408,3 +408,40 @@ fn the_paper_s_tables_come_from_one_command_and_a_library_from_another() {
     }
     assert!(refused(folder, &["library", "machine", "--seconds", "0"]).contains("--seconds"));
 }
+
+#[test]
+fn features_leaves_each_bearing_out() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    for name in ["a", "b", "c"] {
+        recordings(&folder.join(name));
+    }
+    // Without the CWRU records, which may lie beside the workspace.
+    let features = |arguments: &[&str]| {
+        let command = [&["features", "--channel", "ax"], arguments].concat();
+        let binary = env!("CARGO_BIN_EXE_ballrace");
+        let output =
+            std::process::Command::new(binary).current_dir(folder).env("BALLRACE_DATA", folder).args(command).output();
+        let output = output.expect("the binary runs");
+        (output.status.code(), support::text(&output.stdout), support::text(&output.stderr))
+    };
+    let all = ["a", "b", "c", "--json", "--out", "features.html"];
+    let (status, json, error) = features(&all);
+    assert_eq!(status, Some(0), "{error}");
+    let found: serde_json::Value = serde_json::from_str(&json).expect("one document");
+    assert_eq!((found["bearings"][0]["aging"].as_u64(), found["faults"].is_null()), (Some(10), true));
+    let phase = &found["lives"][0];
+    assert_eq!((&phase["question"], &phase["reference"]), (&"phase".into(), &"absolute".into()));
+    assert_eq!((phase["sets"].as_array().map(Vec::len), phase["gains"].as_array().map(Vec::len)), (Some(13), Some(14)));
+    // The three machines are one, and the rattle is in its kurtosis.
+    assert_eq!(phase["sets"][0]["set"], "RMS, kurtosis");
+    assert_eq!(phase["sets"][0]["scores"], serde_json::json!([1.0, 1.0, 1.0]));
+    let page = std::fs::read_to_string(folder.join("features.html")).expect("written");
+    assert_eq!(page.matches("<svg").count(), 6 + 3);
+    assert_eq!(features(&all).1, json);
+    let (status, told, _) = features(&["a", "b", "c"]);
+    assert!(status == Some(0) && told.contains("Added to RMS and kurtosis"), "{told}");
+    assert_eq!(features(&["a", "b"]).0, Some(2));
+    assert!(features(&["a", "b"]).2.contains("found 2 folders with an aging phase, expected at least 3"));
+    assert!(features(&["a", "b", "c", "--cwru", "nowhere"]).2.contains("105_0.mat"));
+}

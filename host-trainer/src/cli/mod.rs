@@ -5,6 +5,7 @@ mod demo;
 mod diagnose;
 mod evaluate;
 mod export;
+mod features;
 mod fit;
 mod input;
 mod library;
@@ -32,6 +33,7 @@ enum Command {
     Demo(demo::command::Args),
     Fit(fit::Args),
     Export(export::Args),
+    Features(features::Args),
     Library(library::Args),
     Monitor(monitor::Args),
     Phases(phases::Args),
@@ -71,6 +73,7 @@ pub fn run() -> ExitCode {
         Command::Demo(args) => demo::command::run(&args),
         Command::Fit(args) => fit::run(&args),
         Command::Export(args) => export::run(&args),
+        Command::Features(args) => features::run(&args),
         Command::Library(args) => library::run(&args),
         Command::Monitor(args) => monitor::run(&args),
         Command::Phases(args) => phases::run(&args),

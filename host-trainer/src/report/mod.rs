@@ -9,13 +9,14 @@
 //! | `machine` | envelope spectra of a machine of unknown structure |
 //! | `plot` | pictures as SVG |
 //! | `settings` | segment lengths, limits of lists, layout |
-//! | `fit`, `monitor`, `phases`, `paper`, `calibrate`, `calibrate_sdof`, [`diagnosis`], `spectra` | documents of these commands |
+//! | `fit`, `monitor`, `phases`, `features`, `paper`, `calibrate`, `calibrate_sdof`, [`diagnosis`], `spectra` | documents of these commands |
 //!
 //! All text is escaped. A report states no time of day and no duration, so that the same input gives the same bytes.
 
 pub(crate) mod calibrate;
 pub(crate) mod calibrate_sdof;
 pub mod diagnosis;
+pub(crate) mod features;
 pub(crate) mod fit;
 pub(crate) mod held_out;
 pub(crate) mod html;

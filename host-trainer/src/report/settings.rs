@@ -31,6 +31,8 @@ pub struct ReportSettings {
     pub close_window: usize,
     /// Derivatives whose prediction is shown. Not tuned: chosen by hand.
     pub panels: usize,
+    /// Recordings of the running median that is drawn of predicted lives. Not tuned: chosen by hand.
+    pub running_median: usize,
 }
 
 impl ReportSettings {
@@ -50,5 +52,6 @@ impl ReportSettings {
         window: 512,
         close_window: 128,
         panels: 2,
+        running_median: 9,
     };
 }

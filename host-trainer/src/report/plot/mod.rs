@@ -8,6 +8,7 @@ pub mod envelope;
 pub mod kurtogram;
 pub mod life;
 pub mod lines;
+pub mod ratings;
 pub mod residual;
 pub mod settings;
 pub mod style;

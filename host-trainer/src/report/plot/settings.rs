@@ -11,6 +11,10 @@ pub struct PlotSettings {
     pub derivative_panel_height: u32,
     /// Height of a panel of residuals, pixels. Not tuned: chosen by hand.
     pub residual_panel_height: u32,
+    /// Height of a row of ratings, pixels. Not tuned: chosen by hand.
+    pub rating_height: u32,
+    /// Height of legend and axis around the rows of ratings, pixels. Not tuned: chosen by hand.
+    pub rating_margin: u32,
     /// Level at which residuals are clamped from below, dB re healthy. Not tuned: chosen by hand.
     pub lowest_db: f64,
     /// Steps of the kurtogram's colour scale, few so that the file stays small. Not tuned: chosen by hand.
@@ -30,6 +34,8 @@ impl PlotSettings {
         trend_height: 440,
         derivative_panel_height: 230,
         residual_panel_height: 210,
+        rating_height: 26,
+        rating_margin: 90,
         lowest_db: -20.0,
         colour_steps: 40,
         name_rows: 4,

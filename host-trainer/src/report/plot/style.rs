@@ -35,6 +35,8 @@ const LEGEND_HEIGHT: u32 = 26;
 /// Width of labels and axis name at the left of the plot, pixels.
 const LEFT: u32 = 66;
 const EDGE: u32 = 10;
+/// Width of a letter over its height: no font is at hand to measure with.
+const LETTER: f64 = 0.54;
 
 /// Drawing area of an SVG picture.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -80,7 +82,7 @@ pub fn chart<'a>(area: &Area<'a>, axes: &Axes<'_>, legend: &[Entry<'_>]) -> Resu
     chart_of(area, axes, legend, None)
 }
 
-/// Plot without grid whose rows of height 1 have names instead of numbers.
+/// Plot without grid whose rows of height 1 have names instead of numbers; long names have more room.
 ///
 /// # Errors
 /// Errors of the drawing library.
@@ -106,16 +108,17 @@ fn chart_of<'a>(
     for (name, color) in legend {
         top.draw(&PathElement::new([(x, y), (x + 22, y)], color.stroke_width(3))).map_err(DrawError::new)?;
         top.draw(&Text::new(*name, (x + 28, y), font.clone())).map_err(DrawError::new)?;
-        // No font is at hand to measure with: a letter is about half as wide as high.
-        x += 28 + (name.chars().count() as f64 * 0.54 * f64::from(LABEL)) as i32 + 24;
+        x += 28 + (name.chars().count() as f64 * LETTER * f64::from(LABEL)) as i32 + 24;
     }
+    let letters = rows.unwrap_or(&[]).iter().map(|name| name.chars().count()).max().unwrap_or(0);
+    let left = LEFT.max((letters as f64 * LETTER * f64::from(LABEL)) as u32 + 8);
     let mut chart = ChartBuilder::on(&below)
         .margin_top(6)
         .margin_left(EDGE)
         .margin_right(18)
         .margin_bottom(4)
         .x_label_area_size(44)
-        .y_label_area_size(LEFT)
+        .y_label_area_size(left)
         .build_cartesian_2d(axes.x.clone(), axes.y.clone())
         .map_err(DrawError::new)?;
     let mut mesh = chart.configure_mesh();
