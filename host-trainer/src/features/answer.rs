@@ -132,12 +132,13 @@ fn of_set(aim: Aim, set: FeatureSet, bearings: &[Bearing], drawn: &[Vec<Vec<usiz
     let mean = problem.together(&every, &scores);
     let named = Aim { score: Score::Recall, ..aim };
     let accuracies = || bearings.iter().zip(&held_out).map(|(own, held)| score(named, &held.outputs, &own.targets));
+    let lowest = if aim.score == Score::Spearman { -1.0 } else { 0.0 };
     let score = SetScore {
         set,
         features: bearings[0].rows[0].len(),
         scores,
         mean,
-        interval95: interval95(in_draws.clone()),
+        interval95: interval95(in_draws.clone(), mean).map(|end| end.clamp(lowest, 1.0)),
         balanced_accuracies: (aim.classes > 0).then(|| accuracies().collect()),
         penalties: held_out.iter().map(|held| held.penalty).collect(),
         same_bearings: (aim.score == Score::Recall).then(|| same_bearings(aim, bearings)),
@@ -185,13 +186,14 @@ fn comparisons() -> Vec<(FeatureSet, FeatureSet)> {
 
 fn gain((with, with_draws): &(SetScore, Vec<f64>), (without, draws): &(SetScore, Vec<f64>)) -> Gain {
     let bearings: Vec<f64> = with.scores.iter().zip(&without.scores).map(|(a, b)| a - b).collect();
-    let interval95 = interval95(with_draws.iter().zip(draws).map(|(a, b)| a - b).collect());
+    let gain = with.mean - without.mean;
+    let interval95 = interval95(with_draws.iter().zip(draws).map(|(a, b)| a - b).collect(), gain);
     let verdict = match interval95 {
         [low, _] if low > 0.0 && bearings.iter().all(|gain| *gain >= 0.0) => Verdict::Adds,
         [_, high] if high < 0.0 && bearings.iter().all(|gain| *gain <= 0.0) => Verdict::Lessens,
         _ => Verdict::NotShown,
     };
-    Gain { with: with.set, without: without.set, gain: with.mean - without.mean, interval95, bearings, verdict }
+    Gain { with: with.set, without: without.set, gain, interval95, bearings, verdict }
 }
 
 impl Answer {

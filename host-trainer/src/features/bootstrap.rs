@@ -31,13 +31,15 @@ fn draw(stretches: &[usize], rng: &mut ChaCha8Rng) -> Vec<usize> {
     rows
 }
 
-/// Interval of 95 % of the finite values; NaN without any.
-pub fn interval95(mut values: Vec<f64>) -> [f64; 2] {
-    values.retain(|value| value.is_finite());
-    values.sort_by(f64::total_cmp);
-    let quantile = |share: f64| match values.len() {
+/// Interval of 95 % of the finite values of draws about the value itself, widened by √2: every pair of bearings enters the mean of
+/// the scores twice, by what the one learns for the other and the other way round, and where there is nothing to learn both are
+/// one random number. A draw with fixed predictions sees it once. NaN without any draws.
+pub fn interval95(mut draws: Vec<f64>, value: f64) -> [f64; 2] {
+    draws.retain(|draw| draw.is_finite());
+    draws.sort_by(f64::total_cmp);
+    let quantile = |share: f64| match draws.len() {
         0 => f64::NAN,
-        count => values[(share * (count - 1) as f64).round() as usize],
+        count => value + std::f64::consts::SQRT_2 * (draws[(share * (count - 1) as f64).round() as usize] - value),
     };
     [quantile(0.025), quantile(0.975)]
 }
