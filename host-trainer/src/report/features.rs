@@ -126,7 +126,7 @@ fn section(name: &str, answer: &Answer) -> Result<Section, DrawError> {
         Score::AreaUnderRoc => "Area under the ROC curve of each bearing left out; the accuracy is the balanced one",
         Score::Spearman => "Rank correlation of predicted and true remaining life of each bearing left out",
         Score::Recall => {
-            "Share of the segments of each record left out that are named right; p over all labels of the records; same records: \
+            "Share of the segments of each record left out that are named right; p over all labels of the records; same: \
              the share where the first halves of all records train and the second halves are named, as is often published"
         }
     };
@@ -148,7 +148,7 @@ fn head(answer: &Answer) -> Vec<&str> {
     match answer.score {
         Score::AreaUnderRoc => head.push("accuracy"),
         Score::Spearman => {}
-        Score::Recall => head.extend(["p", "same records"]),
+        Score::Recall => head.extend(["p", "same"]),
     }
     head
 }

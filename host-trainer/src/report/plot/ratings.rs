@@ -26,7 +26,7 @@ pub struct Rating {
     pub interval: [f64; 2],
 }
 
-/// Picture of rows, the first on top; `chance` is marked.
+/// Picture of rows, the first on top; `chance` is marked. Without names of bearings all dots have one colour.
 ///
 /// # Errors
 /// Errors of the drawing library.
@@ -53,7 +53,7 @@ pub fn svg(
             let ends = [(row.mean, y - 0.3), (row.mean, y + 0.3)];
             style::line(&mut chart, ends, style::stroke(INK, 3))?;
             for (b, score) in row.scores.iter().enumerate() {
-                let color = COLORS[b.min(COLORS.len() - 1)];
+                let color = if bearings.is_empty() { MEASURED } else { COLORS[b.min(COLORS.len() - 1)] };
                 let dot = Circle::new((*score, y), 5, color.mix(0.85).filled());
                 chart.draw_series([dot]).map_err(DrawError::new)?;
             }
