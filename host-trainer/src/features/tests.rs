@@ -188,10 +188,9 @@ fn null_random_labels_of_white_noise_are_not_told() {
     // Comparisons of one answer share their sets, so that they err together.
     let told = |verdict| answers.iter().flat_map(|own| &own.gains).filter(|gain| gain.verdict == verdict).count();
     let (adds, lessens) = (told(Verdict::Adds), told(Verdict::Lessens));
-    // 95 % of 260 are 247, 2.5 % of 280 are 7.
-    assert!(held >= 230, "{held} of 260");
-    assert!(adds <= 14 && lessens <= 14, "{adds} and {lessens} of 280");
-    eprintln!("{held} of 260, {adds} and {lessens} of 280");
+    // Found: 236 of 260, and 13 and 14 of 280; without the factor √2 211, 28 and 25.
+    assert!(held >= 225, "{held} of 260");
+    assert!(adds <= 20 && lessens <= 20, "{adds} and {lessens} of 280");
 }
 
 /// Records of one class each, whose features tell the class or do not.
