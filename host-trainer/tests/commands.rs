@@ -366,7 +366,7 @@ fn a_sweep_goes_on_after_a_kill_without_doing_anything_twice() {
 
     let csv = std::fs::read_to_string(folder.join("out/sweep.csv")).expect("written");
     assert_eq!(csv.lines().count(), 1 + all.len());
-    assert!(csv.starts_with("name,recording,nd,nmd,nf,solver,"));
+    assert!(csv.starts_with("name,recording,nd,nmd,nf,powers,solver,"));
 
     std::fs::write(folder.join("bad.toml"), "recordings = [\"data\"]\ndegree = 2\n").expect("written");
     assert!(refused(folder, &["sweep", "--config", "bad.toml"]).contains("degree"));
