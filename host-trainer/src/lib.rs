@@ -10,6 +10,7 @@
 //! | [`signal`] | spectra, envelopes, orders, speed, kinematics, surrogates, wavelets, aging phases | samples → spectra, lines |
 //! | [`rig`] | the 5-DoF and the one-degree-of-freedom rig, effects, simulation | [`Rig`] → [`Recording`] |
 //! | [`model`] | virtual states, SINDy-NN, STLSQ, scores, export, replay on the device's code | series → [`OwnedModel`] |
+//! | [`rivals`] | networks of the paper's Table 4, and least squares on the same windows | series → scores |
 //! | [`sweep`] | studies of libraries and dimensions, resumable | `sweep.toml` → rows |
 //! | [`features`] | fitted coefficients as features, by leave-one-bearing-out | recordings → scores |
 //! | [`identify`] | parameters of a rig: likelihood, force balance, calibration | rig, recordings → rig |
@@ -54,6 +55,7 @@ pub mod paper;
 pub mod recording;
 pub mod report;
 pub mod rig;
+pub mod rivals;
 pub mod signal;
 pub mod stats;
 pub mod sweep;

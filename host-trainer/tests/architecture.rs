@@ -4,13 +4,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The layers, from the ground up, as the table of `src/lib.rs` lists them.
-const LAYERS: [&str; 13] = [
+const LAYERS: [&str; 14] = [
     "stats",
     "paper",
     "recording",
     "signal",
     "rig",
     "model",
+    "rivals",
     "sweep",
     "features",
     "identify",

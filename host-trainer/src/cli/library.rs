@@ -50,8 +50,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let limits = args.limits()?;
     let input = args.input.read(None)?;
     let material = Material { sample_rate_hz: input.sample_rate_hz, series: input.continuous(input.series.len()) };
-    let job =
-        |sizes, null| Job { sizes, solver: args.solver, seed: args.seed, null, causal: null > 0, ..Job::default() };
+    let job = |sizes, null| Job {
+        sizes,
+        solver: args.solver.into(),
+        seed: args.seed,
+        null,
+        causal: null > 0,
+        ..Job::default()
+    };
     let spinner = spinner();
     let construction = construct(&limits, &mut |sizes| {
         spinner.set_message(format!("n_D {}, n_MD {}, n_F {}", sizes.nd, sizes.nmd, sizes.nf));

@@ -97,10 +97,19 @@ pub fn verdict(outcome: &DiagnosisResult) -> (Tone, String) {
             (Tone::Bad, format!("The machine differs from the rig by {named}. {gain}"))
         }
         Verdict::NoMismatch => {
-            let text = format!(
-                "No mismatch: the residual of held-out recordings is within chance (error {}, noise floor {}, {chance}).",
-                numbers[0], numbers[2]
-            );
+            // In spectra the rig is compared under all that a machine is beyond its drawing, which is more than chance.
+            let text = if fit.metric == shown::METRIC {
+                format!(
+                    "No mismatch: what the held-out recordings show beyond the rig (error {}, noise floor {}) is no more than \
+                     the tolerances of speed, load and colour of the noise allow.",
+                    numbers[0], numbers[2]
+                )
+            } else {
+                format!(
+                    "No mismatch: the residual of held-out recordings is within chance (error {}, noise floor {}, {chance}).",
+                    numbers[0], numbers[2]
+                )
+            };
             (Tone::Good, machine::quiet(&outcome.rig, fit.before).unwrap_or(text))
         }
         Verdict::Unexplained => {

@@ -6,7 +6,6 @@ use super::phases::{self, Machine};
 use super::settings::ReportSettings;
 use super::{Cell, Document, Section, Tone};
 use crate::model::OwnedModel;
-use crate::model::fit::choice::SolverKind;
 use crate::model::fit::verdict;
 use crate::model::trace::Trace;
 use crate::paper::{AgedBearing, PaperLibrary, TABLE_3, TABLE_4, aged_bearing};
@@ -14,11 +13,15 @@ use crate::recording::input::Series;
 use crate::report::plot::comparison::{self, Curve, Names};
 use crate::report::plot::style::{ALARM, EARLY, INK, LATE, PREDICTED};
 use crate::report::plot::{DrawError, derivative};
+use crate::rivals;
 use crate::signal::phases::Rules;
 use crate::signal::phases::machine::Filter;
+use crate::signal::surrogate::SurrogateKind;
 use crate::sweep::config::Sizes;
 use crate::sweep::job::Row;
+use crate::sweep::method::Method;
 use crate::sweep::preset::Preset;
+use crate::sweep::table::text;
 
 const SETTINGS: ReportSettings = ReportSettings::DEFAULT;
 
@@ -53,11 +56,15 @@ pub struct PresetRows<'a> {
     pub rows: &'a [Row],
 }
 
-/// Baseline of the next sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Linear baseline.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Baseline {
     /// Name.
     pub name: &'static str,
+    /// R² of the derivatives in sample.
+    pub r2: Option<f64>,
+    /// R² of the derivatives, held out.
+    pub r2_held_out: Option<f64>,
     /// R² of the next sample, held out.
     pub r2_causal: Option<f64>,
 }
@@ -89,7 +96,8 @@ pub fn document(page: &Page<'_>) -> Result<Document, DrawError> {
 
 /// How many fits are better than their null, in a sentence.
 fn summary(page: &Page<'_>) -> String {
-    let mut rows: Vec<&Row> = page.presets.iter().flat_map(|own| own.rows).collect();
+    let own = page.presets.iter().flat_map(|own| own.rows);
+    let mut rows: Vec<&Row> = own.filter(|row| row.job.solver.rival().is_none()).collect();
     // A fit may be in two figures.
     let mut seen = Vec::new();
     rows.retain(|row| {
@@ -145,13 +153,13 @@ fn with_spread<'a>(rows: impl IntoIterator<Item = &'a Row>, of: RowScore) -> Cel
 }
 
 fn table_3(rows: &[Row], page: &Page<'_>) -> Section {
-    let of = |library: &PaperLibrary, solver: SolverKind| {
+    let of = |library: &PaperLibrary, solver: Method| {
         rows.iter()
             .filter(move |row| row.job.sizes.name == library.name && row.job.solver == solver)
             .collect::<Vec<_>>()
     };
     let line = |library: &PaperLibrary| {
-        let (network, squares) = (of(library, SolverKind::SindyNn), of(library, SolverKind::Stlsq));
+        let (network, squares) = (of(library, Method::SindyNn), of(library, Method::Stlsq));
         let [nd, nmd, nf] = library.sizes;
         vec![
             Cell::text(library.name.replace('_', " ")),
@@ -166,11 +174,7 @@ fn table_3(rows: &[Row], page: &Page<'_>) -> Section {
         ]
     };
     let more = |library: &PaperLibrary| {
-        let (network, squares) = (of(library, SolverKind::SindyNn), of(library, SolverKind::Stlsq));
-        let seconds = |rows: &[&Row]| {
-            let mean = mean(rows.iter().copied(), |row| Some(row.seconds));
-            Cell::number(mean.map_or("–".into(), |(seconds, _)| format!("{seconds:.2}")))
-        };
+        let (network, squares) = (of(library, Method::SindyNn), of(library, Method::Stlsq));
         let terms = |rows: &[&Row]| {
             let mean = mean(rows.iter().copied(), |row| Some(row.terms? as f64));
             Cell::number(mean.map_or("–".into(), |(terms, _)| format!("{terms:.0}")))
@@ -186,7 +190,7 @@ fn table_3(rows: &[Row], page: &Page<'_>) -> Section {
             seconds(&squares),
         ]
     };
-    let above = |solver: SolverKind| {
+    let above = |solver: Method| {
         let own = rows.iter().filter(|row| row.job.solver == solver);
         let pairs: Vec<(f64, f64)> = own.filter_map(|row| Some((row.r2?, row.r2_null?))).collect();
         format!("{} of {}", pairs.iter().filter(|(own, null)| own > null).count(), pairs.len())
@@ -199,8 +203,8 @@ fn table_3(rows: &[Row], page: &Page<'_>) -> Section {
             "{} of the aging phase, channel {}. The paper's are of Bearing 3_3. Above their null are {} fits of SINDy-NN and {} of STLSQ. Seconds of ours are with the null, of STLSQ with the causal fits too, each beside another fit; the paper's are of one training on its own machine.",
             recordings(rows),
             page.channel,
-            above(SolverKind::SindyNn),
-            above(SolverKind::Stlsq)
+            above(Method::SindyNn),
+            above(Method::Stlsq)
         ))
         .table("R² in sample", &head, TABLE_3.iter().map(line).collect())
         .table("Terms that are not 0 over all equations, next sample, time", &more_head, TABLE_3.iter().map(more).collect())
@@ -227,66 +231,99 @@ fn failures<'a>(rows: impl IntoIterator<Item = &'a Row>) -> String {
 }
 
 fn table_4(rows: &[Row], page: &Page<'_>) -> Section {
-    let rivals = TABLE_4.iter().filter(|model| model.name != "SINDy-NN").map(|model| {
-        vec![
-            Cell::text(model.name),
-            Cell::number(format!("{:.4}", model.r2)),
-            Cell::text("not built here"),
-            Cell::number("–"),
-            Cell::number("–"),
-            Cell::number("–"),
-        ]
-    });
     let same = |a: &Row, b: &Row| {
         (a.job.solver, &a.job.sizes, a.job.null_kind) == (b.job.solver, &b.job.sizes, b.job.null_kind)
     };
     let mut sorted: Vec<&Row> = rows.iter().collect();
-    sorted.sort_by_key(|row| (row.job.sizes.nd, row.job.solver == SolverKind::Stlsq, row.job.null_kind as u8));
-    let own = sorted.chunk_by(|a, b| same(a, b)).map(|group| {
-        let job = &group[0].job;
-        let is_paper = job.solver == SolverKind::SindyNn;
-        let name = match (job.solver, job.sizes.name.as_str()) {
-            (SolverKind::SindyNn, _) => "SINDy-NN, No. 11",
-            (_, "11") => "STLSQ, No. 11",
-            _ => "linear: STLSQ, n_D 1",
-        };
-        let paper = TABLE_4.iter().find(|model| is_paper && model.name == "SINDy-NN");
-        let null = mean(group.iter().copied(), |row| row.r2_null);
+    let is_rival = |row: &Row| row.job.solver.rival().is_some();
+    sorted.sort_by_key(|row| (!is_rival(row), row.job.sizes.nd, row.job.solver, row.job.null_kind as u8));
+    let own =
+        sorted.chunk_by(|a, b| same(a, b)).map(|group| {
+            let job = &group[0].job;
+            let method = job.solver;
+            let name = match (method, job.sizes.nd) {
+                (Method::Stlsq, 1) => "linear: STLSQ, n_D 1".into(),
+                (Method::Stlsq | Method::SindyNn, _) => format!("{}, No. 11", method.paper_name()),
+                _ => format!("{}, {} parameters", method.paper_name(), group[0].terms.unwrap_or(0)),
+            };
+            let paper = TABLE_4.iter().find(|model| model.name == method.paper_name());
+            let null = mean(group.iter().copied(), |row| row.r2_null);
+            vec![
+                Cell::text(name),
+                Cell::number(paper.map_or("–".into(), |model| format!("{:.4}", model.r2))),
+                with_spread(group.iter().copied(), |row| row.r2),
+                Cell::text(null.map_or("–".into(), |(mean, _)| {
+                    format!("{mean:.4}, {}", text(job.null_kind).unwrap_or_default())
+                })),
+                cell(group.iter().copied(), |row| row.r2_held_out),
+                cell(group.iter().copied(), |row| row.r2_causal),
+                cell(group.iter().copied(), |row| row.r2_causal_null),
+                Cell::number(paper.map_or("–".into(), |model| format!("{:.1}", model.seconds))),
+                seconds(group),
+            ]
+        });
+    let number = |r2: Option<f64>| Cell::number(r2.map_or("–".into(), |r2| format!("{r2:.4}")));
+    let linear = page.baselines.iter().map(|baseline| {
+        let Baseline { name, r2, r2_held_out, r2_causal } = baseline;
+        let none = || Cell::number("–");
         vec![
-            Cell::text(name),
-            Cell::number(paper.map_or("–".into(), |model| format!("{:.4}", model.r2))),
-            with_spread(group.iter().copied(), |row| row.r2),
-            Cell::text(null.map_or("–".into(), |(mean, _)| format!("{mean:.4}: {}", verdict::kept(job.null_kind)))),
-            cell(group.iter().copied(), |row| row.r2_causal),
-            cell(group.iter().copied(), |row| row.r2_causal_null),
+            Cell::text(*name),
+            none(),
+            number(*r2),
+            none(),
+            number(*r2_held_out),
+            number(*r2_causal),
+            none(),
+            none(),
+            none(),
         ]
     });
-    let linear = page.baselines.iter().map(|baseline| {
-        let causal = baseline.r2_causal.map_or("–".into(), |r2| format!("{r2:.4}"));
-        let (none, causal) = (Cell::number("–"), Cell::number(causal));
-        vec![Cell::text(baseline.name), none.clone(), none.clone(), none.clone(), causal, none]
-    });
-    let head = ["model", "paper", "ours", "null, by what it has of the recording", "causal", "causal null"];
+    let head = ["model", "paper", "ours", "null, kind", "held out", "causal", "causal null", "paper, s", "ours, s"];
+    let rivals = if rows.iter().any(is_rival) {
+        format!(
+            "LSTM, TCN and PatchTransformer see a window of {} rows of the states, or of as many samples; learning rate and stop are chosen on the validation part. The states of a window hold the samples of which the derivatives are differences, so that least squares on it is exact: in this table a rival's score says how well it finds a subtraction. Causal is another training of the same network.",
+            rivals::settings::SETTINGS.window
+        )
+    } else {
+        let missing = TABLE_4.iter().filter(|model| model.name != Method::SindyNn.paper_name());
+        let missing = missing.map(|model| format!("{} {:.4}", model.name, model.r2));
+        format!(
+            "The paper's rivals ({}) are in builds with the feature rivals: cargo build --release --features rivals.",
+            missing.collect::<Vec<_>>().join(", ")
+        )
+    };
+    let kind = |kind: &SurrogateKind| {
+        format!("Null {}: {} as the recording", text(kind).unwrap_or_default(), verdict::kept(*kind))
+    };
+    let kinds: Vec<String> = SurrogateKind::ALL.iter().map(kind).collect();
     Section::new(format!("Table 4: rivals on {}", page.bearing))
         .paragraph(format!(
-            "{} of the aging phase, channel {}, each a fit of its own. The paper's are of Bearing 3_3. LSTM, TCN and PatchTransformer are the paper's; this version has none of them. An autoregression is the baseline that the paper lacks, fitted and held out as the models are.",
+            "{} of the aging phase, channel {}, each a fit of its own. The paper's are of Bearing 3_3. Seconds of ours are with null and causal fits. An autoregression is the baseline that the paper lacks, fitted and held out as the models are. {}.",
             recordings(rows),
-            page.channel
+            page.channel,
+            kinds.join("; ")
         ))
-        .table("", &head, rivals.chain(own).chain(linear).collect())
+        .paragraph(rivals)
+        .table("", &head, own.chain(linear).collect())
         .paragraph(failures(rows))
+}
+
+/// Mean seconds of rows.
+fn seconds(rows: &[&Row]) -> Cell {
+    let mean = mean(rows.iter().copied(), |row| Some(row.seconds));
+    Cell::number(mean.map_or("–".into(), |(seconds, _)| format!("{seconds:.2}")))
 }
 
 fn table_5(rows: &[Row], page: &Page<'_>) -> Section {
     let line = |machine: &&Machine| {
-        let of = |solver: SolverKind| {
+        let of = |solver: Method| {
             let is_own = |row: &&Row| {
                 let folder = row.job.recording.as_ref().and_then(|name| name.split('/').next());
                 folder == Some(machine.name.as_str()) && row.job.solver == solver
             };
             rows.iter().filter(is_own).collect::<Vec<_>>()
         };
-        let (network, squares) = (of(SolverKind::SindyNn), of(SolverKind::Stlsq));
+        let (network, squares) = (of(Method::SindyNn), of(Method::Stlsq));
         let paper = aged_bearing(&machine.name);
         let paper_r2 = |AgedBearing { r2, r2_std, .. }: AgedBearing| format!("{r2:.4} ± {r2_std:.4}");
         let raw = machine.lives.channels.iter().zip(&machine.phases).find(|(life, _)| life.filter == Filter::Raw);

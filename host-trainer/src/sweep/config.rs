@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::job::{Job, Material, NO_FILTER};
+use super::method::Method;
 use super::preset::Preset;
-use crate::model::fit::choice::{AlignmentKind, EstimatorKind, SolverKind};
+use crate::model::fit::choice::{AlignmentKind, EstimatorKind};
 use crate::model::sindy_nn::gradient::SparsityNorm;
 use crate::signal::surrogate::SurrogateKind;
 use crate::signal::wavelet::Wavelet;
@@ -53,9 +54,9 @@ pub struct Config {
     /// Whether there are the powers of two thirds.
     #[serde(default)]
     powers: Many<bool>,
-    /// Solvers.
+    /// Solvers, and rivals.
     #[serde(default)]
-    solver: Many<SolverKind>,
+    solver: Many<Method>,
     /// Alignments of the finite differences.
     #[serde(default)]
     alignment: Many<AlignmentKind>,
@@ -191,6 +192,13 @@ impl Config {
         if let Some(found) = filters.iter().find(|name| *name != NO_FILTER && name.parse::<Wavelet>().is_err()) {
             return refuse("filter", format!("`{found}`"), "none, db1 to db10, or sym2 to sym10");
         }
+        if let Some(found) = config.solver.or(Method::default()).into_iter().find(|method| !method.is_built()) {
+            return refuse(
+                "solver",
+                found.paper_name().into(),
+                "a build with the feature rivals, or sindy-nn or stlsq",
+            );
+        }
         if config.lambda.or([0.0; 3]).iter().flatten().any(|l| !(l.is_finite() && *l >= 0.0)) {
             return refuse("lambda", "a negative or infinite number".into(), "three numbers that are not negative");
         }
@@ -209,7 +217,7 @@ impl Config {
         let base = Job { null: self.null, causal: self.causal, epochs: self.epochs, ..Job::default() };
         let jobs = each(vec![base], self.sizes(), |job, sizes| job.sizes = sizes);
         let jobs = each(jobs, self.powers.or(false), |job, powers| job.powers = powers);
-        let jobs = each(jobs, self.solver.or(SolverKind::default()), |job, solver| job.solver = solver);
+        let jobs = each(jobs, self.solver.or(Method::default()), |job, solver| job.solver = solver);
         let jobs = each(jobs, self.alignment.or(AlignmentKind::default()), |job, alignment| job.alignment = alignment);
         let jobs = each(jobs, self.estimator.or(EstimatorKind::default()), |job, estimator| job.estimator = estimator);
         let jobs = each(jobs, self.filter.or(NO_FILTER.into()), |job, filter| job.filter = filter);

@@ -7,13 +7,15 @@ use ballrace_core::states::{Orders, StateSpec};
 use serde::{Deserialize, Serialize};
 
 use super::config::Sizes;
-use crate::model::fit::choice::{AlignmentKind, EstimatorKind, SolverKind};
+use super::method::Method;
+use crate::model::fit::choice::{AlignmentKind, EstimatorKind};
 use crate::model::fit::report::CREATED_BY;
-use crate::model::fit::{FitConfig, FitError, ScoredModel, Solver, score_fit};
+use crate::model::fit::{FitConfig, FitError, ScoredModel, Solver, Split, score_fit};
 use crate::model::sindy_nn::gradient::{Lambdas, SparsityNorm};
 use crate::model::sindy_nn::train::TrainConfig;
 use crate::model::stlsq::StlsqConfig;
 use crate::recording::input::Series;
+use crate::rivals::{self, BothScores, Rival};
 use crate::signal::surrogate::SurrogateKind;
 use crate::signal::wavelet::denoise::Denoising;
 
@@ -35,8 +37,8 @@ pub struct Job {
     pub sizes: Sizes,
     /// Whether the library has the powers of two thirds.
     pub powers: bool,
-    /// Solver.
-    pub solver: SolverKind,
+    /// Solver, or rival.
+    pub solver: Method,
     /// Alignment of the finite differences.
     pub alignment: AlignmentKind,
     /// Estimator of the states, with its default parameters; all but differences need the causal alignment.
@@ -73,7 +75,7 @@ impl Default for Job {
             recording: None,
             sizes: Sizes::default(),
             powers: false,
-            solver: SolverKind::default(),
+            solver: Method::default(),
             alignment: AlignmentKind::default(),
             estimator: EstimatorKind::default(),
             filter: NO_FILTER.into(),
@@ -95,9 +97,9 @@ impl Default for Job {
 pub struct Row {
     /// The fit.
     pub job: Job,
-    /// Functions of its library.
+    /// Functions of its library; 0 of a rival.
     pub functions: usize,
-    /// Coefficients that are not 0; `None` if the fit failed.
+    /// Coefficients that are not 0, of a rival its parameters; `None` if the fit failed.
     pub terms: Option<usize>,
     /// R² in sample.
     pub r2: Option<f64>,
@@ -139,6 +141,9 @@ impl Row {
 impl Job {
     /// Row of this fit.
     pub fn fit(&self, material: &Material) -> Row {
+        if let Some(rival) = self.solver.rival() {
+            return self.rival_row(rival, material);
+        }
         let begin = Instant::now();
         let fitted = self.fitted(material);
         let library = Library::new(self.sizes.nmd, self.sizes.nd, self.sizes.nf);
@@ -165,6 +170,60 @@ impl Job {
         }
     }
 
+    /// Row of a rival: its derivatives and its next sample are a training each, and so are those of each surrogate.
+    fn rival_row(&self, rival: Rival, material: &Material) -> Row {
+        let begin = Instant::now();
+        let failed = |error: String| Row { error: Some(error), ..Row::failed(self, 0, None) };
+        let split = match self.split(material) {
+            Ok(split) => split,
+            Err(error) => return failed(error),
+        };
+        let score = |split: &Split| rivals::score_both(rival, split, self.spec(), self.causal, self.seed);
+        let nulls = (0..self.null as u64).map(|k| score(&split.surrogate(self.null_kind, self.seed, k)));
+        let (own, nulls) = match (score(&split), nulls.collect::<Result<Vec<_>, _>>()) {
+            (Ok(own), Ok(nulls)) => (own, nulls),
+            (Err(error), _) | (_, Err(error)) => return failed(error),
+        };
+        let mean = |of: fn(&BothScores) -> Option<f64>| {
+            let sum: Option<f64> = nulls.iter().map(of).sum();
+            sum.map(|sum| sum / nulls.len() as f64).and_then(finite)
+        };
+        let BothScores { derivatives, next_sample } = own;
+        Row {
+            terms: Some(derivatives.parameters),
+            r2: finite(derivatives.in_sample),
+            r2_validation: finite(derivatives.validation),
+            r2_held_out: finite(derivatives.held_out),
+            r2_causal: next_sample.and_then(|next| finite(next.held_out)),
+            r2_null: mean(|null| Some(null.derivatives.in_sample)),
+            r2_causal_null: mean(|null| Some(null.next_sample?.held_out)),
+            seconds: begin.elapsed().as_secs_f64(),
+            ..Row::failed(self, 0, None)
+        }
+    }
+
+    /// Parts of the recordings, as a fit splits them.
+    fn split(&self, material: &Material) -> Result<Split, String> {
+        let spec = self.spec();
+        spec.check().map_err(|error| error.to_string())?;
+        Ok(Split::holding_out(&self.series(material), FitConfig::default().hold_out_every, spec.warm_up()))
+    }
+
+    /// Virtual states.
+    fn spec(&self) -> StateSpec {
+        StateSpec {
+            dimension: self.sizes.nmd,
+            orders: Orders::Even,
+            alignment: self.alignment.into(),
+            estimator: self.estimator.with(None, None, None),
+        }
+    }
+
+    /// Recordings of this fit, denoised if it says so.
+    fn series(&self, material: &Material) -> Vec<Series> {
+        self.own(material).map(|series| self.filtered(series, material.sample_rate_hz)).collect()
+    }
+
     /// Job with the checksum of its samples: a row of other samples by the same names is no row of this job.
     pub fn identified(&self, material: &Material) -> Self {
         let bytes: Vec<u8> =
@@ -178,8 +237,6 @@ impl Job {
     }
 
     fn fitted(&self, material: &Material) -> Result<ScoredModel, FitError> {
-        let series: Vec<Series> =
-            self.own(material).map(|series| self.filtered(series, material.sample_rate_hz)).collect();
         let [derivative, latent, sparsity] = self.lambda;
         let train = TrainConfig {
             lambdas: Lambdas { derivative, latent, sparsity, norm: self.sparsity },
@@ -188,17 +245,12 @@ impl Job {
         };
         let defaults = FitConfig::default();
         let solver = match (self.solver, &defaults.solver) {
-            (SolverKind::Stlsq, _) => Solver::Stlsq(StlsqConfig::default()),
+            (Method::Stlsq, _) => Solver::Stlsq(StlsqConfig::default()),
             (_, Solver::SindyNn { hidden, .. }) => Solver::SindyNn { hidden: hidden.clone(), train },
             (_, solver) => solver.clone(),
         };
         let config = FitConfig {
-            spec: StateSpec {
-                dimension: self.sizes.nmd,
-                orders: Orders::Even,
-                alignment: self.alignment.into(),
-                estimator: self.estimator.with(None, None, None),
-            },
+            spec: self.spec(),
             degree: self.sizes.nd,
             harmonics: self.sizes.nf,
             powers: self.powers,
@@ -210,7 +262,7 @@ impl Job {
             seed: self.seed,
             ..defaults
         };
-        score_fit(&series, material.sample_rate_hz, &config)
+        score_fit(&self.series(material), material.sample_rate_hz, &config)
     }
 
     /// Recording as it is, or denoised.

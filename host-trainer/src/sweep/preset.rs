@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::config::{Sizes, each};
 use super::job::Job;
-use crate::model::fit::choice::SolverKind;
+use super::method::Method;
 use crate::paper::{PaperLibrary, TABLE_3};
 use crate::signal::surrogate::SurrogateKind;
 
@@ -65,23 +65,38 @@ impl Preset {
         let recordings: Vec<Option<String>> = chosen.iter().flat_map(|b| b.spread(count)).map(Some).collect();
         let jobs = each(vec![Job::default()], self.sizes(), |job, sizes| job.sizes = sizes);
         let solvers = match self {
-            Self::Table3 | Self::Table4 | Self::Table5 => vec![SolverKind::SindyNn, SolverKind::Stlsq],
+            Self::Table3 | Self::Table4 | Self::Table5 => vec![Method::SindyNn, Method::Stlsq],
             // Hundreds of fits, of which least squares' differences are those of the libraries alone.
-            Self::Fig10 | Self::Fig11 => vec![SolverKind::Stlsq],
+            Self::Fig10 | Self::Fig11 => vec![Method::Stlsq],
         };
         let jobs = each(jobs, solvers, |job, solver| job.solver = solver);
         let mut jobs = each(jobs, recordings, |job, recording| job.recording = recording);
         if self == Self::Table4 {
             let nulls = SurrogateKind::ALL.to_vec();
-            jobs.retain(|job| job.sizes.nd > 1 || job.solver == SolverKind::Stlsq);
+            jobs.retain(|job| job.sizes.nd > 1 || job.solver == Method::Stlsq);
             jobs = each(jobs, nulls, |job, kind| job.null_kind = kind);
             // Four nulls of a network are four times its training.
-            jobs.retain(|job| job.solver == SolverKind::Stlsq || job.null_kind == SurrogateKind::default());
+            jobs.retain(|job| job.solver == Method::Stlsq || job.null_kind == SurrogateKind::default());
+        }
+        if self == Self::Table4 {
+            jobs.extend(rivals(&jobs));
         }
         // The paper has no causal score of its libraries, and each costs a training.
-        jobs.iter_mut().for_each(|job| job.causal = job.solver == SolverKind::Stlsq || self == Self::Table4);
+        jobs.iter_mut().for_each(|job| job.causal = job.solver == Method::Stlsq || self == Self::Table4);
         jobs
     }
+}
+
+/// The rivals that this build has, on the recordings of jobs, from the states of the paper's best library.
+fn rivals(jobs: &[Job]) -> Vec<Job> {
+    let mut recordings: Vec<Option<String>> = jobs.iter().map(|job| job.recording.clone()).collect();
+    recordings.dedup();
+    recordings.sort();
+    recordings.dedup();
+    let base = Job { sizes: Sizes { name: String::new(), nd: 0, nf: 0, ..best() }, ..Job::default() };
+    let built = Method::RIVALS.into_iter().filter(|method| method.is_built()).collect();
+    let jobs = each(vec![base], built, |job, method| job.solver = method);
+    each(jobs, recordings, |job, recording| job.recording = recording)
 }
 
 /// Bearing of the paper's Tables 3 and 4.

@@ -16,6 +16,8 @@ use crate::recording::input::{Input, Series};
 use crate::recording::reference_data;
 use crate::report::paper::{self, Baseline, Page, PresetRows};
 use crate::report::phases::Machine;
+use crate::rivals::windows::linear_r_squared;
+use crate::rivals::{self, Task};
 use crate::signal::phases::Rules;
 use crate::signal::phases::machine::{Filter, Lives};
 use crate::signal::wavelet::denoise::Denoising;
@@ -169,25 +171,37 @@ fn load_one(args: &Args, folder: &Path) -> Result<Option<Loaded>, Failure> {
 /// Scores of the linear baselines on the recordings of some rows, fitted and held out as the models are.
 fn baselines(rows: &[Row], material: &Material) -> Vec<Baseline> {
     let names: std::collections::BTreeSet<&String> = rows.iter().filter_map(|row| row.job.recording.as_ref()).collect();
-    let chosen: Vec<&Series> = material.series.iter().filter(|series| names.contains(&series.name)).collect();
+    let chosen = material.series.iter().filter(|series| names.contains(&series.name));
     let config = FitConfig::default();
-    let score = |model: fn(&[Series]) -> Option<LinearPredictor>| {
-        let of = |series: &&Series| {
-            let split = Split::holding_out(&[(*series).clone()], config.hold_out_every, config.spec.warm_up());
-            Some(model(&split.train)?.r_squared(&split.held_out))
-        };
-        let scores: Option<Vec<f64>> = chosen.iter().map(of).collect();
+    let splits: Vec<Split> = chosen
+        .map(|series| Split::holding_out(std::slice::from_ref(series), config.hold_out_every, config.spec.warm_up()))
+        .collect();
+    let mean = |of: &dyn Fn(&Split) -> Option<f64>| {
+        let scores: Option<Vec<f64>> = splits.iter().map(of).collect();
         scores.map(|scores| scores.iter().sum::<f64>() / scores.len() as f64)
     };
+    let next = |model: fn(&[Series]) -> Option<LinearPredictor>| {
+        mean(&|split| Some(model(&split.train)?.r_squared(&split.held_out)))
+    };
+    let windows = |split: &Split| {
+        let parts = rivals::Parts::new(split, Task::Derivatives(config.spec));
+        linear_r_squared(&parts.train, &parts.held_out)
+    };
+    let baseline = |name, r2_causal| Baseline { name, r2_causal, ..Baseline::default() };
     vec![
         Baseline {
-            name: "persistence: the present sample",
-            r2_causal: score(|_| Some(LinearPredictor::persistence())),
+            name: "least squares on the rivals' window",
+            r2: mean(&|split| Some(windows(split)?[0])),
+            r2_held_out: mean(&|split| Some(windows(split)?[1])),
+            r2_causal: next(|train| LinearPredictor::fit(train, WINDOW)),
         },
-        Baseline { name: "autoregression of order 16", r2_causal: score(|train| LinearPredictor::fit(train, 16)) },
-        Baseline { name: "autoregression of order 64", r2_causal: score(|train| LinearPredictor::fit(train, 64)) },
+        baseline("persistence: the present sample", next(|_| Some(LinearPredictor::persistence()))),
+        baseline("autoregression of order 64", next(|train| LinearPredictor::fit(train, 64))),
     ]
 }
+
+/// Samples of the rivals' window.
+const WINDOW: usize = rivals::settings::SETTINGS.window;
 
 /// The paper's best model on the middle recording of an aging phase, and that recording.
 fn best_model<'a>(args: &Args, loaded: &'a Loaded) -> Result<(OwnedModel, &'a Series), Failure> {

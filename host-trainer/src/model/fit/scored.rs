@@ -1,13 +1,11 @@
 //! Fit with its four scores: the trainings and the best of them, the causal fits, the surrogates.
 
 use ballrace_core::states::{Alignment, StateSpec};
-use rayon::prelude::*;
 
 use super::score::{self, NullScores, Score, Scores, TrainingScores};
 use super::single_fit::{SingleFit, Split, fit_once};
 use super::{FitConfig, FitError, Solver, Stage, check, check_split};
 use crate::recording::input::Series;
-use crate::signal::surrogate::SurrogateKind;
 
 /// Scores of a fit without its model.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,7 +90,7 @@ pub(super) fn scored(
     let mut null = Vec::new();
     let mut last_surrogate = None;
     for k in 0..config.null_fits as u64 {
-        let surrogate = split.map(|part, which| surrogates(part, config.null_kind, config.seed, 3 * k + which));
+        let surrogate = split.surrogate(config.null_kind, config.seed, k);
         let name = format!("null {} of {}", k + 1, config.null_fits);
         let (fitted, scores) = both(&surrogate, config.seed.wrapping_add(k), &name)?;
         null.push(NullScores {
@@ -112,13 +110,4 @@ pub(super) fn scored(
 struct FitScores {
     held_out: Score,
     causal: Score,
-}
-
-fn surrogates(recordings: &[Series], kind: SurrogateKind, seed: u64, which: u64) -> Vec<Series> {
-    let each = |(n, series): (usize, &Series)| Series {
-        name: series.name.clone(),
-        samples: kind
-            .of(&series.samples, seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (which << 32) ^ n as u64),
-    };
-    recordings.par_iter().enumerate().map(each).collect()
 }

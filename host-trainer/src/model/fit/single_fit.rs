@@ -18,6 +18,7 @@ use crate::model::states::{self, Scales};
 use crate::model::stlsq::{Equation, RFactor, StlsqConfig, fit_with_path};
 use crate::model::{OwnedModel, Parts};
 use crate::recording::input::Series;
+use crate::signal::surrogate::SurrogateKind;
 
 const SETTINGS: SplitSettings = SplitSettings::DEFAULT;
 
@@ -70,15 +71,25 @@ impl Split {
         Self { train, validation, held_out, within: false }
     }
 
-    /// The same split of other recordings, each made of its own.
-    pub fn map(&self, each: impl Fn(&[Series], u64) -> Vec<Series>) -> Self {
+    /// Surrogates of all recordings, the `k`-th of their kind, split as these.
+    pub fn surrogate(&self, kind: SurrogateKind, seed: u64, k: u64) -> Self {
+        let part = |series: &[Series], which: u64| surrogates(series, kind, seed, 3 * k + which);
         Self {
-            train: each(&self.train, 0),
-            validation: each(&self.validation, 1),
-            held_out: each(&self.held_out, 2),
+            train: part(&self.train, 0),
+            validation: part(&self.validation, 1),
+            held_out: part(&self.held_out, 2),
             within: self.within,
         }
     }
+}
+
+fn surrogates(recordings: &[Series], kind: SurrogateKind, seed: u64, which: u64) -> Vec<Series> {
+    let each = |(n, series): (usize, &Series)| Series {
+        name: series.name.clone(),
+        samples: kind
+            .of(&series.samples, seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (which << 32) ^ n as u64),
+    };
+    recordings.par_iter().enumerate().map(each).collect()
 }
 
 /// Part of a recording in pieces of `least` samples or more, so that its error has a standard error.
