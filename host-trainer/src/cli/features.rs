@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
+use super::bearings::{self, Aging};
 use super::input::{Recordings, bar};
 use super::{Failure, line, write};
 use crate::features::answer::{Answer, SetScore};
@@ -72,30 +73,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.out.as_ref().map_or(Ok(()), |path| line(format_args!("wrote {}", path.display())))
 }
 
-/// Lives of the folders whose channel ages; others are named on stderr.
+/// Lives of the folders whose channel ages.
 fn lives(args: &Args) -> Result<Vec<Life>, Failure> {
-    let mut folders = args.bearings.clone();
-    if folders.is_empty() {
-        let femto = reference_data::folder("femto");
-        let entries = femto.and_then(|femto| std::fs::read_dir(femto).ok()).into_iter().flatten();
-        folders = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| path.is_dir()).collect();
-        folders.sort();
-    }
-    let mut lives: Vec<(Life, f64)> = Vec::new();
-    for folder in &folders {
-        match life(folder, args)? {
-            Some((life, _)) if lives.iter().any(|(other, _)| other.name == life.name) => {
-                let name = life.name;
-                return Err(Failure::Input(format!("found two folders {name}, expected folders of different names")));
-            }
-            Some((life, rate)) if lives.iter().any(|(_, other)| *other != rate) => {
-                let (name, first) = (life.name, lives[0].1);
-                return Err(Failure::Input(format!("{name}: found {rate} Hz, expected {first} Hz as the first")));
-            }
-            Some(life) => lives.push(life),
-            None => eprintln!("{}: channel {} shows no aging; left out", folder.display(), args.channel),
-        }
-    }
+    let lives = bearings::aging(&args.bearings, &args.channel, |folder, name| life(folder, name, args))?;
     if lives.len() < FEWEST_BEARINGS {
         return Err(Failure::Input(format!(
             "found {} folders with an aging phase, expected at least {FEWEST_BEARINGS}: one is left out, and of the others one \
@@ -103,11 +83,11 @@ fn lives(args: &Args) -> Result<Vec<Life>, Failure> {
             lives.len()
         )));
     }
-    Ok(lives.into_iter().map(|(life, _)| life).collect())
+    Ok(lives.into_iter().map(|life| life.value).collect())
 }
 
-/// Life of a folder with its sample rate; `None` if it does not age.
-fn life(folder: &Path, args: &Args) -> Result<Option<(Life, f64)>, Failure> {
+/// Life of a folder; `None` if it does not age.
+fn life(folder: &Path, name: String, args: &Args) -> Result<Option<Aging<Life>>, Failure> {
     let source = Recordings { recordings: vec![folder.to_owned()], ..Recordings::default() };
     let recordings = source.load(Some(vec![args.channel.clone()]))?;
     let input = Input::from_recordings(&recordings, Some(&args.channel)).map_err(Failure::input)?;
@@ -115,9 +95,9 @@ fn life(folder: &Path, args: &Args) -> Result<Option<(Life, f64)>, Failure> {
     let features: Vec<Features> = channel.map(|channel| Features::new(&channel.samples)).collect();
     let found = phases(&features, &Timeline::new(&recordings).follows, &Rules::default());
     let Some((aging, failure)) = found.and_then(|found| Some((found.aging?, found.failure))) else { return Ok(None) };
-    let name = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned();
     let measured = measured(&format!("{name}: fitting"), &input.series, args.seed)?;
-    Ok(Some((Life { name, measured, aging, failure }, input.sample_rate_hz)))
+    let value = Life { name: name.clone(), measured, aging, failure };
+    Ok(Some(Aging { name, sample_rate_hz: input.sample_rate_hz, value }))
 }
 
 /// Features of the CWRU records, segment by segment.

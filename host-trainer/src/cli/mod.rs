@@ -1,5 +1,6 @@
 //! Command line: each command parses its arguments, calls the library and prints the result.
 
+mod bearings;
 mod calibrate;
 mod demo;
 mod diagnose;

@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use clap::builder::PossibleValue;
 
 use super::{Args, fitted};
+use crate::cli::bearings::{self, Aging};
 use crate::cli::input::Recordings;
 use crate::cli::settings::CliSettings;
 use crate::cli::{Failure, write};
@@ -13,7 +14,6 @@ use crate::model::baseline::LinearPredictor;
 use crate::model::fit::{FitConfig, Split, fit};
 use crate::model::{OwnedModel, file};
 use crate::recording::input::{Input, Series};
-use crate::recording::reference_data;
 use crate::report::paper::{self, Baseline, Page, PresetRows};
 use crate::report::phases::Machine;
 use crate::rivals::windows::linear_r_squared;
@@ -70,7 +70,8 @@ pub fn run(args: &Args, name: PresetName) -> Result<Vec<Row>, Failure> {
     if args.count == Some(0) {
         return Err(Failure::Input("--count: found 0, expected at least 1".into()));
     }
-    let loaded = load(args)?;
+    let loaded = bearings::aging(&args.bearings, &args.channel, |folder, name| load(args, folder, name))?;
+    let loaded: Vec<Loaded> = loaded.into_iter().map(|aging| aging.value).collect();
     let Some(first) = loaded.iter().find(|l| l.bearing.name == PAPER_BEARING).or(loaded.first()) else {
         return Err(Failure::Input("found no folder with an aging phase, expected one such as Bearing3_3".into()));
     };
@@ -109,38 +110,8 @@ pub fn run(args: &Args, name: PresetName) -> Result<Vec<Row>, Failure> {
     Ok(rows)
 }
 
-/// Folders with an aging phase of the channel; others are named on stderr.
-fn load(args: &Args) -> Result<Vec<Loaded>, Failure> {
-    let mut folders = args.bearings.clone();
-    if folders.is_empty() {
-        let femto = reference_data::folder("femto");
-        let entries = femto.and_then(|femto| std::fs::read_dir(femto).ok()).into_iter().flatten();
-        folders = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| path.is_dir()).collect();
-        folders.sort();
-    }
-    let mut all: Vec<Loaded> = Vec::new();
-    for folder in &folders {
-        let loaded = load_one(args, folder)?;
-        match loaded {
-            Some(loaded) if all.iter().any(|other| other.bearing.name == loaded.bearing.name) => {
-                let name = &loaded.bearing.name;
-                return Err(Failure::Input(format!("found two folders {name}, expected folders of different names")));
-            }
-            Some(loaded) => all.push(loaded),
-            None => eprintln!("{}: channel {} shows no aging; left out", folder.display(), args.channel),
-        }
-    }
-    if let Some(other) = all.iter().find(|l| l.sample_rate_hz != all[0].sample_rate_hz) {
-        let (found, expected) = (other.sample_rate_hz, all[0].sample_rate_hz);
-        return Err(Failure::Input(format!(
-            "{}: found {found} Hz, expected {expected} Hz as the first",
-            other.bearing.name
-        )));
-    }
-    Ok(all)
-}
-
-fn load_one(args: &Args, folder: &Path) -> Result<Option<Loaded>, Failure> {
+/// Folder; `None` if its channel does not age.
+fn load(args: &Args, folder: &Path, name: String) -> Result<Option<Aging<Loaded>>, Failure> {
     let source = Recordings {
         recordings: vec![folder.to_owned()],
         channel: Some(args.channel.clone()),
@@ -148,7 +119,6 @@ fn load_one(args: &Args, folder: &Path) -> Result<Option<Loaded>, Failure> {
     };
     let recordings = source.load(Some(vec![args.channel.clone()]))?;
     let mut input = Input::from_recordings(&recordings, Some(&args.channel)).map_err(Failure::input)?;
-    let name = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned();
     input.series.iter_mut().for_each(|series| series.name = format!("{name}/{}", series.name));
     let wavelet = SETTINGS.wavelet.parse().map_err(Failure::other)?;
     let lives = Lives::new(&recordings, &Denoising::of_paper(wavelet, input.sample_rate_hz));
@@ -160,12 +130,13 @@ fn load_one(args: &Args, folder: &Path) -> Result<Option<Loaded>, Failure> {
     });
     let Some(aging) = aging else { return Ok(None) };
     let recordings = input.series.iter().map(|series| series.name.clone()).collect();
-    Ok(Some(Loaded {
+    let value = Loaded {
         bearing: Bearing { name: name.clone(), recordings, aging },
-        sample_rate_hz: input.sample_rate_hz,
         series: input.series,
-        machine: Machine { name, lives, phases },
-    }))
+        sample_rate_hz: input.sample_rate_hz,
+        machine: Machine { name: name.clone(), lives, phases },
+    };
+    Ok(Some(Aging { name, sample_rate_hz: value.sample_rate_hz, value }))
 }
 
 /// Scores of the linear baselines on the recordings of some rows, fitted and held out as the models are.
