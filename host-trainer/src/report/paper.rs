@@ -292,16 +292,14 @@ fn table_4(rows: &[Row], page: &Page<'_>) -> Section {
             missing.collect::<Vec<_>>().join(", ")
         )
     };
-    let kind = |kind: &SurrogateKind| {
-        format!("Null {}: {} as the recording", text(kind).unwrap_or_default(), verdict::kept(*kind))
-    };
+    let kind = |kind: &SurrogateKind| format!("{} {}", text(kind).unwrap_or_default(), verdict::kept(*kind));
     let kinds: Vec<String> = SurrogateKind::ALL.iter().map(kind).collect();
     Section::new(format!("Table 4: rivals on {}", page.bearing))
         .paragraph(format!(
-            "{} of the aging phase, channel {}, each a fit of its own. The paper's are of Bearing 3_3. Seconds of ours are with null and causal fits. An autoregression is the baseline that the paper lacks, fitted and held out as the models are. {}.",
+            "{} of the aging phase, channel {}, each a fit of its own. The paper's are of Bearing 3_3. Seconds of ours are with null and causal fits. An autoregression is the baseline that the paper lacks, fitted and held out as the models are. What a null has of the recording: {}.",
             recordings(rows),
             page.channel,
-            kinds.join("; ")
+            kinds.join(", ")
         ))
         .paragraph(rivals)
         .table("", &head, own.chain(linear).collect())
