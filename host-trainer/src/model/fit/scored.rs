@@ -21,7 +21,7 @@ pub struct ScoredModel {
 /// Scores of a fit, without monitor and description.
 ///
 /// # Errors
-/// As [`fit`].
+/// As [`fit`](super::fit()).
 pub fn score_fit(recordings: &[Series], sample_rate_hz: f64, config: &FitConfig) -> Result<ScoredModel, FitError> {
     let Scored { main, split, scores, .. } = scored(recordings, sample_rate_hz, config, &|_| ())?;
     let r2_validation = score::score_model(&main.model.view(), &split.validation).mean();
