@@ -13,7 +13,7 @@
 //! | [`leave_one_out`] | predictions of bearings by the others |
 //! | [`scores`] | rank correlation, area under the ROC curve, recalls |
 //! | [`bootstrap`], [`permutation`] | spread over blocks of recordings; chance over labels of records |
-//! | [`answer`] | scores of all sets for one question, and what sets gain on each other |
+//! | [`mod@answer`] | scores of all sets for one question, and what sets gain on each other |
 //! | [`findings`] | the answers in words |
 //! | `settings` | numbers of the study |
 

@@ -3,8 +3,8 @@
 //! | module | holds |
 //! |---|---|
 //! | [`windows`] | windows of the states or of the signal, and what follows them |
-//! | [`network`] | LSTM, TCN, PatchTransformer on candle |
-//! | [`training`] | Adam with early stop, and the choice of its learning rate, by validation recordings |
+//! | `network` | LSTM, TCN, PatchTransformer on candle |
+//! | `training` | Adam with early stop, and the choice of its learning rate, by validation recordings |
 //! | [`settings`] | widths, window, training |
 //!
 //! candle rather than burn: 158 packages in a lock file instead of 613, and the three networks need no more than its layers. The
