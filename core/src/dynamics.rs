@@ -4,6 +4,7 @@
 //! coefficients. A step costs one evaluation per used term and one multiply-add per nonzero.
 
 use crate::library::{Library, MAX_DEGREE, Monomial, Term};
+use crate::states::MAX_DIMENSION;
 use crate::{Floats, Word};
 
 /// Words of a term's code.
@@ -16,6 +17,8 @@ const POWER: u8 = 3;
 const ODD_POWER: u8 = 4;
 /// Padding in a monomial's code after its last factor.
 const NO_FACTOR: u8 = 0xff;
+/// Places for the variables and, in the last, for 1: that of [`NO_FACTOR`] modulo this number.
+const PLACES: usize = 2 * MAX_DIMENSION;
 
 /// Code of a term, 12 bytes: kind; for a monomial its factors, for sin and cos variable and harmonic, for a power the variable.
 pub fn encode_term(term: Term) -> [Word; TERM_WORDS] {
@@ -78,20 +81,22 @@ pub struct Dynamics<'a> {
 impl<'a> Dynamics<'a> {
     /// Computes rate = Θ(z) Ξ, theory (10); `rate` has one entry for each equation.
     pub fn rate(&self, z: &[f32], rate: &mut [f32]) {
-        rate.fill(0.0);
+        let mut factors = [1.0; PLACES];
+        factors.iter_mut().zip(z).for_each(|(to, from)| *to = *from);
+        let mut rates = [0.0; MAX_DIMENSION];
+        let mut entries = self.equations.iter().zip(self.coefficients.0);
         let mut start = 0;
         for (code, end) in self.terms.iter().zip(self.ends) {
-            let theta = value(code, z);
-            let end = u32::from_le_bytes(*end) as usize;
-            let equations = self.equations.get(start..end).unwrap_or(&[]);
-            let coefficients = self.coefficients.0.get(start..end).unwrap_or(&[]);
-            for (equation, coefficient) in equations.iter().zip(coefficients) {
-                if let Some(rate) = rate.get_mut(u32::from_le_bytes(*equation) as usize) {
-                    *rate += f32::from_le_bytes(*coefficient) * theta;
-                }
+            let theta = value(code, &factors);
+            let end = u32::from_le_bytes(*end);
+            for (equation, coefficient) in entries.by_ref().take(end.saturating_sub(start) as usize) {
+                // Equations are latent variables, no more than this; the remainder spares a check.
+                let equation = u32::from_le_bytes(*equation) as usize % MAX_DIMENSION;
+                rates[equation] += f32::from_le_bytes(*coefficient) * theta;
             }
             start = end;
         }
+        rate.iter_mut().zip(rates).for_each(|(to, from)| *to = from);
     }
 
     /// Nonzero coefficients: term, equation, coefficient.
@@ -110,25 +115,30 @@ impl<'a> Dynamics<'a> {
     }
 }
 
-/// Value of a term from its code, without building the term.
-fn value(code: &[Word; TERM_WORDS], z: &[f32]) -> f32 {
-    let [kind, rest @ ..] = code.as_flattened() else { return f32::NAN };
-    let z = |i: u8| z.get(usize::from(i)).copied();
-    if *kind == MONOMIAL {
-        let mut factors = rest.iter().map_while(|&i| if i == NO_FACTOR { None } else { z(i) });
-        let first = factors.next().unwrap_or(1.0);
-        return factors.fold(first, |product, z| product * z);
+/// Value of a term from its code, without building the term; `factors` are the variables, then ones.
+#[inline(always)]
+fn value(code: &[Word; TERM_WORDS], factors: &[f32; PLACES]) -> f32 {
+    let [head, rest @ ..] = code;
+    let &[kind, first, second, third] = head;
+    let factor = |i: u8| factors[usize::from(i) % PLACES];
+    if kind == MONOMIAL {
+        // A factor that is none is 1, so that degrees 0 to 2 take the same path.
+        let product = factor(first) * factor(second);
+        if third == NO_FACTOR {
+            return product;
+        }
+        let more = rest.as_flattened().iter().take_while(|&&i| i != NO_FACTOR);
+        return more.fold(product * factor(third), |product, i| product * factor(*i));
     }
-    let &[variable, low, high, ..] = rest else { return f32::NAN };
-    let harmonic = u16::from_le_bytes([low, high]);
-    let term = match *kind {
+    let harmonic = u16::from_le_bytes([second, third]);
+    let term = match kind {
         SIN => Term::Sin { variable: 0, harmonic },
         COS => Term::Cos { variable: 0, harmonic },
         POWER => Term::Power { variable: 0 },
         ODD_POWER => Term::OddPower { variable: 0 },
         _ => return f32::NAN,
     };
-    term.eval(&[z(variable).unwrap_or(f32::NAN)])
+    term.eval(&[factor(first)])
 }
 
 #[cfg(test)]
@@ -145,7 +155,9 @@ mod tests {
             let term = library.term(index).unwrap();
             let code = encode_term(term);
             assert_eq!(decode_term(&code, &library), Some(term));
-            assert_eq!(value(&code, &z).to_bits(), term.eval(&z).to_bits());
+            let mut factors = [1.0; PLACES];
+            factors[..3].copy_from_slice(&z);
+            assert_eq!(value(&code, &factors).to_bits(), term.eval(&z).to_bits());
         }
     }
 

@@ -65,7 +65,7 @@ pub fn scratch_len(model: &Model<'_>) -> usize {
 }
 
 fn hidden_len(model: &Model<'_>) -> usize {
-    (2 * model.encoder.hidden_width()).max(4 * model.decoder.hidden_width())
+    model.encoder.forward_scratch_len().max(model.decoder.tangent_scratch_len())
 }
 
 impl<'a, 's> Evaluator<'a, 's> {

@@ -23,7 +23,7 @@
 //! memory that depends on a model's size is a scratch slice from the caller, whose length
 //! [`device::Device::scratch_len`] states.
 #![no_std]
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 #![deny(missing_docs)]
 
 pub mod crc;

@@ -70,30 +70,30 @@ mod table {
         let mut i = 0;
         while i <= INTERVALS {
             let x = i as f64 * END as f64 / INTERVALS as f64;
-            t[i] = (1.0 / (1.0 + exp_minus(x))) as f32;
+            t[i] = (1.0 / (1.0 + super::exp_minus(x))) as f32;
             i += 1;
         }
         t
     }
+}
 
-    /// Exponential e⁻ˣ for 0 ≤ x ≤ 12 at compile time: the series of e^(−x/64), squared six times.
-    const fn exp_minus(x: f64) -> f64 {
-        let y = -x / 64.0;
-        let mut term = 1.0;
-        let mut sum = 1.0;
-        let mut n = 1;
-        while n < 16 {
-            term *= y / n as f64;
-            sum += term;
-            n += 1;
-        }
-        let mut k = 0;
-        while k < 6 {
-            sum *= sum;
-            k += 1;
-        }
-        sum
+/// Exponential e⁻ˣ for |x| ≤ 16 at compile time: the series of e^(−x/64), squared six times.
+pub(crate) const fn exp_minus(x: f64) -> f64 {
+    let y = -x / 64.0;
+    let mut term = 1.0;
+    let mut sum = 1.0;
+    let mut n = 1;
+    while n < 16 {
+        term *= y / n as f64;
+        sum += term;
+        n += 1;
     }
+    let mut k = 0;
+    while k < 6 {
+        sum *= sum;
+        k += 1;
+    }
+    sum
 }
 
 /// Sine of an angle in radians, to 1.6 ulp for |x| < 8192.

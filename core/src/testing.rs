@@ -8,7 +8,7 @@ use crate::input_check::ScreenConfig;
 use crate::library::{Library, Term};
 use crate::model::{Input, Model, Scaling};
 use crate::monitor::MonitorConfig;
-use crate::network::{Network, parameter_count};
+use crate::network::{Arithmetic, Network, float::word_count};
 use crate::states::StateSpec;
 use crate::{Floats, Word};
 
@@ -52,8 +52,8 @@ impl Parts {
                 values(n, 2.0, 1.0),
                 values(n, 4.0, 1.0),
             ],
-            encoder: (up.clone(), values(parameter_count(&up), 5.0, 0.0)),
-            decoder: (down.clone(), values(parameter_count(&down), 6.0, 0.0)),
+            encoder: (up.clone(), values(word_count(&up), 5.0, 0.0)),
+            decoder: (down.clone(), values(word_count(&down), 6.0, 0.0)),
             library,
             terms: used.iter().map(|&i| encode_term(library.term(i).unwrap())).collect(),
             ends: (1..=used.len() as u32).map(|i| (2 * i).to_le_bytes()).collect(),
@@ -85,8 +85,8 @@ impl Parts {
             input: if self.direct { Input::Direct(self.spec.dimension) } else { Input::VirtualStates(self.spec) },
             states: Scaling { mean, scale },
             derivatives: Scaling { mean: d_mean, scale: d_scale },
-            encoder: Network::new(&self.encoder.0, Floats(&self.encoder.1)).unwrap(),
-            decoder: Network::new(&self.decoder.0, Floats(&self.decoder.1)).unwrap(),
+            encoder: Network::new(&self.encoder.0, Arithmetic::Float, &self.encoder.1).unwrap(),
+            decoder: Network::new(&self.decoder.0, Arithmetic::Float, &self.decoder.1).unwrap(),
             library: self.library,
             dynamics: Dynamics {
                 terms: &self.terms,

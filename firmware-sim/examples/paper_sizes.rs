@@ -2,12 +2,14 @@
 //! a file can hold: something to hold host and device against each other with (`compare.sh`).
 //!
 //! `cargo run --example paper_sizes -- DIR [SAMPLES]` writes `DIR/samples.f32`, and a model for each
-//! alignment, `DIR/forward.bin`, `DIR/half.bin`, `DIR/causal.bin`, and for each other estimator of the causal one,
-//! `DIR/savitzky_golay.bin`, `DIR/kalman.bin`.
+//! alignment, `DIR/forward.bin`, `DIR/half.bin`, `DIR/causal.bin`, for each other estimator of the causal one,
+//! `DIR/savitzky_golay.bin`, `DIR/kalman.bin`, and for less hidden units and fixed point, `DIR/float_32.bin`,
+//! `DIR/fixed_256.bin`, `DIR/fixed_32.bin` and so on.
 
 use std::error::Error;
 use std::path::PathBuf;
 
+use ballrace_core::network::Arithmetic;
 use ballrace_core::states::{Alignment, Estimator};
 use ballrace_firmware_sim::faults::Injector;
 use ballrace_firmware_sim::source::{Arrival, in_memory};
@@ -21,6 +23,7 @@ const PAPER: Sizes = Sizes {
     dimension: 8,
     latent: 8,
     hidden: 256,
+    arithmetic: Arithmetic::Float,
     degree: 2,
     harmonics: 2,
     nonzeros: 40,
@@ -49,6 +52,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("kalman.bin", Alignment::Causal, KALMAN),
     ] {
         std::fs::write(directory.join(name), model(Sizes { alignment, estimator, ..PAPER }, &signal(20_000, 4)))?;
+    }
+    for hidden in [16, 24, 32, 48, 64, 128, 256] {
+        for (name, arithmetic) in [("float", Arithmetic::Float), ("fixed", Arithmetic::Fixed)] {
+            let sizes = Sizes { hidden, arithmetic, ..PAPER };
+            std::fs::write(directory.join(format!("{name}_{hidden}.bin")), model(sizes, &signal(20_000, 4)))?;
+        }
     }
     Ok(())
 }

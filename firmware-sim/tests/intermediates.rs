@@ -2,6 +2,7 @@
 
 use ballrace_core::device::Device;
 use ballrace_core::model::Model;
+use ballrace_core::network::Arithmetic;
 use ballrace_core::states::{Alignment, Estimator};
 use ballrace_firmware_sim::intermediates::{JSON_LEN, Report, run};
 
@@ -15,14 +16,15 @@ fn report(bytes: &[u8], samples: &[f32]) -> Report {
 
 #[test]
 fn same_input_same_crc_and_one_bit_shows() {
-    for (alignment, estimator) in [
-        (Alignment::Forward, Estimator::Differences),
-        (Alignment::Half, Estimator::Differences),
-        (Alignment::Causal, Estimator::Differences),
-        (Alignment::Causal, common::SAVITZKY_GOLAY),
-        (Alignment::Causal, common::KALMAN),
+    for (alignment, estimator, arithmetic) in [
+        (Alignment::Forward, Estimator::Differences, Arithmetic::Float),
+        (Alignment::Half, Estimator::Differences, Arithmetic::Float),
+        (Alignment::Causal, Estimator::Differences, Arithmetic::Float),
+        (Alignment::Causal, common::SAVITZKY_GOLAY, Arithmetic::Float),
+        (Alignment::Causal, common::KALMAN, Arithmetic::Float),
+        (Alignment::Half, Estimator::Differences, Arithmetic::Fixed),
     ] {
-        let sizes = common::Sizes { alignment, estimator, ..common::SMALL };
+        let sizes = common::Sizes { alignment, estimator, arithmetic, ..common::SMALL };
         let bytes = common::model(sizes, &common::signal(5_000, 4));
         let samples = common::signal(300, 9);
         let expected = report(&bytes, &samples);

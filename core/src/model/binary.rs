@@ -12,14 +12,15 @@
 //! | 16…25 | monitor: block; healthy mean, healthy spread, EWMA weight, EWMA limit, CUSUM slack, CUSUM limit (f32); votes; of blocks; release (f32) |
 //! | then | from version 2, estimator: 0 differences (version 3), 1 Savitzky–Golay, 2 Kalman; excess degree (0 but for Savitzky–Golay); stretch or cut-off (f32) |
 //! | then | from version 3, whether the library has powers (0, 1) |
+//! | then | from version 4, networks in fixed point: 1 the encoder, 2 the decoder, 3 both |
 //! | then | encoder widths, decoder widths (layers + 1 words each, none for the identity) |
 //! | then | f32: state mean, state scale, derivative mean, derivative scale, residual spread |
-//! | then | f32: encoder parameters, decoder parameters ([`crate::network`] has their layout) |
+//! | then | encoder parameters, decoder parameters ([`crate::network`] has their layout): f32, or words of fixed point |
 //! | then | term codes (3 words each), ends, equations, coefficients ([`crate::dynamics`]) |
 //! | last | CRC-32 (IEEE 802.3) of all bytes before it |
 //!
 //! A model of finite differences is written as version 1, which devices of before read, any other estimator as version
-//! 2, and a library with powers as version 3, which they refuse.
+//! 2, a library with powers as version 3, and a network in fixed point as version 4, which they refuse.
 
 use super::{Array, Input, Model, ModelError, Scaling};
 use crate::crc::crc32;
@@ -27,21 +28,23 @@ use crate::dynamics::{Dynamics, TERM_WORDS};
 use crate::input_check::ScreenConfig;
 use crate::library::Library;
 use crate::monitor::MonitorConfig;
-use crate::network::{MAX_LAYERS, MAX_WIDTH, Network, parameter_count};
+use crate::network::{Arithmetic, MAX_LAYERS, MAX_WIDTH, Network, word_count};
 use crate::states::{Alignment, Estimator, Orders, StateSpec};
 use crate::{Floats, Word};
 
 /// First four bytes of the binary form.
 pub const MAGIC: [u8; 4] = *b"BRMD";
 /// Newest version of the binary form. This crate reads it and all before, and writes the oldest that can hold a model.
-pub const FORMAT_VERSION: u32 = 3;
+pub const FORMAT_VERSION: u32 = 4;
 /// Version of models of finite differences.
 const DIFFERENCES_VERSION: u32 = 1;
 /// Version of models of other estimators.
 const ESTIMATORS_VERSION: u32 = 2;
+/// Version of models whose library has powers.
+const POWERS_VERSION: u32 = 3;
 const HEADER_WORDS: usize = 26;
-/// Most words of what came after version 1: estimator and powers.
-const NEWER_WORDS: usize = 4;
+/// Most words of what came after version 1: estimator, powers, arithmetic.
+const NEWER_WORDS: usize = 5;
 const DIFFERENCES: u32 = 0;
 const SAVITZKY_GOLAY: u32 = 1;
 const KALMAN: u32 = 2;
@@ -164,6 +167,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Model<'_>, ModelError> {
     };
     let estimator = if version == DIFFERENCES_VERSION { Estimator::Differences } else { r.estimator(version)? };
     let library = library.with_powers(version > ESTIMATORS_VERSION && r.count(1)? == 1);
+    let fixed = if version > POWERS_VERSION { r.count(3)? } else { 0 };
     let spec = |orders| StateSpec { dimension: inputs, orders, alignment, estimator };
     let input = match orders {
         0 => Input::Direct(inputs),
@@ -174,12 +178,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<Model<'_>, ModelError> {
     let states = Scaling { mean: r.floats(inputs)?, scale: r.floats(inputs)? };
     let derivatives = Scaling { mean: r.floats(inputs)?, scale: r.floats(inputs)? };
     let residual_spread = r.floats(inputs)?;
-    let mut network = |widths: &[u16], name| {
-        let parameters = r.floats(parameter_count(widths))?;
-        Network::new(widths, parameters).ok_or(ModelError::Network { network: name })
+    let mut network = |widths: &[u16], fixed, name| {
+        let arithmetic = if fixed { Arithmetic::Fixed } else { Arithmetic::Float };
+        let wrong = ModelError::Network { network: name };
+        let words = r.take(word_count(widths, arithmetic).ok_or(wrong)?)?;
+        Network::new(widths, arithmetic, words).ok_or(wrong)
     };
-    let encoder = network(&encoder, Array::Encoder)?;
-    let decoder = network(&decoder, Array::Decoder)?;
+    let encoder = network(&encoder, fixed & 1 != 0, Array::Encoder)?;
+    let decoder = network(&decoder, fixed & 2 != 0, Array::Decoder)?;
     let dynamics = Dynamics {
         terms: r.take(TERM_WORDS * terms)?.as_chunks().0,
         ends: r.take(terms)?,
@@ -206,7 +212,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Model<'_>, ModelError> {
 
 pub(super) fn byte_len(model: &Model<'_>) -> usize {
     let widths = model.encoder.widths().len() + model.decoder.widths().len();
-    let parameters = model.encoder.parameters().len() + model.decoder.parameters().len();
+    let parameters = model.encoder.words().len() + model.decoder.words().len();
     let terms = (TERM_WORDS + 1) * model.dynamics.terms.len();
     let coefficients = 2 * model.dynamics.coefficients.len();
     let header = HEADER_WORDS + newer_words(model).1.len();
@@ -224,12 +230,16 @@ fn newer_words(model: &Model<'_>) -> (u32, heapless::Vec<u32, NEWER_WORDS>) {
         Estimator::SavitzkyGolay { excess, stretch } => [SAVITZKY_GOLAY, excess.into(), stretch.to_bits()],
         Estimator::Kalman { cutoff } => [KALMAN, 0, cutoff.to_bits()],
     };
-    let (version, powers): (u32, &[u32]) = match (model.library.powers, estimator) {
-        (true, _) => (FORMAT_VERSION, &[1]),
-        (false, Estimator::Differences) => return (DIFFERENCES_VERSION, heapless::Vec::new()),
-        (false, _) => (ESTIMATORS_VERSION, &[]),
+    let powers = u32::from(model.library.powers);
+    let is_fixed = |network: &Network<'_>| u32::from(network.arithmetic() == Arithmetic::Fixed);
+    let fixed = is_fixed(&model.encoder) + 2 * is_fixed(&model.decoder);
+    let (version, rest): (u32, &[u32]) = match (fixed, powers, estimator) {
+        (1.., ..) => (FORMAT_VERSION, &[powers, fixed]),
+        (0, 1.., _) => (POWERS_VERSION, &[powers]),
+        (0, 0, Estimator::Differences) => return (DIFFERENCES_VERSION, heapless::Vec::new()),
+        (0, 0, _) => (ESTIMATORS_VERSION, &[]),
     };
-    (version, words.iter().chain(powers).copied().collect())
+    (version, words.iter().chain(rest).copied().collect())
 }
 
 pub(super) fn write(model: &Model<'_>, buffer: &mut [u8]) -> Result<usize, ModelError> {
@@ -297,8 +307,8 @@ pub(super) fn write(model: &Model<'_>, buffer: &mut [u8]) -> Result<usize, Model
         model.derivatives.mean.0,
         model.derivatives.scale.0,
         model.residual_spread.0,
-        model.encoder.parameters().0,
-        model.decoder.parameters().0,
+        model.encoder.words(),
+        model.decoder.words(),
         d.terms.as_flattened(),
         d.ends,
         d.equations,

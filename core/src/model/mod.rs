@@ -159,7 +159,9 @@ impl<'a> Model<'a> {
             if found != (from, to) {
                 return Err(ModelError::NetworkShape { network: name, expected: (from, to), found });
             }
-            finite(name, network.parameters())?;
+            if let Some(index) = network.first_not_finite() {
+                return Err(ModelError::NotFinite { array: name, index });
+            }
         }
         for (name, values) in [
             (Array::StateMean, self.states.mean),

@@ -3,55 +3,69 @@
 use super::settings::MAX_DIMENSION;
 use super::spec::StateSpec;
 
+/// Orders of the highest dimension, 0 to 31.
+const ORDERS: usize = 2 * MAX_DIMENSION;
+
 /// Backward differences of the newest sample, delayed to the model's instants.
 #[derive(Debug)]
 pub(super) struct Differences<'s> {
     /// Backward differences ∇^k of the newest sample, k = 0…highest.
-    newest: [f32; 2 * MAX_DIMENSION],
-    delays: &'s mut [f32],
+    newest: [f32; ORDERS],
+    /// Number of differences in use.
+    count: usize,
+    /// Delay of each state, and of its target.
+    delays: [[Delay; 2]; MAX_DIMENSION],
+    /// Delay lines, one behind the other in the order of `delays`.
+    memory: &'s mut [f32],
+}
+
+/// Delay of one difference.
+#[derive(Clone, Copy, Debug, Default)]
+struct Delay {
+    order: u8,
+    /// Samples, also the length of the line.
+    samples: u8,
+    /// Position of the oldest difference in the line.
+    oldest: u8,
 }
 
 impl<'s> Differences<'s> {
-    /// Differences before the first sample.
-    pub(super) fn new(delays: &'s mut [f32]) -> Self {
-        Self { newest: [0.0; 2 * MAX_DIMENSION], delays }
+    /// Differences before the first sample, with the lines in `memory`.
+    pub(super) fn new(spec: StateSpec, memory: &'s mut [f32]) -> Self {
+        let delay = |order: usize, target| Delay {
+            order: order as u8,
+            samples: spec.delay(order, target) as u8,
+            oldest: 0,
+        };
+        let mut delays = [[Delay::default(); 2]; MAX_DIMENSION];
+        for (i, delays) in delays.iter_mut().take(spec.dimension).enumerate() {
+            let order = spec.orders.state(i);
+            *delays = [delay(order, false), delay(order + 1, true)];
+        }
+        Self { newest: [0.0; ORDERS], count: spec.orders.highest(spec.dimension) + 1, delays, memory }
     }
 
-    /// Takes sample number `seen` since the last reset. Differences that reach over a reset are never given out:
-    /// [`StateSpec::warm_up`] is as long as the longest.
-    pub(super) fn push(
-        &mut self,
-        sample: f32,
-        seen: usize,
-        spec: StateSpec,
-        states: &mut [f32],
-        targets: &mut [f32],
-    ) -> Option<()> {
-        let highest = spec.orders.highest(spec.dimension);
+    /// Takes a sample. Differences that reach over a reset are never given out: [`StateSpec::warm_up`] is as long as the
+    /// longest.
+    pub(super) fn push(&mut self, sample: f32, states: &mut [f32], targets: &mut [f32]) -> Option<()> {
         let mut difference = sample;
-        for previous in self.newest.iter_mut().take(highest + 1) {
+        for previous in self.newest.iter_mut().take(self.count) {
             let next = difference - *previous;
             *previous = difference;
             difference = next;
         }
-        let mut lines = &mut *self.delays;
-        for i in 0..spec.dimension {
-            let order = spec.orders.state(i);
-            for (order, target, out) in [(order, false, states.get_mut(i)), (order + 1, true, targets.get_mut(i))] {
-                let newest = self.newest.get(order).copied().unwrap_or(0.0);
-                let delay = spec.delay(order, target);
-                let (line, rest) = core::mem::take(&mut lines).split_at_mut_checked(delay)?;
-                lines = rest;
-                let value = match line.len() {
-                    0 => newest,
-                    length => match line.get_mut(seen % length) {
-                        Some(slot) => core::mem::replace(slot, newest),
-                        None => newest,
-                    },
+        let mut memory = &mut *self.memory;
+        for ([of_state, of_target], (state, target)) in self.delays.iter_mut().zip(states.iter_mut().zip(targets)) {
+            for (delay, out) in [(of_state, state), (of_target, target)] {
+                let (line, rest) = core::mem::take(&mut memory).split_at_mut_checked(delay.samples.into())?;
+                memory = rest;
+                let newest = self.newest[usize::from(delay.order) % ORDERS];
+                *out = match line.get_mut(usize::from(delay.oldest)) {
+                    Some(oldest) => core::mem::replace(oldest, newest),
+                    None => newest,
                 };
-                if let Some(out) = out {
-                    *out = value;
-                }
+                let next = delay.oldest.wrapping_add(1);
+                delay.oldest = if next < delay.samples { next } else { 0 };
             }
         }
         Some(())

@@ -46,7 +46,7 @@ impl<'s> VirtualStates<'s> {
         }
         let memory = memory.get_mut(..spec.memory_len())?;
         let source = match spec.estimator {
-            Estimator::Differences => Source::Differences(Differences::new(memory)),
+            Estimator::Differences => Source::Differences(Differences::new(spec, memory)),
             Estimator::SavitzkyGolay { excess, stretch } => {
                 let (newest, memory) = memory.split_at_mut_checked(spec.dimension)?;
                 Source::SavitzkyGolay(SavitzkyGolay::new(&spec, excess, stretch, memory)?, newest)
@@ -80,7 +80,7 @@ impl<'s> VirtualStates<'s> {
     pub fn push(&mut self, sample: f32, states: &mut [f32], targets: &mut [f32]) -> bool {
         let spec = self.spec;
         let valid = match &mut self.source {
-            Source::Differences(differences) => differences.push(sample, self.seen, spec, states, targets).is_some(),
+            Source::Differences(differences) => differences.push(sample, states, targets).is_some(),
             Source::SavitzkyGolay(filter, newest) => {
                 filter.push(sample);
                 increments(core::iter::once(sample).chain(filter.estimates(spec)), newest, states, targets)

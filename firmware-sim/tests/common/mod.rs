@@ -8,7 +8,7 @@ use ballrace_core::input_check::ScreenConfig;
 use ballrace_core::library::Library;
 use ballrace_core::model::{Input, Model, Scaling};
 use ballrace_core::monitor::MonitorConfig;
-use ballrace_core::network::{Network, parameter_count};
+use ballrace_core::network::{Arithmetic, Network, fixed, float::word_count, to_fixed};
 use ballrace_core::states::{Alignment, Estimator, Orders, StateSpec};
 use ballrace_core::{Floats, Word};
 
@@ -41,6 +41,7 @@ pub struct Sizes {
     pub dimension: usize,
     pub latent: usize,
     pub hidden: u16,
+    pub arithmetic: Arithmetic,
     pub degree: usize,
     pub harmonics: usize,
     /// Nonzero coefficients, each of a term of its own.
@@ -53,6 +54,7 @@ pub const SMALL: Sizes = Sizes {
     dimension: 3,
     latent: 2,
     hidden: 12,
+    arithmetic: Arithmetic::Float,
     degree: 3,
     harmonics: 2,
     nonzeros: 9,
@@ -73,8 +75,14 @@ pub fn model(sizes: Sizes, healthy: &[f32]) -> Vec<u8> {
     build(sizes, MonitorConfig::new(BLOCK, mean, variance.sqrt()))
 }
 
+fn fixed_words(network: &Network<'_>) -> Vec<Word> {
+    let mut words = vec![[0; 4]; fixed::word_count(network.widths()).unwrap()];
+    to_fixed(network, &mut words).unwrap();
+    words
+}
+
 fn build(sizes: Sizes, monitor: MonitorConfig) -> Vec<u8> {
-    let Sizes { dimension, latent, hidden, degree, harmonics, nonzeros, alignment, estimator } = sizes;
+    let Sizes { dimension, latent, hidden, arithmetic, degree, harmonics, nonzeros, alignment, estimator } = sizes;
     let mut noise = Noise(7);
     let mut random =
         |count: usize, scale: f32| -> Vec<Word> { (0..count).map(|_| (scale * noise.next()).to_le_bytes()).collect() };
@@ -85,7 +93,11 @@ fn build(sizes: Sizes, monitor: MonitorConfig) -> Vec<u8> {
     let state_scale: Vec<_> = (0..dimension).map(|i| power(2 * i)).collect();
     let derivative_scale: Vec<_> = (0..dimension).map(|i| power(2 * i + 1)).collect();
     let (up, down) = ([dimension as u16, hidden, latent as u16], [latent as u16, hidden, dimension as u16]);
-    let (encoder, decoder) = (random(parameter_count(&up), 0.5), random(parameter_count(&down), 0.5));
+    let (encoder, decoder) = (random(word_count(&up), 0.5), random(word_count(&down), 0.5));
+    let [encoder, decoder] = [(&up, encoder), (&down, decoder)].map(|(widths, words)| match arithmetic {
+        Arithmetic::Float => words,
+        Arithmetic::Fixed => fixed_words(&Network::new(widths, Arithmetic::Float, &words).unwrap()),
+    });
     let library = Library::new(latent, degree, harmonics).unwrap();
     // Spread over the whole library, so that every kind of term takes part.
     let term = |i: usize| encode_term(library.term(i * library.len() / nonzeros).unwrap());
@@ -98,8 +110,8 @@ fn build(sizes: Sizes, monitor: MonitorConfig) -> Vec<u8> {
         input: Input::VirtualStates(StateSpec { dimension, orders: Orders::Even, alignment, estimator }),
         states: Scaling { mean: Floats(&zeros), scale: Floats(&state_scale) },
         derivatives: Scaling { mean: Floats(&zeros), scale: Floats(&derivative_scale) },
-        encoder: Network::new(&up, Floats(&encoder)).unwrap(),
-        decoder: Network::new(&down, Floats(&decoder)).unwrap(),
+        encoder: Network::new(&up, arithmetic, &encoder).unwrap(),
+        decoder: Network::new(&down, arithmetic, &decoder).unwrap(),
         library,
         dynamics: Dynamics { terms: &terms, ends: &ends, equations: &equations, coefficients: Floats(&coefficients) },
         residual_spread: Floats(&ones),

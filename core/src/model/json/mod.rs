@@ -16,7 +16,7 @@ use crate::dynamics::{Dynamics, TERM_WORDS, decode_term, encode_term};
 use crate::input_check::ScreenConfig;
 use crate::library::Library;
 use crate::monitor::MonitorConfig;
-use crate::network::{MAX_LAYERS, Network};
+use crate::network::{Arithmetic, MAX_LAYERS, Network};
 use crate::states::{Alignment, Estimator, Orders, StateSpec};
 use crate::{Floats, Word};
 
@@ -26,6 +26,10 @@ pub(super) const SCHEMA: &str = "ballrace-device-model/1";
 pub(super) const ESTIMATOR_SCHEMA: &str = "ballrace-device-model/2";
 /// Schema of models whose library has powers.
 pub(super) const POWERS_SCHEMA: &str = "ballrace-device-model/3";
+/// Schema of models with a network in fixed point.
+pub(super) const FIXED_SCHEMA: &str = "ballrace-device-model/4";
+
+const SCHEMAS: [&str; 4] = [SCHEMA, ESTIMATOR_SCHEMA, POWERS_SCHEMA, FIXED_SCHEMA];
 
 type Widths = heapless::Vec<u16, { MAX_LAYERS + 1 }>;
 
@@ -51,12 +55,13 @@ fn is_differences(estimator: &Estimator) -> bool {
     *estimator == Estimator::Differences
 }
 
-/// Oldest schema that can hold a model with this estimator and library.
-fn schema(estimator: Estimator, library: Library) -> &'static str {
-    match (library.powers, estimator) {
-        (true, _) => POWERS_SCHEMA,
-        (false, Estimator::Differences) => SCHEMA,
-        (false, _) => ESTIMATOR_SCHEMA,
+/// Oldest schema that can hold a model with this estimator, library and arithmetic of its networks.
+fn schema(estimator: Estimator, library: Library, networks: [Arithmetic; 2]) -> &'static str {
+    match (networks, library.powers, estimator) {
+        ([Arithmetic::Fixed, _] | [_, Arithmetic::Fixed], ..) => FIXED_SCHEMA,
+        (_, true, _) => POWERS_SCHEMA,
+        (_, false, Estimator::Differences) => SCHEMA,
+        (_, false, _) => ESTIMATOR_SCHEMA,
     }
 }
 
@@ -73,6 +78,10 @@ const ARRAYS: [&str; 10] = [
     "equations",
     "coefficients",
 ];
+const ENCODER: usize = 5;
+const DECODER: usize = 6;
+/// Names of the networks' arrays of integers, in fixed point.
+const FIXED_NAMES: [&str; 2] = ["encoder_fixed", "decoder_fixed"];
 const TERM_ENDS: usize = 7;
 const EQUATIONS: usize = 8;
 
@@ -118,7 +127,7 @@ impl Serialize for Model<'_> {
         };
         let widths = |n: &Network<'_>| Widths::from_slice(n.widths()).unwrap_or_default();
         let header = Header {
-            schema: schema(estimator, self.library),
+            schema: schema(estimator, self.library, [self.encoder.arithmetic(), self.decoder.arithmetic()]),
             sample_rate_hz: self.sample_rate_hz,
             inputs: self.input.len(),
             orders,
@@ -135,8 +144,15 @@ impl Serialize for Model<'_> {
         out.serialize_field("terms", &TermSeq(self.dynamics.terms, self.library))?;
         for (n, name) in ARRAYS.into_iter().enumerate() {
             let words = array(self, n);
+            let [encoder, decoder] = FIXED_NAMES;
             match n {
                 TERM_ENDS | EQUATIONS => out.serialize_field(name, &IntegerSeq(words))?,
+                ENCODER if self.encoder.arithmetic() == Arithmetic::Fixed => {
+                    out.serialize_field(encoder, &IntegerSeq(words))?;
+                }
+                DECODER if self.decoder.arithmetic() == Arithmetic::Fixed => {
+                    out.serialize_field(decoder, &IntegerSeq(words))?;
+                }
                 _ => out.serialize_field(name, &FloatSeq(Floats(words)))?,
             }
         }
@@ -152,8 +168,8 @@ fn array<'a>(model: &Model<'a>, n: usize) -> &'a [Word] {
         2 => model.derivatives.mean.0,
         3 => model.derivatives.scale.0,
         4 => model.residual_spread.0,
-        5 => model.encoder.parameters().0,
-        6 => model.decoder.parameters().0,
+        ENCODER => model.encoder.words(),
+        DECODER => model.decoder.words(),
         TERM_ENDS => model.dynamics.ends,
         EQUATIONS => model.dynamics.equations,
         _ => model.dynamics.coefficients.0,
@@ -182,11 +198,15 @@ struct Parsed<'a> {
     terms: &'a [Word],
     codes: &'a mut [Word],
     arrays: [&'a [Word]; ARRAYS.len()],
+    /// Arithmetic of encoder and decoder, which the names of their arrays tell.
+    networks: [Arithmetic; 2],
 }
 
 /// A header without its borrowed schema.
 struct ParsedHeader {
-    schema_fits: bool,
+    /// Schema, if it is a known one.
+    schema: Option<&'static str>,
+    estimator: Estimator,
     sample_rate_hz: f32,
     input: Input,
     library: Library,
@@ -208,7 +228,8 @@ impl From<Header<'_>> for ParsedHeader {
             }),
         };
         Self {
-            schema_fits: h.schema == schema(h.estimator, h.library),
+            schema: SCHEMAS.into_iter().find(|schema| *schema == h.schema),
+            estimator: h.estimator,
             sample_rate_hz: h.sample_rate_hz,
             input,
             library: h.library,
@@ -222,8 +243,8 @@ impl From<Header<'_>> for ParsedHeader {
 
 impl<'a> Parsed<'a> {
     fn build(self) -> Result<Model<'a>, ModelError> {
-        let Parsed { header, terms, codes, arrays } = self;
-        if !header.schema_fits {
+        let Parsed { header, terms, codes, arrays, networks } = self;
+        if header.schema != Some(schema(header.estimator, header.library, networks)) {
             return Err(ModelError::Schema);
         }
         if !header.library.is_valid() {
@@ -235,17 +256,18 @@ impl<'a> Parsed<'a> {
             let term = header.library.term(u32::from_le_bytes(*term) as usize);
             *code = encode_term(term.ok_or(ModelError::Term { index })?);
         }
-        let network = |widths: &Widths, parameters, name| {
-            Network::new(widths, Floats(parameters)).ok_or(ModelError::Network { network: name })
+        let network = |widths: &Widths, arithmetic, words, name| {
+            Network::new(widths, arithmetic, words).ok_or(ModelError::Network { network: name })
         };
+        let [in_encoder, in_decoder] = networks;
         let [mean, scale, d_mean, d_scale, spread, encoder, decoder, ends, equations, coefficients] = arrays;
         Model::new(Model {
             sample_rate_hz: header.sample_rate_hz,
             input: header.input,
             states: Scaling { mean: Floats(mean), scale: Floats(scale) },
             derivatives: Scaling { mean: Floats(d_mean), scale: Floats(d_scale) },
-            encoder: network(&header.encoder_widths, encoder, Array::Encoder)?,
-            decoder: network(&header.decoder_widths, decoder, Array::Decoder)?,
+            encoder: network(&header.encoder_widths, in_encoder, encoder, Array::Encoder)?,
+            decoder: network(&header.decoder_widths, in_decoder, decoder, Array::Decoder)?,
             library: header.library,
             dynamics: Dynamics { terms: codes, ends, equations, coefficients: Floats(coefficients) },
             residual_spread: Floats(spread),
@@ -278,13 +300,18 @@ impl<'de, 'a> Visitor<'de> for Document<'_, 'a> {
         let mut header = None;
         let mut terms = None;
         let mut arrays: [Option<&'a [Word]>; ARRAYS.len()] = [None; ARRAYS.len()];
+        let mut networks = [Arithmetic::Float; 2];
         while let Some(key) = map.next_key::<&str>()? {
             if key == "header" {
                 header = Some(ParsedHeader::from(map.next_value::<Header<'de>>()?));
                 continue;
             }
-            let n = ARRAYS.iter().position(|name| *name == key);
-            let integers = key == "terms" || matches!(n, Some(TERM_ENDS | EQUATIONS));
+            let fixed = FIXED_NAMES.iter().position(|name| *name == key);
+            if let Some(arithmetic) = fixed.and_then(|network| networks.get_mut(network)) {
+                *arithmetic = Arithmetic::Fixed;
+            }
+            let n = fixed.map(|network| ENCODER + network).or(ARRAYS.iter().position(|name| *name == key));
+            let integers = key == "terms" || fixed.is_some() || matches!(n, Some(TERM_ENDS | EQUATIONS));
             let words = map.next_value_seed(Words { arena: self.arena, integers })?;
             match n.and_then(|n| arrays.get_mut(n)) {
                 Some(slot) => *slot = Some(words),
@@ -301,6 +328,7 @@ impl<'de, 'a> Visitor<'de> for Document<'_, 'a> {
             terms: terms.ok_or_else(|| A::Error::missing_field("terms"))?,
             codes: core::mem::take(&mut self.arena.free),
             arrays: complete,
+            networks,
         })
     }
 }

@@ -1,0 +1,263 @@
+//! A network in 16-bit fixed point, theory (106) to (109): one hidden layer, two multiply-adds an instruction on a core with
+//! [SMLAD](super::dual).
+//!
+//! A vector of `f32` becomes 16-bit numbers with one exponent of its own, so that no input saturates. The sigmoid's excess over
+//! ½ comes from a table of 512 intervals, linearly interpolated. Sums have 32 bits; [`Fixed::new`] does not check that
+//! they hold, the host's conversion does: a sum that wraps is a wrong number, never undefined.
+//!
+//! Words of a network from n inputs over H hidden units to m outputs, with P = 4 pairs of inputs for n ≤ 8, else 8:
+//!
+//! | words | content |
+//! |---|---|
+//! | 2 | exponents k₁, k₂ of both layers: an integer weight is the weight times 2^k |
+//! | H', H rounded up to even | bias times 2^(k₁+15), then P words of weights, two in a word, the first in the lower half |
+//! | for each four outputs, for each two hidden units | 4 words, one an output: the weights of both units |
+//! | m | f32: bias of each output, half the sum of its weights included |
+//!
+//! What exceeds n, H or m is zero.
+
+use super::dual::{halves, multiply_add, pair};
+use crate::math::exp_minus;
+use crate::{Floats, Word};
+
+/// Greatest number of inputs and of outputs of a network in fixed point.
+pub const MAX_FIXED_ENDS: usize = 16;
+/// Greatest exponent of a layer's integer weights.
+pub const MAX_EXPONENT: i32 = 27;
+/// Pairs of inputs of the smaller of two kernels.
+const FEW_PAIRS: usize = 4;
+/// Outputs computed at once.
+pub(super) const GROUP: usize = 4;
+/// Binary digits of a position between two entries of the sigmoid's table.
+const FRACTION_BITS: u32 = 7;
+/// Position of the argument 0 in the sigmoid's table, which reaches from −16 to 16.
+const MIDDLE: i32 = 1 << 15;
+/// Digits of the argument in a position: 16 intervals for each unit.
+const POSITION_BITS: i32 = 4 + FRACTION_BITS as i32;
+/// Least and greatest exponent of a rate, far from where a power of two leaves `f32`.
+const RATE_EXPONENTS: (i32, i32) = (-32, 64);
+
+/// Parts of a network's words.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Fixed<'a> {
+    hidden_exponent: i32,
+    output_exponent: i32,
+    inputs: usize,
+    /// Hidden units, an even number.
+    hidden: usize,
+    units: &'a [Word],
+    outputs: &'a [Word],
+    biases: Floats<'a>,
+}
+
+/// Number of words of a network of these widths; `None` for a shape that has no fixed-point form.
+pub fn word_count(widths: &[u16]) -> Option<usize> {
+    let &[inputs, hidden, outputs] = widths else { return None };
+    let (inputs, hidden, outputs) = (usize::from(inputs), usize::from(hidden), usize::from(outputs));
+    let ends = 1..=MAX_FIXED_ENDS;
+    if !ends.contains(&inputs) || !ends.contains(&outputs) || hidden == 0 {
+        return None;
+    }
+    let hidden = hidden.next_multiple_of(2);
+    Some(2 + hidden * (1 + pairs(inputs)) + outputs.next_multiple_of(GROUP) * hidden / 2 + outputs)
+}
+
+/// Pairs of inputs that a hidden unit has weights for.
+pub const fn pairs(inputs: usize) -> usize {
+    if inputs <= 2 * FEW_PAIRS { FEW_PAIRS } else { 2 * FEW_PAIRS }
+}
+
+impl<'a> Fixed<'a> {
+    /// Parts of a network's words; `None` for another shape, another number of words, or an exponent out of range.
+    pub(super) fn new(widths: &[u16], words: &'a [Word]) -> Option<Self> {
+        if word_count(widths)? != words.len() {
+            return None;
+        }
+        let &[inputs, hidden, outputs] = widths else { return None };
+        let (inputs, outputs) = (usize::from(inputs), usize::from(outputs));
+        let hidden = usize::from(hidden).next_multiple_of(2);
+        let ([k1, k2], rest) = words.split_first_chunk()?;
+        let (units, rest) = rest.split_at_checked(hidden * (1 + pairs(inputs)))?;
+        let (weights, biases) = rest.split_at_checked(outputs.next_multiple_of(GROUP) * hidden / 2)?;
+        let exponents = [k1, k2].map(|k| i32::from_le_bytes(*k));
+        let [hidden_exponent, output_exponent] = exponents;
+        exponents.iter().all(|k| (0..=MAX_EXPONENT).contains(k)).then_some(Self {
+            hidden_exponent,
+            output_exponent,
+            inputs,
+            hidden,
+            units,
+            outputs: weights,
+            biases: Floats(biases),
+        })
+    }
+
+    /// Floats of scratch of both passes: one for each two hidden units.
+    pub(super) fn scratch_len(&self) -> usize {
+        self.hidden / 2
+    }
+
+    /// Biases of the outputs, the only `f32` of the words.
+    pub(super) fn biases(&self) -> Floats<'a> {
+        self.biases
+    }
+
+    /// Computes y = network(x), theory (106) to (108); NaN where an input is not finite or beyond what the exponent holds.
+    pub(super) fn forward(&self, x: &[f32], y: &mut [f32], scratch: &mut [f32]) {
+        let done = if pairs(self.inputs) == FEW_PAIRS {
+            self.hidden_values::<FEW_PAIRS>(x, scratch)
+        } else {
+            self.hidden_values::<{ 2 * FEW_PAIRS }>(x, scratch)
+        };
+        if done.is_none() {
+            return y.fill(f32::NAN);
+        }
+        let scale = power_of_two(-16 - self.output_exponent);
+        self.output(scratch, |o, sum| {
+            if let (Some(y), Some(bias)) = (y.get_mut(o), self.biases.get(o)) {
+                *y = sum as f32 * scale + bias;
+            }
+        });
+    }
+
+    /// Computes dy = (∂network/∂x)(x) dx, theory (109); NaN where [`forward`](Self::forward) has it or a rate is not finite.
+    pub(super) fn tangent(&self, x: &[f32], dx: &[f32], dy: &mut [f32], scratch: &mut [f32]) {
+        let exponent = if pairs(self.inputs) == FEW_PAIRS {
+            self.hidden_rates::<FEW_PAIRS>(x, dx, scratch)
+        } else {
+            self.hidden_rates::<{ 2 * FEW_PAIRS }>(x, dx, scratch)
+        };
+        let Some(exponent) = exponent else { return dy.fill(f32::NAN) };
+        let scale = power_of_two(exponent - 1 - self.hidden_exponent) * power_of_two(-self.output_exponent);
+        self.output(scratch, |o, sum| {
+            if let Some(dy) = dy.get_mut(o) {
+                *dy = sum as f32 * scale;
+            }
+        });
+    }
+
+    /// Shift from a hidden unit's sum to a position in the sigmoid's table, for inputs of an exponent.
+    fn shift(&self, exponent: i32) -> u32 {
+        (self.hidden_exponent + 15 - POSITION_BITS - exponent) as u32
+    }
+
+    /// Least and greatest exponent of inputs: below, the bias would shift to the left, above, the sum.
+    fn exponents(&self) -> (i32, i32) {
+        (0, self.hidden_exponent + 15 - POSITION_BITS)
+    }
+
+    /// Weights and bias of each hidden unit.
+    fn units<const P: usize>(&self) -> impl Iterator<Item = (i32, &'a [Word; P])> + use<'a, P> {
+        self.units.chunks_exact(1 + P).filter_map(|unit| {
+            let (bias, weights) = unit.split_first()?;
+            Some((i32::from_le_bytes(*bias), weights.first_chunk()?))
+        })
+    }
+
+    /// σ − ½ of each hidden unit times 2¹⁶, two in a float's bits.
+    fn hidden_values<const P: usize>(&self, x: &[f32], scratch: &mut [f32]) -> Option<()> {
+        let (x, exponent) = quantise::<P>(x, self.exponents())?;
+        let shift = self.shift(exponent);
+        let mut values = self.units::<P>().map(|(bias, weights)| sigmoid(dot(weights, &x, bias >> exponent) >> shift));
+        for slot in scratch.iter_mut().take(self.hidden / 2) {
+            *slot = f32::from_bits(pair(values.next()?, values.next()?));
+        }
+        Some(())
+    }
+
+    /// Derivative of each hidden unit, two in a float's bits; returns the exponent of `dx`.
+    fn hidden_rates<const P: usize>(&self, x: &[f32], dx: &[f32], scratch: &mut [f32]) -> Option<i32> {
+        let (x, exponent) = quantise::<P>(x, self.exponents())?;
+        let (dx, rate_exponent) = quantise::<P>(dx, RATE_EXPONENTS)?;
+        let shift = self.shift(exponent);
+        let mut rates = self.units::<P>().map(|(bias, weights)| {
+            let value = i32::from(sigmoid(dot(weights, &x, bias >> exponent) >> shift));
+            // σ' = ¼ − (σ − ½)², times 2¹⁶.
+            let slope = ((1 << 30) - value * value) >> 16;
+            let rate = (i64::from(dot(weights, &dx, 0)) * i64::from(slope)) >> 16;
+            (rate as i32 >> 14) as i16
+        });
+        for slot in scratch.iter_mut().take(self.hidden / 2) {
+            *slot = f32::from_bits(pair(rates.next()?, rates.next()?));
+        }
+        Some(rate_exponent)
+    }
+
+    /// Sums of the output layer over the pairs of hidden units in `scratch`.
+    fn output(&self, scratch: &[f32], mut put: impl FnMut(usize, i32)) {
+        let pairs = self.hidden / 2;
+        let Some(hidden) = scratch.get(..pairs) else { return };
+        for (group, weights) in self.outputs.chunks_exact((GROUP * pairs).max(1)).enumerate() {
+            let mut sums = [0; GROUP];
+            for (weights, hidden) in weights.as_chunks::<GROUP>().0.iter().zip(hidden) {
+                let hidden = hidden.to_bits();
+                for (sum, weights) in sums.iter_mut().zip(weights) {
+                    *sum = multiply_add(u32::from_le_bytes(*weights), hidden, *sum);
+                }
+            }
+            sums.into_iter().enumerate().for_each(|(o, sum)| put(GROUP * group + o, sum));
+        }
+    }
+}
+
+/// Sum of products of pairs and a start.
+#[inline(always)]
+fn dot<const P: usize>(weights: &[Word; P], x: &[u32; P], start: i32) -> i32 {
+    weights.iter().zip(x).fold(start, |sum, (w, x)| multiply_add(u32::from_le_bytes(*w), *x, sum))
+}
+
+/// Vector as 16-bit numbers of one exponent e, the least in `range` with every |x| < 2^e: x times 2^(15−e), towards zero.
+/// `None` where an element is not finite or needs a greater exponent.
+#[inline(always)]
+fn quantise<const P: usize>(x: &[f32], range: (i32, i32)) -> Option<([u32; P], i32)> {
+    let greatest = x.iter().fold(0, |greatest, x| greatest.max(x.to_bits() & 0x7fff_ffff));
+    let exponent = ((greatest >> 23) as i32 - 126).max(range.0);
+    if exponent > range.1 {
+        return None;
+    }
+    let scale = power_of_two(15 - exponent);
+    let mut words = [0; P];
+    for (word, two) in words.iter_mut().zip(x.chunks(2)) {
+        let number = |i: usize| two.get(i).map_or(0, |x| (x * scale) as i32 as i16);
+        *word = pair(number(0), number(1));
+    }
+    Some((words, exponent))
+}
+
+/// Power of two with an exponent of a normal `f32`, −126 to 127.
+const fn power_of_two(exponent: i32) -> f32 {
+    f32::from_bits(((exponent + 127) as u32) << 23)
+}
+
+/// σ − ½ times 2¹⁶ at a position relative to the table's middle.
+#[inline(always)]
+fn sigmoid(position: i32) -> i16 {
+    let position = position.saturating_add(MIDDLE).clamp(0, 2 * MIDDLE - 1) as u32;
+    let entry = TABLE.get((position >> FRACTION_BITS) as usize).copied().unwrap_or(0);
+    let (value, step) = halves(entry);
+    let fraction = (position & ((1 << FRACTION_BITS) - 1)) as i32;
+    value.wrapping_add(((i32::from(step) * fraction) >> FRACTION_BITS) as i16)
+}
+
+/// Value at the start of each interval of the sigmoid's table, and the step to the next.
+static TABLE: [u32; 2 * MIDDLE as usize >> FRACTION_BITS] = table();
+
+const fn table() -> [u32; 2 * MIDDLE as usize >> FRACTION_BITS] {
+    let mut table = [0; 2 * MIDDLE as usize >> FRACTION_BITS];
+    let mut i = 0;
+    while i < table.len() {
+        let value = excess(i as i32);
+        table[i] = pair(value, excess(i as i32 + 1) - value);
+        i += 1;
+    }
+    table
+}
+
+/// σ − ½ times 2¹⁶ at the start of interval `i`, rounded.
+const fn excess(i: i32) -> i16 {
+    let x = (i - 256) as f64 / 16.0;
+    let value = 65_536.0 * (1.0 / (1.0 + exp_minus(x)) - 0.5);
+    let rounded = (value + if value < 0.0 { -0.5 } else { 0.5 }) as i32;
+    // σ(−16) is 7e-9 short of the least i16.
+    if rounded > i16::MAX as i32 { i16::MAX } else { rounded as i16 }
+}
