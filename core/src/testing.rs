@@ -8,7 +8,7 @@ use crate::input_check::ScreenConfig;
 use crate::library::{Library, Term};
 use crate::model::{Input, Model, Scaling};
 use crate::monitor::MonitorConfig;
-use crate::network::{Arithmetic, Network, float::word_count};
+use crate::network::{Arithmetic, Network, fixed, float::word_count, to_fixed};
 use crate::states::StateSpec;
 use crate::{Floats, Word};
 
@@ -25,6 +25,7 @@ pub struct Parts {
     scales: [Vec<Word>; 5],
     encoder: (Vec<u16>, Vec<Word>),
     decoder: (Vec<u16>, Vec<Word>),
+    arithmetic: [Arithmetic; 2],
     library: Library,
     terms: Vec<[Word; TERM_WORDS]>,
     ends: Vec<Word>,
@@ -54,6 +55,7 @@ impl Parts {
             ],
             encoder: (up.clone(), values(word_count(&up), 5.0, 0.0)),
             decoder: (down.clone(), values(word_count(&down), 6.0, 0.0)),
+            arithmetic: [Arithmetic::Float; 2],
             library,
             terms: used.iter().map(|&i| encode_term(library.term(i).unwrap())).collect(),
             ends: (1..=used.len() as u32).map(|i| (2 * i).to_le_bytes()).collect(),
@@ -72,6 +74,19 @@ impl Parts {
         self
     }
 
+    /// The same parts with networks in these arithmetics.
+    pub fn with_arithmetic(mut self, arithmetic: [Arithmetic; 2]) -> Self {
+        for ((widths, words), arithmetic) in [&mut self.encoder, &mut self.decoder].into_iter().zip(arithmetic) {
+            if arithmetic == Arithmetic::Fixed {
+                let mut fixed = std::vec![Word::default(); fixed::word_count(widths).unwrap()];
+                to_fixed(&Network::new(widths, Arithmetic::Float, words).unwrap(), &mut fixed).unwrap();
+                *words = fixed;
+            }
+        }
+        self.arithmetic = arithmetic;
+        self
+    }
+
     /// First scale (2) or mean (3) of the derivatives.
     pub fn scale(&self, which: usize) -> f32 {
         let array = if which == 2 { &self.scales[3] } else { &self.scales[2] };
@@ -85,8 +100,8 @@ impl Parts {
             input: if self.direct { Input::Direct(self.spec.dimension) } else { Input::VirtualStates(self.spec) },
             states: Scaling { mean, scale },
             derivatives: Scaling { mean: d_mean, scale: d_scale },
-            encoder: Network::new(&self.encoder.0, Arithmetic::Float, &self.encoder.1).unwrap(),
-            decoder: Network::new(&self.decoder.0, Arithmetic::Float, &self.decoder.1).unwrap(),
+            encoder: Network::new(&self.encoder.0, self.arithmetic[0], &self.encoder.1).unwrap(),
+            decoder: Network::new(&self.decoder.0, self.arithmetic[1], &self.decoder.1).unwrap(),
             library: self.library,
             dynamics: Dynamics {
                 terms: &self.terms,

@@ -1,5 +1,6 @@
 extern crate std;
 use super::*;
+use crate::network::Arithmetic;
 use crate::states::{Alignment, Estimator, Orders, SpecError};
 use crate::testing::Parts;
 use std::string::{String, ToString};
@@ -69,6 +70,31 @@ fn differences_keep_the_form_that_devices_of_before_read() {
     assert_eq!((first, old_schema), (1, true));
     assert_eq!(savitzky_golay, (2, length + 12, false));
     assert_eq!(kalman, (2, length + 12, false));
+}
+
+#[test]
+fn fixed_point_has_a_form_that_devices_of_before_refuse() {
+    use Arithmetic::{Fixed, Float};
+    for networks in [[Fixed, Fixed], [Fixed, Float], [Float, Fixed]] {
+        let parts = parts().with_arithmetic(networks);
+        let (bytes, text) = (bytes(&parts.model()), json(&parts.model()));
+        assert_eq!(bytes[4], 4);
+        assert!(text.contains("device-model/4"), "{text}");
+        assert_eq!(Model::from_bytes(&bytes).unwrap(), parts.model());
+        let mut storage = std::vec![[0; 4]; text.len()];
+        assert_eq!(Model::from_json(&text, &mut storage).unwrap(), parts.model());
+        // The name of an array of integers under the schema of before.
+        let old = text.replace("device-model/4", "device-model/1");
+        assert_eq!(Model::from_json(&old, &mut storage), Err(ModelError::Schema));
+    }
+    let parts = parts().with_arithmetic([Fixed, Fixed]);
+    let good = bytes(&parts.model());
+    // Words after the header: estimator, powers, arithmetic.
+    assert!(matches!(Model::from_bytes(&patched(&good, 30, 4)), Err(ModelError::HeaderWord { index: 30, found: 4 })));
+    let widths = 2 * 3;
+    let exponent = 31 + widths + 5 * 3;
+    let bad = patched(&good, exponent, 28);
+    assert_eq!(Model::from_bytes(&bad), Err(ModelError::Network { network: Array::Encoder }));
 }
 
 #[test]

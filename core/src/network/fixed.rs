@@ -30,7 +30,7 @@ const FEW_PAIRS: usize = 4;
 pub(super) const GROUP: usize = 4;
 /// Binary digits of a position between two entries of the sigmoid's table.
 const FRACTION_BITS: u32 = 7;
-/// Position of the argument 0 in the sigmoid's table, which reaches from −16 to 16.
+/// Half of the sigmoid's table, which reaches from −16 to 16, in positions.
 const MIDDLE: i32 = 1 << 15;
 /// Digits of the argument in a position: 16 intervals for each unit.
 const POSITION_BITS: i32 = 4 + FRACTION_BITS as i32;
@@ -167,20 +167,14 @@ impl<'a> Fixed<'a> {
 
     /// Derivative of each hidden unit, two in a float's bits; returns the exponent of `dx`.
     fn hidden_rates<const P: usize>(&self, x: &[f32], dx: &[f32], scratch: &mut [f32]) -> Option<i32> {
-        let (x, exponent) = quantise::<P>(x, self.exponents())?;
-        let (dx, rate_exponent) = quantise::<P>(dx, RATE_EXPONENTS)?;
-        let shift = self.shift(exponent);
-        let mut rates = self.units::<P>().map(|(bias, weights)| {
-            let value = i32::from(sigmoid(dot(weights, &x, bias >> exponent) >> shift));
-            // σ' = ¼ − (σ − ½)², times 2¹⁶.
-            let slope = ((1 << 30) - value * value) >> 16;
-            let rate = (i64::from(dot(weights, &dx, 0)) * i64::from(slope)) >> 16;
-            (rate as i32 >> 14) as i16
-        });
+        self.hidden_values::<P>(x, scratch)?;
+        let (dx, exponent) = quantise::<P>(dx, RATE_EXPONENTS)?;
+        let mut sums = self.units::<P>().map(|(_, weights)| dot(weights, &dx, 0));
         for slot in scratch.iter_mut().take(self.hidden / 2) {
-            *slot = f32::from_bits(pair(rates.next()?, rates.next()?));
+            let (first, second) = halves(slot.to_bits());
+            *slot = f32::from_bits(pair(rate(first, sums.next()?), rate(second, sums.next()?)));
         }
-        Some(rate_exponent)
+        Some(exponent)
     }
 
     /// Sums of the output layer over the pairs of hidden units in `scratch`.
@@ -198,6 +192,16 @@ impl<'a> Fixed<'a> {
             sums.into_iter().enumerate().for_each(|(o, sum)| put(GROUP * group + o, sum));
         }
     }
+}
+
+/// Derivative of a hidden unit from its value and the derivative of its argument.
+#[inline(always)]
+fn rate(value: i16, of_argument: i32) -> i16 {
+    // σ' = ¼ − (σ − ½)², times 2¹⁶.
+    let value = i32::from(value);
+    let slope = (((1 << 30) - value * value) >> 16) as i16;
+    let product = (i64::from(of_argument) * i64::from(slope)) >> 16;
+    (product as i32 >> 14) as i16
 }
 
 /// Sum of products of pairs and a start.
@@ -229,13 +233,13 @@ const fn power_of_two(exponent: i32) -> f32 {
     f32::from_bits(((exponent + 127) as u32) << 23)
 }
 
-/// σ − ½ times 2¹⁶ at a position relative to the table's middle.
+/// σ − ½ times 2¹⁶ at a position, counted from the table's middle.
 #[inline(always)]
 fn sigmoid(position: i32) -> i16 {
-    let position = position.saturating_add(MIDDLE).clamp(0, 2 * MIDDLE - 1) as u32;
-    let entry = TABLE.get((position >> FRACTION_BITS) as usize).copied().unwrap_or(0);
-    let (value, step) = halves(entry);
-    let fraction = (position & ((1 << FRACTION_BITS) - 1)) as i32;
+    let position = position.clamp(-MIDDLE, MIDDLE - 1);
+    let interval = (position >> FRACTION_BITS) + (MIDDLE >> FRACTION_BITS);
+    let (value, step) = halves(TABLE[interval as usize % TABLE.len()]);
+    let fraction = position & ((1 << FRACTION_BITS) - 1);
     value.wrapping_add(((i32::from(step) * fraction) >> FRACTION_BITS) as i16)
 }
 

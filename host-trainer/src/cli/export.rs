@@ -7,6 +7,7 @@ use clap::ValueEnum;
 use super::{Failure, json, line, write};
 use crate::model::export::{self, Format, Limits};
 use crate::model::file;
+use crate::model::fit::choice::ArithmeticKind;
 
 /// Write the fixed-size model for the device
 ///
@@ -22,6 +23,9 @@ pub struct Args {
     /// Format of the model
     #[arg(long, value_enum)]
     format: FormatName,
+    /// Arithmetic of the networks [default: the model's]
+    #[arg(long, value_enum)]
+    arithmetic: Option<ArithmeticKind>,
     /// Output file
     #[arg(long)]
     out: PathBuf,
@@ -47,6 +51,12 @@ enum FormatName {
 /// Runs `export`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (model, _) = file::read(&args.model).map_err(Failure::input)?;
+    let model = match args.arithmetic {
+        Some(arithmetic) => model
+            .with_arithmetic(arithmetic.into())
+            .map_err(|error| Failure::Input(format!("{}, --arithmetic: {error}", args.model.display())))?,
+        None => model,
+    };
     let limits = Limits { flash_bytes: args.max_flash, ram_bytes: args.max_ram };
     let sizes = export::sizes(&model.view());
     limits.check(&sizes).map_err(Failure::input)?;

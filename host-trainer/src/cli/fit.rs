@@ -10,7 +10,7 @@ use super::settings::CliSettings;
 use super::{Failure, json, line, write};
 use crate::diagnose::causes;
 use crate::model::file;
-use crate::model::fit::choice::{AlignmentKind, EstimatorKind, SolverKind};
+use crate::model::fit::choice::{AlignmentKind, ArithmeticKind, EstimatorKind, SolverKind};
 use crate::model::fit::{FitConfig, Fitted, Solver, fit, terms, text};
 use crate::model::sindy_nn::gradient::{Lambdas, SparsityNorm};
 use crate::model::sindy_nn::train::TrainConfig;
@@ -81,6 +81,9 @@ pub struct Args {
     /// Widths of the encoder's hidden layers
     #[arg(long, value_delimiter = ',', default_value = "256")]
     hidden: Vec<usize>,
+    /// Arithmetic of the networks on the device
+    #[arg(long, value_enum, default_value_t = ArithmeticKind::Float)]
+    arithmetic: ArithmeticKind,
     /// λ1, λ2, λ3 of the losses
     #[arg(long, value_delimiter = ',', default_value = "0.5,0.01,0.01")]
     lambda: Vec<f64>,
@@ -245,6 +248,7 @@ impl Args {
             powers: self.powers,
             latent: self.latent,
             solver,
+            arithmetic: self.arithmetic.into(),
             hold_out_every: self.hold_out,
             null_fits: self.null,
             null_kind: self.null_kind,

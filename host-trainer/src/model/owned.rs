@@ -5,6 +5,7 @@ use ballrace_core::input_check::ScreenConfig;
 use ballrace_core::library::Library;
 use ballrace_core::model::{Input, Model, ModelError, Scaling};
 use ballrace_core::monitor::MonitorConfig;
+use ballrace_core::network::{Arithmetic, FixedError};
 use ballrace_core::{Floats, Word};
 
 use crate::model::sindy_nn::export::OwnedNetwork;
@@ -43,6 +44,19 @@ impl OwnedModel {
         let mut bytes = vec![0; model.byte_len()];
         model.to_bytes(&mut bytes)?;
         Ok(Self { bytes })
+    }
+
+    /// The same model with its networks in another arithmetic. The healthy level of its monitor stays that of before:
+    /// `fit --arithmetic` finds it anew.
+    ///
+    /// # Errors
+    /// [`FixedError`] of a network without a form in fixed point, or in fixed point already for single precision.
+    pub fn with_arithmetic(&self, arithmetic: Arithmetic) -> Result<Self, FixedError> {
+        let model = self.view();
+        let encoder = OwnedNetwork::converted(&model.encoder, arithmetic)?;
+        let decoder = OwnedNetwork::converted(&model.decoder, arithmetic)?;
+        let model = Model { encoder: encoder.view(), decoder: decoder.view(), ..model };
+        Ok(Self::from_model(&model).expect("the networks keep their shapes"))
     }
 
     /// The binary form.

@@ -20,6 +20,7 @@ pub(crate) mod settings;
 
 use std::path::{Path, PathBuf};
 
+use ballrace_core::network::Arithmetic;
 use ballrace_core::states::{Alignment, Estimator, Orders, StateSpec};
 
 use crate::model::fit::{FitConfig, FitError, Solver};
@@ -61,6 +62,7 @@ impl Config {
                     powers: false,
                     latent: None,
                     solver: Solver::SindyNn { hidden: vec![32], train },
+                    arithmetic: Arithmetic::Float,
                     hold_out_every: 5,
                     null_fits: 3,
                     null_kind: SurrogateKind::default(),

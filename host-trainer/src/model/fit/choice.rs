@@ -1,5 +1,6 @@
 //! Choices of a fit by their names, on the command line and in files.
 
+use ballrace_core::network::Arithmetic;
 use ballrace_core::states::{Alignment, Estimator};
 use serde::{Deserialize, Serialize};
 
@@ -16,6 +17,26 @@ pub enum SolverKind {
     SindyNn,
     /// Sequentially thresholded least squares.
     Stlsq,
+}
+
+/// Arithmetic of the networks on the device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum ArithmeticKind {
+    /// Single precision.
+    #[default]
+    Float,
+    /// 16-bit fixed point, for one hidden layer: less than half of the instructions.
+    Fixed,
+}
+
+impl From<ArithmeticKind> for Arithmetic {
+    fn from(kind: ArithmeticKind) -> Self {
+        match kind {
+            ArithmeticKind::Float => Self::Float,
+            ArithmeticKind::Fixed => Self::Fixed,
+        }
+    }
 }
 
 /// Alignment of the finite differences in time.

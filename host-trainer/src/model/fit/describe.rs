@@ -68,7 +68,7 @@ fn latent_rows(once: &SingleFit, split: &Split) -> Samples<f32> {
     let all = concatenate(&once.standardised(&split.train));
     let encoder = once.parts.encoder.view();
     let latent = once.layout.latent;
-    let mut hidden = vec![0.0; 2 * encoder.hidden_width()];
+    let mut hidden = vec![0.0; encoder.forward_scratch_len()];
     let mut z = vec![0.0; latent];
     let mut rows = Samples { inputs: latent, ..Samples::default() };
     let count = all.len().min(SETTINGS.max_rows);

@@ -18,6 +18,7 @@ pub mod verdict;
 
 use ballrace_core::library::Library;
 use ballrace_core::model::ModelError;
+use ballrace_core::network::{Arithmetic, FixedError};
 use ballrace_core::states::{Alignment, Estimator, Orders, SpecError, StateSpec};
 
 use crate::model::OwnedModel;
@@ -60,6 +61,8 @@ pub struct FitConfig {
     pub latent: Option<usize>,
     /// Solver for Ξ.
     pub solver: Solver,
+    /// Arithmetic of the networks, on the device and in every score. The training is in single precision.
+    pub arithmetic: Arithmetic,
     /// Every n-th recording is held out; at least 2.
     pub hold_out_every: usize,
     /// Surrogate fits for the null.
@@ -109,6 +112,9 @@ pub enum FitError {
         /// Widths found.
         found: Vec<usize>,
     },
+    /// Networks without a form in fixed point.
+    #[error("fixed point: {0}")]
+    FixedPoint(FixedError),
     /// Too few rows of virtual states.
     #[error("{found} samples give {rows} rows of virtual states, expected at least {expected}")]
     TooShort {
@@ -245,6 +251,9 @@ fn check(recordings: &[Series], config: &FitConfig) -> Result<(), FitError> {
         if !(1..ballrace_core::network::MAX_LAYERS).contains(&hidden.len()) || !hidden.iter().all(in_range) {
             return Err(FitError::Hidden { found: hidden.clone() });
         }
+        if config.arithmetic == Arithmetic::Fixed && hidden.len() != 1 {
+            return Err(FitError::FixedPoint(FixedError::Shape));
+        }
     }
     if !(config.full_scale.is_finite() && config.full_scale >= 0.0) {
         return Err(FitError::FullScale { found: config.full_scale });
@@ -302,6 +311,7 @@ impl Default for FitConfig {
             powers: false,
             latent: None,
             solver: Solver::SindyNn { hidden: vec![256], train: TrainConfig::default() },
+            arithmetic: Arithmetic::Float,
             hold_out_every: 5,
             null_fits: 5,
             null_kind: SurrogateKind::default(),

@@ -1,5 +1,6 @@
 //! Report of a fit; part of the model file.
 
+use ballrace_core::network::Arithmetic;
 use serde::{Deserialize, Serialize};
 
 use super::choice;
@@ -136,7 +137,10 @@ impl Training {
             sample_rate_hz,
             range_m_per_s2: (samples().fold(f32::MAX, f32::min), samples().fold(f32::MIN, f32::max)),
             solver: match &config.solver {
-                Solver::SindyNn { hidden, .. } => format!("sindy-nn, hidden {hidden:?}"),
+                Solver::SindyNn { hidden, .. } => match config.arithmetic {
+                    Arithmetic::Float => format!("sindy-nn, hidden {hidden:?}"),
+                    Arithmetic::Fixed => format!("sindy-nn, hidden {hidden:?}, 16-bit fixed point"),
+                },
                 Solver::Stlsq(_) => "stlsq".into(),
             },
             states: format!(

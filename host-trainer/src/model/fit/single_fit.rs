@@ -11,7 +11,7 @@ use super::settings::SplitSettings;
 use super::{FitConfig, FitError, Solver};
 use crate::model::path::PathPoint;
 use crate::model::samples::Samples;
-use crate::model::sindy_nn::export;
+use crate::model::sindy_nn::export::{self, OwnedNetwork};
 use crate::model::sindy_nn::layout::Layout;
 use crate::model::sindy_nn::train::{Sets, TrainConfig, Trained, train};
 use crate::model::states::{self, Scales};
@@ -181,11 +181,15 @@ pub fn fit_once(
         }
     };
     progress(1.0);
+    let network_on_device = |layout| {
+        let trained = export::network(layout, &found.parameters);
+        OwnedNetwork::converted(&trained.view(), config.arithmetic).map_err(FitError::FixedPoint)
+    };
     let parts = Parts {
         sample_rate_hz,
         input: Input::VirtualStates(spec),
-        encoder: export::network(&found.layout.encoder, &found.parameters),
-        decoder: export::network(&found.layout.decoder, &found.parameters),
+        encoder: network_on_device(&found.layout.encoder)?,
+        decoder: network_on_device(&found.layout.decoder)?,
         xi: found.parameters[found.layout.xi()].to_vec(),
         library,
         // Provisional: the monitor's calibration replaces spread, screen and monitor.

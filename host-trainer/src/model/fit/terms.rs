@@ -95,6 +95,7 @@ fn monomials(degree: usize) -> &'static str {
 
 #[cfg(test)]
 mod tests {
+    use ballrace_core::network::Arithmetic;
     use ballrace_core::states::{Alignment, Estimator, StateSpec};
 
     use super::*;
@@ -110,6 +111,7 @@ mod tests {
             powers: false,
             latent: None,
             solver: Solver::Stlsq(StlsqConfig::default()),
+            arithmetic: Arithmetic::Float,
             hold_out_every: 5,
             null_fits: 0,
             null_kind: SurrogateKind::default(),

@@ -1,5 +1,6 @@
 use super::*;
 use crate::signal::surrogate::SurrogateKind;
+use ballrace_core::network::Arithmetic;
 use ballrace_core::states::Orders;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -26,6 +27,7 @@ fn config(solver: Solver) -> FitConfig {
         powers: false,
         latent: None,
         solver,
+        arithmetic: Arithmetic::Float,
         hold_out_every: 5,
         null_fits: 5,
         null_kind: SurrogateKind::default(),
@@ -199,4 +201,32 @@ fn what_cannot_be_fitted_is_refused_before_anything_long() {
     assert!(matches!(refuse(&good, FitConfig { full_scale: -1.0, ..config(stlsq()) }), FitError::FullScale { .. }));
     let flat = recordings(|_| vec![2.5; 600]);
     assert!(matches!(refuse(&flat, config(stlsq())), FitError::Constant { .. }));
+}
+
+#[test]
+fn fixed_point_scores_as_single_precision_does() {
+    let made = recordings(|k| {
+        let noise = noise(2000, 20 + k);
+        (0..2000).map(|i| (0.4 * i as f32 + k as f32).sin() + 0.3 * noise[i]).collect()
+    });
+    let base = FitConfig { null_fits: 0, trainings: 1, ..config(quick_network()) };
+    let [float, fixed] = [Arithmetic::Float, Arithmetic::Fixed]
+        .map(|arithmetic| fit(&made, 25_600.0, &FitConfig { arithmetic, ..base.clone() }, &|_| ()).unwrap());
+    let networks = |fitted: &Fitted| {
+        let model = fitted.model.view();
+        [model.encoder.arithmetic(), model.decoder.arithmetic()]
+    };
+    assert_eq!(networks(&float), [Arithmetic::Float; 2]);
+    assert_eq!(networks(&fixed), [Arithmetic::Fixed; 2]);
+    assert!(fixed.model.bytes().len() < float.model.bytes().len());
+    let scores = |fitted: &Fitted| {
+        let scores = &fitted.report.scores;
+        [scores.held_out.derivatives.clone(), vec![scores.causal.next_sample.unwrap()]].concat()
+    };
+    for (float, fixed) in scores(&float).into_iter().zip(scores(&fixed)) {
+        assert!((float - fixed).abs() < 1e-3, "{float} {fixed}");
+    }
+    let deep = Solver::SindyNn { hidden: vec![8, 8], train: TrainConfig::default() };
+    let refused = fit(&made, 25_600.0, &FitConfig { solver: deep, arithmetic: Arithmetic::Fixed, ..base }, &|_| ());
+    assert!(matches!(refused, Err(FitError::FixedPoint(_))));
 }

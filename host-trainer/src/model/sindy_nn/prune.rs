@@ -54,7 +54,7 @@ impl Rows {
         let (encoder, decoder) =
             (export::network(&layout.encoder, parameters), export::network(&layout.decoder, parameters));
         let (encoder, decoder): (Network<'_>, Network<'_>) = (encoder.view(), decoder.view());
-        let mut scratch = vec![0.0; 4 * encoder.hidden_width().max(decoder.hidden_width())];
+        let mut scratch = vec![0.0; encoder.forward_scratch_len().max(decoder.tangent_scratch_len())];
         let (mut z, mut theta) = (vec![0.0; latent], vec![0.0; terms]);
         let (mut unit, mut column) = (vec![0.0; latent], vec![0.0; inputs]);
         let mut rows = Self { theta: Mat::zeros(count, terms), weights: Mat::zeros(count, latent) };
