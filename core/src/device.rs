@@ -106,12 +106,9 @@ impl<'a, 's> Device<'a, 's> {
             let block = self.monitor.broken(1);
             return SampleResult { quality, step: None, block };
         }
-        let spread = self.evaluator.model().residual_spread;
         let step = self.evaluator.step(sample);
         let block = match &step {
-            Some(step) if step.comparable => {
-                self.monitor.residual(Normalised { residuals: step.residuals(), spread: spread.iter() })
-            }
+            Some(step) if step.comparable => self.monitor.residual(step.normalised_residuals()),
             _ => self.monitor.idle(),
         };
         SampleResult { quality, step, block }
@@ -139,24 +136,6 @@ impl<'a, 's> Device<'a, 's> {
         Summary { status: self.monitor.status(), faults: self.screen.counts() }
     }
 }
-
-/// Residuals over their healthy spreads.
-struct Normalised<R, S> {
-    residuals: R,
-    spread: S,
-}
-
-impl<R: ExactSizeIterator<Item = f32>, S: Iterator<Item = f32>> Iterator for Normalised<R, S> {
-    type Item = f32;
-    fn next(&mut self) -> Option<f32> {
-        Some(self.residuals.next()? / self.spread.next()?)
-    }
-    fn size_hint(&self) -> (usize, Option<usize>) {
-        self.residuals.size_hint()
-    }
-}
-
-impl<R: ExactSizeIterator<Item = f32>, S: Iterator<Item = f32>> ExactSizeIterator for Normalised<R, S> {}
 
 #[cfg(test)]
 mod tests {

@@ -17,8 +17,8 @@ const POWER: u8 = 3;
 const ODD_POWER: u8 = 4;
 /// Padding in a monomial's code after its last factor.
 const NO_FACTOR: u8 = 0xff;
-/// Places for the variables and, in the last, for 1: that of [`NO_FACTOR`] modulo this number.
-const PLACES: usize = 2 * MAX_DIMENSION;
+/// Places for the variables and, behind them, for ones. The last is that of [`NO_FACTOR`] modulo this number.
+pub const FACTORS: usize = 2 * MAX_DIMENSION;
 
 /// Code of a term, 12 bytes: kind; for a monomial its factors, for sin and cos variable and harmonic, for a power the variable.
 pub fn encode_term(term: Term) -> [Word; TERM_WORDS] {
@@ -79,24 +79,21 @@ pub struct Dynamics<'a> {
 }
 
 impl<'a> Dynamics<'a> {
-    /// Computes rate = Θ(z) Ξ, theory (10); `rate` has one entry for each equation.
-    pub fn rate(&self, z: &[f32], rate: &mut [f32]) {
-        let mut factors = [1.0; PLACES];
-        factors.iter_mut().zip(z).for_each(|(to, from)| *to = *from);
-        let mut rates = [0.0; MAX_DIMENSION];
+    /// Computes rate = Θ(z) Ξ, theory (10); `z` are the variables, then ones, and `rate` has one entry for each equation.
+    pub fn rate(&self, z: &[f32; FACTORS], rate: &mut [f32]) {
+        rate.iter_mut().for_each(|rate| *rate = 0.0);
         let mut entries = self.equations.iter().zip(self.coefficients.0);
         let mut start = 0;
         for (code, end) in self.terms.iter().zip(self.ends) {
-            let theta = value(code, &factors);
+            let theta = value(code, z);
             let end = u32::from_le_bytes(*end);
             for (equation, coefficient) in entries.by_ref().take(end.saturating_sub(start) as usize) {
-                // Equations are latent variables, no more than this; the remainder spares a check.
-                let equation = u32::from_le_bytes(*equation) as usize % MAX_DIMENSION;
-                rates[equation] += f32::from_le_bytes(*coefficient) * theta;
+                if let Some(rate) = rate.get_mut(u32::from_le_bytes(*equation) as usize) {
+                    *rate += f32::from_le_bytes(*coefficient) * theta;
+                }
             }
             start = end;
         }
-        rate.iter_mut().zip(rates).for_each(|(to, from)| *to = from);
     }
 
     /// Nonzero coefficients: term, equation, coefficient.
@@ -117,10 +114,10 @@ impl<'a> Dynamics<'a> {
 
 /// Value of a term from its code, without building the term; `factors` are the variables, then ones.
 #[inline(always)]
-fn value(code: &[Word; TERM_WORDS], factors: &[f32; PLACES]) -> f32 {
+fn value(code: &[Word; TERM_WORDS], factors: &[f32; FACTORS]) -> f32 {
     let [head, rest @ ..] = code;
     let &[kind, first, second, third] = head;
-    let factor = |i: u8| factors[usize::from(i) % PLACES];
+    let factor = |i: u8| factors[usize::from(i) % FACTORS];
     if kind == MONOMIAL {
         // A factor that is none is 1, so that degrees 0 to 2 take the same path.
         let product = factor(first) * factor(second);
@@ -147,6 +144,12 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
+    fn factors(z: &[f32]) -> [f32; FACTORS] {
+        let mut factors = [1.0; FACTORS];
+        factors[..z.len()].copy_from_slice(z);
+        factors
+    }
+
     #[test]
     fn codes_round_trip_and_values_agree_to_the_bit() {
         let library = Library::new(3, 11, 300).unwrap().with_powers(true);
@@ -155,9 +158,7 @@ mod tests {
             let term = library.term(index).unwrap();
             let code = encode_term(term);
             assert_eq!(decode_term(&code, &library), Some(term));
-            let mut factors = [1.0; PLACES];
-            factors[..3].copy_from_slice(&z);
-            assert_eq!(value(&code, &factors).to_bits(), term.eval(&z).to_bits());
+            assert_eq!(value(&code, &factors(&z)).to_bits(), term.eval(&z).to_bits());
         }
     }
 
@@ -195,7 +196,7 @@ mod tests {
         let dynamics =
             Dynamics { terms: &terms, ends: &ends, equations: &equations, coefficients: Floats(&coefficients) };
         let mut rate = [f32::NAN; 3];
-        dynamics.rate(&z, &mut rate);
+        dynamics.rate(&factors(&z), &mut rate);
         let mut row = std::vec![0.0; library.len()];
         library.row(&z, &mut row);
         for (e, rate) in rate.iter().enumerate() {

@@ -1,5 +1,7 @@
 //! Evaluation of a model step by step, x → z → ż → ẋ, theory (6), (10), (11) and (23), in fixed memory.
 
+use crate::Floats;
+use crate::dynamics::FACTORS;
 use crate::model::{Input, Model};
 use crate::states::{Alignment, VirtualStates};
 
@@ -7,6 +9,8 @@ use crate::states::{Alignment, VirtualStates};
 #[derive(Debug)]
 pub struct Evaluator<'a, 's> {
     model: &'a Model<'a>,
+    /// Reciprocals of the model's divisors: a division takes fourteen cycles, and there are three for each input.
+    reciprocals: Reciprocals<'s>,
     /// Virtual states; `None` for models whose states are given directly.
     virtual_states: Option<VirtualStates<'s>>,
     /// Raw states of the newest evaluation.
@@ -14,7 +18,8 @@ pub struct Evaluator<'a, 's> {
     /// Measured derivatives, scaled.
     derivatives: &'s mut [f32],
     scaled: &'s mut [f32],
-    latent: &'s mut [f32],
+    /// Latent variables, then ones.
+    latent: &'s mut [f32; FACTORS],
     latent_rate: &'s mut [f32],
     predicted: &'s mut [f32],
     /// Prediction of causal models made one sample ago, for the derivatives measured now.
@@ -24,6 +29,14 @@ pub struct Evaluator<'a, 's> {
     awaiting: bool,
     /// Predicted next sample of a causal model.
     next_sample: Option<f32>,
+}
+
+/// Reciprocals of scales and spreads.
+#[derive(Debug)]
+struct Reciprocals<'s> {
+    states: &'s [f32],
+    derivatives: &'s [f32],
+    residual_spread: &'s [f32],
 }
 
 /// Result of one step, in the model's scaled units unless stated otherwise.
@@ -45,6 +58,8 @@ pub struct Step<'e> {
     pub comparable: bool,
     /// Predicted next sample, theory (23), m/s²; only for causal models of virtual states.
     pub next_sample: Option<f32>,
+    /// Reciprocals of the residuals' healthy spreads.
+    spread_reciprocals: &'e [f32],
 }
 
 impl Step<'_> {
@@ -52,6 +67,11 @@ impl Step<'_> {
     pub fn residuals(&self) -> impl ExactSizeIterator<Item = f32> + '_ {
         let count = if self.comparable { self.measured.len() } else { 0 };
         self.measured.iter().zip(self.expected).take(count).map(|(m, e)| m - e)
+    }
+
+    /// Residuals over their healthy spreads; empty if not comparable.
+    pub fn normalised_residuals(&self) -> impl ExactSizeIterator<Item = f32> + '_ {
+        self.residuals().zip(self.spread_reciprocals).map(|(residual, reciprocal)| residual * reciprocal)
     }
 }
 
@@ -61,7 +81,7 @@ pub fn scratch_len(model: &Model<'_>) -> usize {
         Input::VirtualStates(spec) => spec.memory_len(),
         Input::Direct(_) => 0,
     };
-    memory + 5 * model.input.len() + 2 * model.latent() + hidden_len(model)
+    memory + 8 * model.input.len() + FACTORS + model.latent() + hidden_len(model)
 }
 
 fn hidden_len(model: &Model<'_>) -> usize {
@@ -84,13 +104,26 @@ impl<'a, 's> Evaluator<'a, 's> {
             Input::VirtualStates(spec) => Some(VirtualStates::new(spec, take(spec.memory_len())?)?),
             Input::Direct(_) => None,
         };
+        let mut reciprocals_of = |values: Floats<'_>| -> Option<&'s [f32]> {
+            let taken = take(inputs)?;
+            taken.iter_mut().zip(values.iter()).for_each(|(to, value)| *to = 1.0 / value);
+            Some(taken)
+        };
+        let reciprocals = Reciprocals {
+            states: reciprocals_of(model.states.scale)?,
+            derivatives: reciprocals_of(model.derivatives.scale)?,
+            residual_spread: reciprocals_of(model.residual_spread)?,
+        };
+        let variables = take(FACTORS)?.first_chunk_mut()?;
+        *variables = [1.0; FACTORS];
         Some(Self {
             model,
+            reciprocals,
             virtual_states,
             states: take(inputs)?,
             derivatives: take(inputs)?,
             scaled: take(inputs)?,
-            latent: take(latent)?,
+            latent: variables,
             latent_rate: take(latent)?,
             predicted: take(inputs)?,
             awaited: take(inputs)?,
@@ -156,7 +189,7 @@ impl<'a, 's> Evaluator<'a, 's> {
     fn result(&self, compare: Compare, comparable: bool) -> Step<'_> {
         Step {
             states: self.states,
-            latent: self.latent,
+            latent: self.latent.get(..self.model.latent()).unwrap_or(&[]),
             latent_rate: self.latent_rate,
             predicted: self.predicted,
             measured: self.derivatives,
@@ -166,26 +199,28 @@ impl<'a, 's> Evaluator<'a, 's> {
             },
             comparable,
             next_sample: self.next_sample,
+            spread_reciprocals: self.reciprocals.residual_spread,
         }
     }
 
     fn scale_derivatives(&mut self) {
-        let scaling = &self.model.derivatives;
-        for ((d, mean), scale) in self.derivatives.iter_mut().zip(scaling.mean.iter()).zip(scaling.scale.iter()) {
-            *d = (*d - mean) / scale;
+        let mean = self.model.derivatives.mean;
+        for ((d, mean), reciprocal) in self.derivatives.iter_mut().zip(mean.iter()).zip(self.reciprocals.derivatives) {
+            *d = (*d - mean) * reciprocal;
         }
     }
 
     /// Evaluates `states` → `latent`, `latent_rate`, `predicted`.
     fn evaluate(&mut self) {
-        let scaling = &self.model.states;
-        let parameters = scaling.mean.iter().zip(scaling.scale.iter());
-        for ((to, from), (mean, scale)) in self.scaled.iter_mut().zip(&*self.states).zip(parameters) {
-            *to = (from - mean) / scale;
+        let parameters = self.model.states.mean.iter().zip(self.reciprocals.states);
+        for ((to, from), (mean, reciprocal)) in self.scaled.iter_mut().zip(&*self.states).zip(parameters) {
+            *to = (from - mean) * reciprocal;
         }
-        self.model.encoder.forward(self.scaled, self.latent, self.hidden);
+        let count = self.model.latent();
+        self.model.encoder.forward(self.scaled, self.latent.get_mut(..count).unwrap_or(&mut []), self.hidden);
         self.model.dynamics.rate(self.latent, self.latent_rate);
-        self.model.decoder.tangent(self.latent, self.latent_rate, self.predicted, self.hidden);
+        let latent = self.latent.get(..count).unwrap_or(&[]);
+        self.model.decoder.tangent(latent, self.latent_rate, self.predicted, self.hidden);
     }
 
     /// Predicted sample a\[t+1\] = a\[t\] + ∇a\[t+1\], theory (23); ∇a is the first derivative of a causal model.

@@ -6,9 +6,10 @@
 //! |---|---|---|
 //! | [`math`] | exp, sigmoid, sin, cos, sqrt, for host and device | |
 //! | [`crc`] | CRC-32 | |
+//! | `hardware` | dual multiply-accumulate, words at their alignment; the only `unsafe` | |
 //! | [`states`] | virtual states: finite differences of the acceleration, or estimates that amplify its noise less | sample → x, ẋ |
 //! | [`library`] | candidate functions Θ(z), their order and names | z → θ |
-//! | [`network`] | dense layers: encoder φ and decoder ψ | x → z |
+//! | [`network`] | dense layers: encoder φ and decoder ψ, in single precision or fixed point | x → z |
 //! | [`dynamics`] | the sparse Ξ | z → ż = Θ(z) Ξ |
 //! | [`model`] | all of the above as one value; binary form used in place from flash; JSON | bytes → model |
 //! | [`evaluator`] | one step: states, z, ż, predicted derivatives, predicted next sample | sample → prediction |
@@ -30,6 +31,7 @@ pub mod crc;
 pub mod device;
 pub mod dynamics;
 pub mod evaluator;
+mod hardware;
 pub mod input_check;
 pub mod library;
 pub mod math;

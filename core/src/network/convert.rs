@@ -2,10 +2,10 @@
 
 use core::fmt;
 
-use super::dual::pair;
 use super::fixed::{GROUP, MAX_EXPONENT, pairs, word_count};
 use super::float::{self, weight_index};
 use super::{Arithmetic, Network};
+use crate::hardware::pair;
 use crate::{Floats, Word};
 
 /// Reason why a network has no form in fixed point.
@@ -31,7 +31,9 @@ pub enum FixedError {
 impl fmt::Display for FixedError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Shape => f.write_str("no form in fixed point: expected one hidden layer and at most 16 inputs and outputs"),
+            Self::Shape => {
+                f.write_str("no form in fixed point: expected one hidden layer and at most 16 inputs and outputs")
+            }
             Self::Buffer { expected, found } => write!(f, "buffer of {found} words, expected {expected}"),
             Self::Weights { layer } => {
                 write!(f, "layer {layer}: the weights of a unit sum to 65,500 or more, expected less")

@@ -1,5 +1,5 @@
 //! A network in 16-bit fixed point, theory (106) to (109): one hidden layer, two multiply-adds an instruction on a core with
-//! [SMLAD](super::dual).
+//! SMLAD.
 //!
 //! A vector of `f32` becomes 16-bit numbers with one exponent of its own, so that no input saturates. The sigmoid's excess over
 //! ½ comes from a table of 512 intervals, linearly interpolated. Sums have 32 bits; [`Fixed::new`] does not check that
@@ -16,7 +16,7 @@
 //!
 //! What exceeds n, H or m is zero.
 
-use super::dual::{halves, multiply_add, pair};
+use crate::hardware::{self, LANES, halves, multiply_add_each, multiply_high, pair};
 use crate::math::exp_minus;
 use crate::{Floats, Word};
 
@@ -24,10 +24,14 @@ use crate::{Floats, Word};
 pub const MAX_FIXED_ENDS: usize = 16;
 /// Greatest exponent of a layer's integer weights.
 pub const MAX_EXPONENT: i32 = 27;
-/// Pairs of inputs of the smaller of two kernels.
+/// Pairs of inputs of the smaller of two kernels, and words of two of its hidden units.
 const FEW_PAIRS: usize = 4;
+const FEW_WORDS: usize = 2 * (1 + FEW_PAIRS);
+/// Pairs of inputs of the larger of two kernels, and words of two of its hidden units.
+const MANY_PAIRS: usize = MAX_FIXED_ENDS / 2;
+const MANY_WORDS: usize = 2 * (1 + MANY_PAIRS);
 /// Outputs computed at once.
-pub(super) const GROUP: usize = 4;
+pub(super) const GROUP: usize = LANES;
 /// Binary digits of a position between two entries of the sigmoid's table.
 const FRACTION_BITS: u32 = 7;
 /// Half of the sigmoid's table, which reaches from −16 to 16, in positions.
@@ -64,7 +68,7 @@ pub fn word_count(widths: &[u16]) -> Option<usize> {
 
 /// Pairs of inputs that a hidden unit has weights for.
 pub const fn pairs(inputs: usize) -> usize {
-    if inputs <= 2 * FEW_PAIRS { FEW_PAIRS } else { 2 * FEW_PAIRS }
+    if inputs <= 2 * FEW_PAIRS { FEW_PAIRS } else { MANY_PAIRS }
 }
 
 impl<'a> Fixed<'a> {
@@ -105,9 +109,9 @@ impl<'a> Fixed<'a> {
     /// Computes y = network(x), theory (106) to (108); NaN where an input is not finite or beyond what the exponent holds.
     pub(super) fn forward(&self, x: &[f32], y: &mut [f32], scratch: &mut [f32]) {
         let done = if pairs(self.inputs) == FEW_PAIRS {
-            self.hidden_values::<FEW_PAIRS>(x, scratch)
+            self.hidden_values::<FEW_PAIRS, FEW_WORDS>(x, scratch)
         } else {
-            self.hidden_values::<{ 2 * FEW_PAIRS }>(x, scratch)
+            self.hidden_values::<MANY_PAIRS, MANY_WORDS>(x, scratch)
         };
         if done.is_none() {
             return y.fill(f32::NAN);
@@ -123,9 +127,9 @@ impl<'a> Fixed<'a> {
     /// Computes dy = (∂network/∂x)(x) dx, theory (109); NaN where [`forward`](Self::forward) has it or a rate is not finite.
     pub(super) fn tangent(&self, x: &[f32], dx: &[f32], dy: &mut [f32], scratch: &mut [f32]) {
         let exponent = if pairs(self.inputs) == FEW_PAIRS {
-            self.hidden_rates::<FEW_PAIRS>(x, dx, scratch)
+            self.hidden_rates::<FEW_PAIRS, FEW_WORDS>(x, dx, scratch)
         } else {
-            self.hidden_rates::<{ 2 * FEW_PAIRS }>(x, dx, scratch)
+            self.hidden_rates::<MANY_PAIRS, MANY_WORDS>(x, dx, scratch)
         };
         let Some(exponent) = exponent else { return dy.fill(f32::NAN) };
         let scale = power_of_two(exponent - 1 - self.hidden_exponent) * power_of_two(-self.output_exponent);
@@ -146,50 +150,48 @@ impl<'a> Fixed<'a> {
         (0, self.hidden_exponent + 15 - POSITION_BITS)
     }
 
-    /// Weights and bias of each hidden unit.
-    fn units<const P: usize>(&self) -> impl Iterator<Item = (i32, &'a [Word; P])> + use<'a, P> {
-        self.units.chunks_exact(1 + P).filter_map(|unit| {
-            let (bias, weights) = unit.split_first()?;
-            Some((i32::from_le_bytes(*bias), weights.first_chunk()?))
-        })
-    }
-
     /// σ − ½ of each hidden unit times 2¹⁶, two in a float's bits.
-    fn hidden_values<const P: usize>(&self, x: &[f32], scratch: &mut [f32]) -> Option<()> {
+    fn hidden_values<const P: usize, const U: usize>(&self, x: &[f32], scratch: &mut [f32]) -> Option<()> {
         let (x, exponent) = quantise::<P>(x, self.exponents())?;
         let shift = self.shift(exponent);
-        let mut values = self.units::<P>().map(|(bias, weights)| sigmoid(dot(weights, &x, bias >> exponent) >> shift));
-        for slot in scratch.iter_mut().take(self.hidden / 2) {
-            *slot = f32::from_bits(pair(values.next()?, values.next()?));
+        let value = |unit: &[Word]| {
+            let bias = unit.first().map_or(0, |bias| i32::from_le_bytes(*bias));
+            sigmoid(dot(unit, &x, bias >> exponent) >> shift)
+        };
+        for (slot, two) in scratch.iter_mut().zip(self.units.as_chunks::<U>().0) {
+            let (first, second) = two.split_at(U / 2);
+            *slot = f32::from_bits(pair(value(first), value(second)));
         }
         Some(())
     }
 
     /// Derivative of each hidden unit, two in a float's bits; returns the exponent of `dx`.
-    fn hidden_rates<const P: usize>(&self, x: &[f32], dx: &[f32], scratch: &mut [f32]) -> Option<i32> {
-        self.hidden_values::<P>(x, scratch)?;
+    fn hidden_rates<const P: usize, const U: usize>(&self, x: &[f32], dx: &[f32], scratch: &mut [f32]) -> Option<i32> {
+        self.hidden_values::<P, U>(x, scratch)?;
         let (dx, exponent) = quantise::<P>(dx, RATE_EXPONENTS)?;
-        let mut sums = self.units::<P>().map(|(_, weights)| dot(weights, &dx, 0));
-        for slot in scratch.iter_mut().take(self.hidden / 2) {
-            let (first, second) = halves(slot.to_bits());
-            *slot = f32::from_bits(pair(rate(first, sums.next()?), rate(second, sums.next()?)));
+        for (slot, two) in scratch.iter_mut().zip(self.units.as_chunks::<U>().0) {
+            let (first, second) = two.split_at(U / 2);
+            let (a, b) = halves(slot.to_bits());
+            *slot = f32::from_bits(pair(rate(a, dot(first, &dx, 0)), rate(b, dot(second, &dx, 0))));
         }
         Some(exponent)
     }
 
     /// Sums of the output layer over the pairs of hidden units in `scratch`.
     fn output(&self, scratch: &[f32], mut put: impl FnMut(usize, i32)) {
-        let pairs = self.hidden / 2;
-        let Some(hidden) = scratch.get(..pairs) else { return };
-        for (group, weights) in self.outputs.chunks_exact((GROUP * pairs).max(1)).enumerate() {
+        let hidden = scratch.get(..self.hidden / 2).unwrap_or(&[]);
+        if hidden.is_empty() {
+            return;
+        }
+        let mut rows = self.outputs.as_chunks::<GROUP>().0.iter();
+        let mut group = 0;
+        while !rows.as_slice().is_empty() {
             let mut sums = [0; GROUP];
-            for (weights, hidden) in weights.as_chunks::<GROUP>().0.iter().zip(hidden) {
-                let hidden = hidden.to_bits();
-                for (sum, weights) in sums.iter_mut().zip(weights) {
-                    *sum = multiply_add(u32::from_le_bytes(*weights), hidden, *sum);
-                }
+            for (hidden, weights) in hidden.iter().zip(&mut rows) {
+                multiply_add_each(weights, hidden.to_bits(), &mut sums);
             }
-            sums.into_iter().enumerate().for_each(|(o, sum)| put(GROUP * group + o, sum));
+            sums.into_iter().enumerate().for_each(|(o, sum)| put(group + o, sum));
+            group += GROUP;
         }
     }
 }
@@ -200,14 +202,14 @@ fn rate(value: i16, of_argument: i32) -> i16 {
     // σ' = ¼ − (σ − ½)², times 2¹⁶.
     let value = i32::from(value);
     let slope = (((1 << 30) - value * value) >> 16) as i16;
-    let product = (i64::from(of_argument) * i64::from(slope)) >> 16;
-    (product as i32 >> 14) as i16
+    (multiply_high(of_argument, slope) >> 14) as i16
 }
 
-/// Sum of products of pairs and a start.
+/// Sum of products of a unit's weights, which follow its bias, and a start.
 #[inline(always)]
-fn dot<const P: usize>(weights: &[Word; P], x: &[u32; P], start: i32) -> i32 {
-    weights.iter().zip(x).fold(start, |sum, (w, x)| multiply_add(u32::from_le_bytes(*w), *x, sum))
+fn dot<const P: usize>(unit: &[Word], x: &[u32; P], start: i32) -> i32 {
+    let weights = unit.get(1..).unwrap_or(&[]).as_chunks::<LANES>().0;
+    weights.iter().zip(x.as_chunks::<LANES>().0).fold(start, |sum, (weights, x)| hardware::dot(weights, x, sum))
 }
 
 /// Vector as 16-bit numbers of one exponent e, the least in `range` with every |x| < 2^e: x times 2^(15−e), towards zero.
@@ -237,21 +239,22 @@ const fn power_of_two(exponent: i32) -> f32 {
 #[inline(always)]
 fn sigmoid(position: i32) -> i16 {
     let position = position.clamp(-MIDDLE, MIDDLE - 1);
-    let interval = (position >> FRACTION_BITS) + (MIDDLE >> FRACTION_BITS);
-    let (value, step) = halves(TABLE[interval as usize % TABLE.len()]);
+    let (value, step) = halves(TABLE[(position >> FRACTION_BITS) as usize % TABLE.len()]);
     let fraction = position & ((1 << FRACTION_BITS) - 1);
     value.wrapping_add(((i32::from(step) * fraction) >> FRACTION_BITS) as i16)
 }
 
-/// Value at the start of each interval of the sigmoid's table, and the step to the next.
+/// Value at the start of each interval of the sigmoid, and the step to the next; negative intervals lie behind the positive
+/// ones, as their remainders do.
 static TABLE: [u32; 2 * MIDDLE as usize >> FRACTION_BITS] = table();
 
 const fn table() -> [u32; 2 * MIDDLE as usize >> FRACTION_BITS] {
     let mut table = [0; 2 * MIDDLE as usize >> FRACTION_BITS];
     let mut i = 0;
     while i < table.len() {
-        let value = excess(i as i32);
-        table[i] = pair(value, excess(i as i32 + 1) - value);
+        let interval = if i < table.len() / 2 { i as i32 } else { i as i32 - table.len() as i32 };
+        let value = excess(interval);
+        table[i] = pair(value, excess(interval + 1) - value);
         i += 1;
     }
     table
@@ -259,7 +262,7 @@ const fn table() -> [u32; 2 * MIDDLE as usize >> FRACTION_BITS] {
 
 /// σ − ½ times 2¹⁶ at the start of interval `i`, rounded.
 const fn excess(i: i32) -> i16 {
-    let x = (i - 256) as f64 / 16.0;
+    let x = i as f64 / 16.0;
     let value = 65_536.0 * (1.0 / (1.0 + exp_minus(x)) - 0.5);
     let rounded = (value + if value < 0.0 { -0.5 } else { 0.5 }) as i32;
     // σ(−16) is 7e-9 short of the least i16.

@@ -6,6 +6,7 @@
 //! products in the order of the inputs, whatever the panel, so the layout never changes a bit.
 
 use super::Network;
+use crate::hardware::{Stored, aligned};
 use crate::math;
 use crate::{Floats, Word};
 
@@ -112,23 +113,30 @@ impl Layer<'_> {
 
     /// Adds W x to y, each output in the order of the inputs.
     fn accumulate(&self, x: &[f32], y: &mut [f32]) {
+        match aligned(self.weights) {
+            Some(weights) => self.accumulate_over(weights, x, y),
+            None => self.accumulate_over(self.weights, x, y),
+        }
+    }
+
+    fn accumulate_over<W: Stored>(&self, weights: &[W], x: &[f32], y: &mut [f32]) {
         let Some(y) = y.get_mut(..self.outputs) else { return };
         let (full, last) = y.as_chunks_mut::<PANEL>();
-        let mut panels = self.weights.chunks_exact((PANEL * self.inputs).max(1));
+        let mut panels = weights.chunks_exact((PANEL * self.inputs).max(1));
         for (y, panel) in full.iter_mut().zip(&mut panels) {
             let mut sums = *y;
             for (weights, &x) in panel.as_chunks::<PANEL>().0.iter().zip(x) {
                 for (sum, w) in sums.iter_mut().zip(weights) {
-                    *sum += f32::from_le_bytes(*w) * x;
+                    *sum += f32::from_bits(w.bits()) * x;
                 }
             }
             *y = sums;
         }
         // The last panel, narrower, lies behind the full ones.
-        let rest = self.weights.get(full.len() * PANEL * self.inputs..).unwrap_or(&[]);
+        let rest = weights.get(full.len() * PANEL * self.inputs..).unwrap_or(&[]);
         for (weights, &x) in rest.chunks_exact(last.len().max(1)).zip(x) {
             for (sum, w) in last.iter_mut().zip(weights) {
-                *sum += f32::from_le_bytes(*w) * x;
+                *sum += f32::from_bits(w.bits()) * x;
             }
         }
     }

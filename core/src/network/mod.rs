@@ -3,7 +3,6 @@
 //! [`float`] and [`fixed`] hold both forms of the parameters and their kernels, [`to_fixed`] converts.
 
 mod convert;
-mod dual;
 pub mod fixed;
 pub mod float;
 

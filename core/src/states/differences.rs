@@ -32,11 +32,8 @@ struct Delay {
 impl<'s> Differences<'s> {
     /// Differences before the first sample, with the lines in `memory`.
     pub(super) fn new(spec: StateSpec, memory: &'s mut [f32]) -> Self {
-        let delay = |order: usize, target| Delay {
-            order: order as u8,
-            samples: spec.delay(order, target) as u8,
-            oldest: 0,
-        };
+        let delay =
+            |order: usize, target| Delay { order: order as u8, samples: spec.delay(order, target) as u8, oldest: 0 };
         let mut delays = [[Delay::default(); 2]; MAX_DIMENSION];
         for (i, delays) in delays.iter_mut().take(spec.dimension).enumerate() {
             let order = spec.orders.state(i);
@@ -47,28 +44,29 @@ impl<'s> Differences<'s> {
 
     /// Takes a sample. Differences that reach over a reset are never given out: [`StateSpec::warm_up`] is as long as the
     /// longest.
-    pub(super) fn push(&mut self, sample: f32, states: &mut [f32], targets: &mut [f32]) -> Option<()> {
+    pub(super) fn push(&mut self, sample: f32, states: &mut [f32], targets: &mut [f32]) {
         let mut difference = sample;
         for previous in self.newest.iter_mut().take(self.count) {
             let next = difference - *previous;
             *previous = difference;
             difference = next;
         }
-        let mut memory = &mut *self.memory;
+        let mut first = 0;
         for ([of_state, of_target], (state, target)) in self.delays.iter_mut().zip(states.iter_mut().zip(targets)) {
             for (delay, out) in [(of_state, state), (of_target, target)] {
-                let (line, rest) = core::mem::take(&mut memory).split_at_mut_checked(delay.samples.into())?;
-                memory = rest;
                 let newest = self.newest[usize::from(delay.order) % ORDERS];
-                *out = match line.get_mut(usize::from(delay.oldest)) {
-                    Some(oldest) => core::mem::replace(oldest, newest),
-                    None => newest,
-                };
+                *out = newest;
+                if delay.samples == 0 {
+                    continue;
+                }
+                if let Some(oldest) = self.memory.get_mut(first + usize::from(delay.oldest)) {
+                    *out = core::mem::replace(oldest, newest);
+                }
                 let next = delay.oldest.wrapping_add(1);
-                delay.oldest = if next < delay.samples { next } else { 0 };
+                delay.oldest = if next == delay.samples { 0 } else { next };
+                first += usize::from(delay.samples);
             }
         }
-        Some(())
     }
 
     /// Backward difference ∇^order of the newest sample; order 0 is the sample itself.

@@ -80,7 +80,10 @@ impl<'s> VirtualStates<'s> {
     pub fn push(&mut self, sample: f32, states: &mut [f32], targets: &mut [f32]) -> bool {
         let spec = self.spec;
         let valid = match &mut self.source {
-            Source::Differences(differences) => differences.push(sample, states, targets).is_some(),
+            Source::Differences(differences) => {
+                differences.push(sample, states, targets);
+                true
+            }
             Source::SavitzkyGolay(filter, newest) => {
                 filter.push(sample);
                 increments(core::iter::once(sample).chain(filter.estimates(spec)), newest, states, targets)
