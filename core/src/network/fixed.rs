@@ -183,15 +183,14 @@ impl<'a> Fixed<'a> {
         if hidden.is_empty() {
             return;
         }
-        let mut rows = self.outputs.as_chunks::<GROUP>().0.iter();
-        let mut group = 0;
-        while !rows.as_slice().is_empty() {
+        let (mut rows, mut group) = (self.outputs.as_chunks::<GROUP>().0, 0);
+        while let Some((weights, rest)) = rows.split_at_checked(hidden.len()) {
             let mut sums = [0; GROUP];
-            for (hidden, weights) in hidden.iter().zip(&mut rows) {
+            for (weights, hidden) in weights.iter().zip(hidden) {
                 multiply_add_each(weights, hidden.to_bits(), &mut sums);
             }
             sums.into_iter().enumerate().for_each(|(o, sum)| put(group + o, sum));
-            group += GROUP;
+            (rows, group) = (rest, group + GROUP);
         }
     }
 }

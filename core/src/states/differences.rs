@@ -19,21 +19,27 @@ pub(super) struct Differences<'s> {
     memory: &'s mut [f32],
 }
 
-/// Delay of one difference.
+/// Delay of one difference by its line, which begins where the line before it ends.
 #[derive(Clone, Copy, Debug, Default)]
 struct Delay {
     order: u8,
-    /// Samples, also the length of the line.
-    samples: u8,
-    /// Position of the oldest difference in the line.
-    oldest: u8,
+    /// Position of the oldest difference in the memory; [`NO_LINE`] without delay.
+    oldest: u16,
+    end: u16,
 }
+
+/// Position beyond every memory.
+const NO_LINE: u16 = u16::MAX;
 
 impl<'s> Differences<'s> {
     /// Differences before the first sample, with the lines in `memory`.
     pub(super) fn new(spec: StateSpec, memory: &'s mut [f32]) -> Self {
-        let delay =
-            |order: usize, target| Delay { order: order as u8, samples: spec.delay(order, target) as u8, oldest: 0 };
+        let mut end = 0;
+        let mut delay = |order: usize, target| {
+            let first = end;
+            end += spec.delay(order, target) as u16;
+            Delay { order: order as u8, oldest: if first < end { first } else { NO_LINE }, end }
+        };
         let mut delays = [[Delay::default(); 2]; MAX_DIMENSION];
         for (i, delays) in delays.iter_mut().take(spec.dimension).enumerate() {
             let order = spec.orders.state(i);
@@ -55,16 +61,15 @@ impl<'s> Differences<'s> {
         for ([of_state, of_target], (state, target)) in self.delays.iter_mut().zip(states.iter_mut().zip(targets)) {
             for (delay, out) in [(of_state, state), (of_target, target)] {
                 let newest = self.newest[usize::from(delay.order) % ORDERS];
-                *out = newest;
-                if delay.samples == 0 {
-                    continue;
-                }
-                if let Some(oldest) = self.memory.get_mut(first + usize::from(delay.oldest)) {
-                    *out = core::mem::replace(oldest, newest);
-                }
-                let next = delay.oldest.wrapping_add(1);
-                delay.oldest = if next == delay.samples { 0 } else { next };
-                first += usize::from(delay.samples);
+                *out = match self.memory.get_mut(usize::from(delay.oldest)) {
+                    Some(oldest) => {
+                        let next = delay.oldest.wrapping_add(1);
+                        delay.oldest = if next == delay.end { first } else { next };
+                        core::mem::replace(oldest, newest)
+                    }
+                    None => newest,
+                };
+                first = delay.end;
             }
         }
     }
