@@ -20,12 +20,12 @@ use crate::network::{MAX_LAYERS, Network};
 use crate::states::{Alignment, Estimator, Orders, StateSpec};
 use crate::{Floats, Word};
 
-/// Schema of models of finite differences, which devices of before read.
-pub(super) const SCHEMA: &str = "ballrace-device-model/1";
-/// Schema of models of any other estimator, which they refuse.
-pub(super) const ESTIMATOR_SCHEMA: &str = "ballrace-device-model/2";
-/// Schema of models whose library has powers.
-pub(super) const POWERS_SCHEMA: &str = "ballrace-device-model/3";
+/// Schema that is written: its monitor judges the logarithm of the level.
+pub(super) const SCHEMA: &str = "ballrace-device-model/4";
+/// Schemas that are read besides, whose monitor judged the level itself: finite differences, any other estimator, libraries
+/// with powers.
+pub(super) const LEVELS_SCHEMAS: [&str; 3] =
+    ["ballrace-device-model/1", "ballrace-device-model/2", "ballrace-device-model/3"];
 
 type Widths = heapless::Vec<u16, { MAX_LAYERS + 1 }>;
 
@@ -42,7 +42,7 @@ struct Header<'a> {
     estimator: Estimator,
     library: Library,
     screen: ScreenConfig,
-    monitor: MonitorConfig,
+    monitor: AnyMonitor,
     encoder_widths: Widths,
     decoder_widths: Widths,
 }
@@ -51,12 +51,80 @@ fn is_differences(estimator: &Estimator) -> bool {
     *estimator == Estimator::Differences
 }
 
-/// Oldest schema that can hold a model with this estimator and library.
-fn schema(estimator: Estimator, library: Library) -> &'static str {
+/// Schema of before version 4 for an estimator and a library.
+fn levels_schema(estimator: Estimator, library: Library) -> &'static str {
+    let [differences, estimators, powers] = LEVELS_SCHEMAS;
     match (library.powers, estimator) {
-        (true, _) => POWERS_SCHEMA,
-        (false, Estimator::Differences) => SCHEMA,
-        (false, _) => ESTIMATOR_SCHEMA,
+        (true, _) => powers,
+        (false, Estimator::Differences) => differences,
+        (false, _) => estimators,
+    }
+}
+
+/// Monitor's settings in the keys of any schema; those of the others are absent.
+#[derive(Default, Serialize, Deserialize)]
+#[serde(default)]
+struct AnyMonitor {
+    block: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    healthy_centre: Option<f32>,
+    healthy_spread: f32,
+    ewma_weight: f32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    limit: Option<f32>,
+    release: f32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    calm_blocks: Option<u32>,
+    false_alarms_per_day: f32,
+    blocks_per_day: f32,
+    healthy_blocks: u32,
+    #[serde(skip_serializing)]
+    healthy_mean: Option<f32>,
+    #[serde(skip_serializing)]
+    ewma_limit: Option<f32>,
+    #[serde(skip_serializing)]
+    of_blocks: Option<u32>,
+}
+
+impl From<MonitorConfig> for AnyMonitor {
+    fn from(m: MonitorConfig) -> Self {
+        Self {
+            block: m.block,
+            healthy_centre: Some(m.healthy_centre),
+            healthy_spread: m.healthy_spread,
+            ewma_weight: m.ewma_weight,
+            limit: Some(m.limit),
+            release: m.release,
+            calm_blocks: Some(m.calm_blocks),
+            false_alarms_per_day: m.false_alarms_per_day,
+            blocks_per_day: m.blocks_per_day,
+            healthy_blocks: m.healthy_blocks,
+            ..Self::default()
+        }
+    }
+}
+
+impl AnyMonitor {
+    /// Settings in the keys of version 4, or with `levels` in those of before; `None` where a key is missing.
+    fn config(&self, levels: bool) -> Option<MonitorConfig> {
+        let Self { block, healthy_spread, ewma_weight, release, .. } = *self;
+        if levels {
+            let config = MonitorConfig::from_levels(block, self.healthy_mean?, healthy_spread);
+            let (limit, calm_blocks) = (self.ewma_limit?, self.of_blocks?);
+            return Some(MonitorConfig { ewma_weight, limit, release, calm_blocks, ..config });
+        }
+        Some(MonitorConfig {
+            block,
+            healthy_centre: self.healthy_centre?,
+            healthy_spread,
+            ewma_weight,
+            limit: self.limit?,
+            release,
+            calm_blocks: self.calm_blocks?,
+            false_alarms_per_day: self.false_alarms_per_day,
+            blocks_per_day: self.blocks_per_day,
+            healthy_blocks: self.healthy_blocks,
+        })
     }
 }
 
@@ -118,7 +186,7 @@ impl Serialize for Model<'_> {
         };
         let widths = |n: &Network<'_>| Widths::from_slice(n.widths()).unwrap_or_default();
         let header = Header {
-            schema: schema(estimator, self.library),
+            schema: SCHEMA,
             sample_rate_hz: self.sample_rate_hz,
             inputs: self.input.len(),
             orders,
@@ -126,7 +194,7 @@ impl Serialize for Model<'_> {
             estimator,
             library: self.library,
             screen: self.screen,
-            monitor: self.monitor,
+            monitor: self.monitor.into(),
             encoder_widths: widths(&self.encoder),
             decoder_widths: widths(&self.decoder),
         };
@@ -191,7 +259,8 @@ struct ParsedHeader {
     input: Input,
     library: Library,
     screen: ScreenConfig,
-    monitor: MonitorConfig,
+    /// `None` where a key is missing.
+    monitor: Option<MonitorConfig>,
     encoder_widths: Widths,
     decoder_widths: Widths,
 }
@@ -207,13 +276,14 @@ impl From<Header<'_>> for ParsedHeader {
                 estimator: h.estimator,
             }),
         };
+        let levels = h.schema == levels_schema(h.estimator, h.library);
         Self {
-            schema_fits: h.schema == schema(h.estimator, h.library),
+            schema_fits: levels || h.schema == SCHEMA,
             sample_rate_hz: h.sample_rate_hz,
             input,
             library: h.library,
             screen: h.screen,
-            monitor: h.monitor,
+            monitor: h.monitor.config(levels),
             encoder_widths: h.encoder_widths,
             decoder_widths: h.decoder_widths,
         }
@@ -226,6 +296,7 @@ impl<'a> Parsed<'a> {
         if !header.schema_fits {
             return Err(ModelError::Schema);
         }
+        let monitor = header.monitor.ok_or(ModelError::Json)?;
         if !header.library.is_valid() {
             return Err(ModelError::Library { found: header.library });
         }
@@ -250,7 +321,7 @@ impl<'a> Parsed<'a> {
             dynamics: Dynamics { terms: codes, ends, equations, coefficients: Floats(coefficients) },
             residual_spread: Floats(spread),
             screen: header.screen,
-            monitor: header.monitor,
+            monitor,
         })
     }
 }
