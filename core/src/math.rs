@@ -127,7 +127,7 @@ pub fn ln(x: f32) -> f32 {
     let tail = POLYNOMIAL.iter().fold(0.0, |sum, c| sum * t + c) * t * square;
     // ln 2 in two parts, of which the first has trailing zeros: its product with the exponent is exact.
     let low = tail + exponent * -2.121_944_4e-4 - 0.5 * square;
-    (t + low) + exponent * 0.693_359_375
+    (t + low) + exponent * (355.0 / 512.0)
 }
 
 /// Sine of an angle in radians, to 1.6 ulp for |x| < 8192.
