@@ -4,7 +4,7 @@
 //!
 //! | module | holds | takes → gives |
 //! |---|---|---|
-//! | [`math`] | exp, sigmoid, sin, cos, sqrt, for host and device | |
+//! | [`math`] | exp, ln, sigmoid, sin, cos, sqrt, for host and device | |
 //! | [`crc`] | CRC-32 | |
 //! | `hardware` | dual multiply-accumulate, words at their alignment; the only `unsafe` | |
 //! | [`states`] | virtual states: finite differences of the acceleration, or estimates that amplify its noise less | sample → x, ẋ |
@@ -14,7 +14,7 @@
 //! | [`model`] | all of the above as one value; binary form used in place from flash; JSON | bytes → model |
 //! | [`evaluator`] | one step: states, z, ż, predicted derivatives, predicted next sample | sample → prediction |
 //! | [`input_check`] | non-finite, saturated, stuck and missing samples, counted | sample → quality |
-//! | [`monitor`] | EWMA and CUSUM of the normalised residual, votes, hysteresis | residual → status |
+//! | [`monitor`] | EWMA of the logarithm of the normalised residual's level, limit, hysteresis | residual → status |
 //! | [`device`] | screen, evaluator and monitor in one call per sample | sample → result, status |
 //!
 //! The arithmetic is plain `f32` multiplications and additions in a stated order and the functions of

@@ -1,79 +1,84 @@
 //! Monitor of the residuals, theory (85) to (89): healthy, anomalous, or blind.
 //!
 //! The residual of each derivative is divided by its healthy spread; its square, averaged over the
-//! derivatives and over a block of samples, is the block's level, 1 for a healthy machine. The level's
-//! distance from the healthy mean in healthy spreads, u, feeds a slow statistic (EWMA, Roberts 1959)
-//! and a fast one (CUSUM, Page 1954). A block in which either is over its limit votes; k votes among
-//! the last n blocks raise the anomaly, and only n blocks in a row below the release limits clear it.
+//! derivatives and over a block of samples, is the block's level. The logarithm of the level has a distance u from its
+//! healthy centre, in healthy spreads. The median of the last three u, so that a single wild block does nothing, feeds an
+//! EWMA (Roberts 1959). Beyond its limit it raises the anomaly, and only blocks in a row within a share of the limit
+//! clear it. The fit sets the limit for a stated rate of false alarms, which the model carries.
 //!
-//! A level far *below* the healthy one (a loose sensor, a lost gain) is an anomaly as well, so both
-//! statistics are two-sided. A block with too few good samples has no level and no vote, and the status becomes
-//! [`Status::Blind`].
+//! A level far *below* the healthy one (a loose sensor, a lost gain) is an anomaly as well, so the limit is two-sided. A
+//! block with too few good samples has no level, and the status becomes [`Status::Blind`].
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-/// Greatest number of blocks that votes are counted over.
-pub const MAX_VOTES: u32 = 32;
-/// Clamp of u, so that one block can neither dominate the slow statistic nor overflow.
-const U_LIMIT: f32 = 10.0;
+use crate::math;
+
+/// Greatest number of blocks in a row that clear an anomaly.
+pub const MAX_CALM: u32 = 32;
 /// Clamp of a squared normalised residual, so that a block's sum cannot overflow.
 const SQUARE_LIMIT: f32 = 1e12;
+/// Blocks of the running median, and of the start.
+const MEDIAN: u32 = 3;
 
-/// Settings of the monitor. The units of the limits are healthy spreads of a block's level.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// Settings of the monitor.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MonitorConfig {
     /// Evaluated samples in a block.
     pub block: u32,
-    /// Mean level of healthy blocks.
-    pub healthy_mean: f32,
-    /// Standard deviation of the level of healthy blocks.
+    /// Centre of the natural logarithm of a healthy block's level.
+    pub healthy_centre: f32,
+    /// Standard deviation of that logarithm from block to block.
     pub healthy_spread: f32,
     /// Weight of the newest block in the EWMA, 0 to 1.
     pub ewma_weight: f32,
-    /// Limit of the EWMA.
-    pub ewma_limit: f32,
-    /// Slack of the CUSUM: deviation that counts as healthy drift.
-    pub cusum_slack: f32,
-    /// Limit of the CUSUM.
-    pub cusum_limit: f32,
-    /// Votes k among the last n blocks that raise the anomaly.
-    pub votes: u32,
-    /// Number n of blocks that votes are counted over.
-    pub of_blocks: u32,
-    /// Share of the limits below which both statistics must stay for n blocks to clear the anomaly.
+    /// Limit of the EWMA to both sides, healthy spreads.
+    pub limit: f32,
+    /// Share of the limit within which the EWMA must stay to clear the anomaly.
     pub release: f32,
+    /// Blocks in a row within that share that clear the anomaly.
+    pub calm_blocks: u32,
+    /// False alarms a day for which the limit was set; 0 where none was stated.
+    pub false_alarms_per_day: f32,
+    /// Blocks that a day holds; 0 where unstated.
+    pub blocks_per_day: f32,
+    /// Healthy blocks that the limit rests on; 0 where unstated.
+    pub healthy_blocks: u32,
 }
 
 impl MonitorConfig {
-    /// Textbook settings for a block length and a healthy level (Montgomery, *Introduction to
-    /// Statistical Quality Control*: EWMA λ = 0.2 and limit near 3), but a CUSUM slack of 2: the textbook's 0.5 is for
-    /// uncorrelated levels, and those of a machine are correlated from block to block.
-    pub const fn new(block: u32, healthy_mean: f32, healthy_spread: f32) -> Self {
+    /// Settings of a healthy centre and spread of the logarithm of the level, with a limit of 3 spreads and no stated rate.
+    pub const fn new(block: u32, healthy_centre: f32, healthy_spread: f32) -> Self {
         Self {
             block,
-            healthy_mean,
+            healthy_centre,
             healthy_spread,
-            ewma_weight: 0.2,
-            ewma_limit: 3.0,
-            cusum_slack: 2.0,
-            cusum_limit: 8.0,
-            votes: 2,
-            of_blocks: 3,
+            ewma_weight: 0.3,
+            limit: 3.0,
             release: 0.5,
+            calm_blocks: 3,
+            false_alarms_per_day: 0.0,
+            blocks_per_day: 0.0,
+            healthy_blocks: 0,
         }
+    }
+
+    /// Settings from the mean and standard deviation of the levels themselves, which models of format versions 1 to 3
+    /// hold: ln m, and s / m by the delta method. A mean that is not positive gives settings that are not valid.
+    pub fn from_levels(block: u32, mean: f32, spread: f32) -> Self {
+        Self::new(block, math::ln(mean), spread / mean)
     }
 
     /// Whether every number is usable.
     pub fn is_valid(&self) -> bool {
-        let positive = [self.healthy_spread, self.ewma_weight, self.ewma_limit, self.cusum_limit];
+        let positive = [self.healthy_spread, self.ewma_weight, self.limit, self.release];
+        let stated = [self.false_alarms_per_day, self.blocks_per_day];
         self.block > 0
             && positive.iter().all(|v| v.is_finite() && *v > 0.0)
+            && stated.iter().all(|v| v.is_finite() && *v >= 0.0)
+            && self.healthy_centre.is_finite()
             && self.ewma_weight <= 1.0
-            && [self.healthy_mean, self.cusum_slack].iter().all(|v| v.is_finite() && *v >= 0.0)
-            && self.release > 0.0
             && self.release <= 1.0
-            && (1..=self.of_blocks).contains(&self.votes)
-            && self.of_blocks <= MAX_VOTES
+            && (1..=MAX_CALM).contains(&self.calm_blocks)
     }
 }
 
@@ -100,18 +105,51 @@ pub struct BlockReport {
     pub block: u32,
     /// Mean squared normalised residual; NaN for a blind block.
     pub level: f32,
-    /// Distance from the healthy mean in healthy spreads, clamped to ±10; NaN for a blind block.
+    /// Distance of the level's logarithm from its healthy centre in healthy spreads, not clamped; NaN for a blind block.
     pub deviation: f32,
-    /// Slow statistic, EWMA of the deviation.
+    /// EWMA of the running median of the deviation, not clamped.
     pub ewma: f32,
-    /// Fast statistic, CUSUM: the larger of the sums above and below.
-    pub cusum: f32,
-    /// Whether this block votes for an anomaly.
-    pub vote: bool,
+    /// Whether the EWMA is beyond its limit.
+    pub beyond: bool,
     /// Status after this block.
     pub status: Status,
     /// Status before this block; a change is an event.
     pub was: Status,
+}
+
+/// EWMA of the running median of three, the statistic that the limit judges. The fit simulates it to set the limit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Statistic {
+    /// Last two values, the newest first.
+    last: [f32; 2],
+    ewma: f32,
+    /// Values since the start or the last restart, at most [`MEDIAN`].
+    seen: u32,
+}
+
+impl Statistic {
+    /// Takes a value with the weight of the EWMA; the EWMA, or `None` before the third value.
+    pub fn push(&mut self, u: f32, weight: f32) -> Option<f32> {
+        let [first, second] = self.last;
+        self.last = [u, first];
+        self.seen = (self.seen + 1).min(MEDIAN);
+        if self.seen < MEDIAN {
+            return None;
+        }
+        let median = u.min(first).max(u.max(first).min(second));
+        self.ewma += weight * (median - self.ewma);
+        Some(self.ewma)
+    }
+
+    /// EWMA after the last value.
+    pub fn ewma(&self) -> f32 {
+        self.ewma
+    }
+
+    /// Starts the median anew, as after blindness; the EWMA persists.
+    pub fn restart(&mut self) {
+        self.seen = 0;
+    }
 }
 
 /// Residual monitor; a few dozen bytes.
@@ -124,14 +162,8 @@ pub struct Monitor {
     /// Good samples that the model could not be evaluated for.
     idle: u32,
     blocks: u32,
-    ewma: f32,
-    above: f32,
-    below: f32,
-    /// One bit for each block with a level, newest lowest.
-    votes: u32,
-    /// Blocks with a level since the start or since blindness, saturating at [`MAX_VOTES`].
-    seen: u32,
-    /// Blocks in a row below the release limits.
+    statistic: Statistic,
+    /// Blocks in a row within the release limit.
     calm: u32,
     anomalous: bool,
     status: Status,
@@ -147,11 +179,7 @@ impl Monitor {
             broken: 0,
             idle: 0,
             blocks: 0,
-            ewma: 0.0,
-            above: 0.0,
-            below: 0.0,
-            votes: 0,
-            seen: 0,
+            statistic: Statistic::default(),
             calm: 0,
             anomalous: false,
             status: Status::Starting,
@@ -219,9 +247,9 @@ impl Monitor {
         self.idle = 0;
         self.blocks = self.blocks.saturating_add(1);
         let was = self.status;
-        let (deviation, vote) = if blind {
-            // The anomaly and its statistics persist.
-            self.seen = 0;
+        let (deviation, beyond) = if blind {
+            // The anomaly and its statistic persist.
+            self.statistic.restart();
             self.calm = 0;
             self.status = Status::Blind;
             (f32::NAN, false)
@@ -229,50 +257,34 @@ impl Monitor {
             let deviation = self.deviation(level);
             (deviation, self.judge(deviation))
         };
-        BlockReport {
-            block: self.blocks,
-            level,
-            deviation,
-            ewma: self.ewma,
-            cusum: self.above.max(self.below),
-            vote,
-            status: self.status,
-            was,
-        }
+        let ewma = self.statistic.ewma();
+        BlockReport { block: self.blocks, level, deviation, ewma, beyond, status: self.status, was }
     }
 
     fn deviation(&self, level: f32) -> f32 {
-        let u = (level - self.config.healthy_mean) / self.config.healthy_spread;
-        u.clamp(-U_LIMIT, U_LIMIT)
+        // Residuals of zero, as of a sensor that repeats itself, are far below but finite, or the EWMA would never recover.
+        (math::ln(level.max(f32::MIN_POSITIVE)) - self.config.healthy_centre) / self.config.healthy_spread
     }
 
     fn judge(&mut self, u: f32) -> bool {
         let c = &self.config;
-        self.ewma += c.ewma_weight * (u - self.ewma);
-        // Bounded above, or a long anomaly takes as long to clear. Not `clamp`, which panics for a bound below 0.
-        let bound = 2.0 * c.cusum_limit;
-        self.above = (self.above + u - c.cusum_slack).max(0.0).min(bound);
-        self.below = (self.below - u - c.cusum_slack).max(0.0).min(bound);
-        let cusum = self.above.max(self.below);
-        let vote = self.ewma.abs() > c.ewma_limit || cusum > c.cusum_limit;
-        let calm = self.ewma.abs() < c.release * c.ewma_limit && cusum < c.release * c.cusum_limit;
-        self.votes = (self.votes << 1) | u32::from(vote);
+        let ewma = self.statistic.push(u, c.ewma_weight).map(f32::abs);
+        let beyond = ewma.is_some_and(|ewma| ewma > c.limit);
+        let calm = ewma.is_some_and(|ewma| ewma < c.release * c.limit);
         self.calm = if calm { self.calm.saturating_add(1) } else { 0 };
-        self.seen = (self.seen + 1).min(MAX_VOTES);
-        let recent = self.votes & (u32::MAX >> (MAX_VOTES - c.of_blocks.clamp(1, MAX_VOTES)));
-        if recent.count_ones() >= c.votes {
+        if beyond {
             self.anomalous = true;
-        } else if self.calm >= c.of_blocks {
+        } else if self.calm >= c.calm_blocks {
             self.anomalous = false;
         }
         self.status = if self.anomalous {
             Status::Anomalous
-        } else if self.seen < c.of_blocks {
-            Status::Starting
-        } else {
+        } else if ewma.is_some() {
             Status::Healthy
+        } else {
+            Status::Starting
         };
-        vote
+        beyond
     }
 }
 
@@ -295,7 +307,7 @@ mod tests {
     use std::vec::Vec;
 
     fn monitor() -> Monitor {
-        Monitor::new(MonitorConfig::new(10, 1.0, 0.1))
+        Monitor::new(MonitorConfig::new(10, 0.0, 0.1))
     }
 
     /// Feeds blocks of constant residual √level; statuses after each block.
@@ -376,16 +388,47 @@ mod tests {
     }
 
     #[test]
+    fn the_statistic_grows_with_the_fault_after_the_alarm_and_clears_from_any_height() {
+        let mut m = monitor();
+        feed(&mut m, [1.0; 5]);
+        let mut last = 0.0;
+        for k in 1..=27 {
+            for _ in 0..10 {
+                if let Some(report) = m.residual([crate::math::exp(0.5 * k as f32)].into_iter()) {
+                    assert!(k < 3 || report.ewma > last, "{report:?}");
+                    last = report.ewma;
+                }
+            }
+        }
+        assert_eq!(m.status(), Status::Anomalous);
+        assert_eq!(*feed(&mut m, [1.0; 30]).last().unwrap(), Status::Healthy);
+        // Residuals of exactly zero are finite to the statistic.
+        assert_eq!(*feed(&mut m, [0.0; 5]).last().unwrap(), Status::Anomalous);
+        assert_eq!(*feed(&mut m, [1.0; 40]).last().unwrap(), Status::Healthy);
+    }
+
+    #[test]
+    fn the_median_is_of_the_last_three() {
+        let values = [1.0_f32, 2.0, 3.0];
+        for [i, j, k] in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+            let mut statistic = Statistic::default();
+            assert_eq!([values[i], values[j], values[k]].map(|v| statistic.push(v, 1.0)), [None, None, Some(2.0)]);
+        }
+    }
+
+    #[test]
     fn wrong_configurations_are_told() {
-        let good = MonitorConfig::new(10, 1.0, 0.1);
-        assert!(good.is_valid());
+        let good = MonitorConfig::new(10, 0.0, 0.1);
+        assert!(good.is_valid() && MonitorConfig::from_levels(10, 0.5, 0.1).is_valid());
         for bad in [
             MonitorConfig { block: 0, ..good },
             MonitorConfig { healthy_spread: 0.0, ..good },
-            MonitorConfig { healthy_mean: f32::NAN, ..good },
-            MonitorConfig { votes: 4, ..good },
-            MonitorConfig { of_blocks: 33, ..good },
+            MonitorConfig { healthy_centre: f32::NAN, ..good },
+            MonitorConfig { calm_blocks: 0, ..good },
+            MonitorConfig { calm_blocks: 33, ..good },
             MonitorConfig { ewma_weight: 1.5, ..good },
+            MonitorConfig { false_alarms_per_day: -1.0, ..good },
+            MonitorConfig::from_levels(10, 0.0, 0.1),
         ] {
             assert!(!bad.is_valid(), "{bad:?}");
         }

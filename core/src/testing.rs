@@ -111,7 +111,7 @@ impl Parts {
             },
             residual_spread: spread,
             screen: ScreenConfig { full_scale: 50.0, stuck_after: 8 },
-            monitor: MonitorConfig::new(32, 1.0, 0.2),
+            monitor: MonitorConfig::new(32, 0.0, 0.2),
         })
         .unwrap()
     }

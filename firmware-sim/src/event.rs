@@ -69,18 +69,16 @@ pub struct Statistics {
     pub block: u32,
     /// Mean squared normalised residual; NaN for a blind block.
     pub level: f32,
-    /// Distance from the healthy mean in healthy spreads; NaN for a blind block.
+    /// Distance of the level's logarithm from its healthy centre in healthy spreads; NaN for a blind block.
     pub deviation: f32,
-    /// Slow statistic, EWMA.
+    /// EWMA of the running median of the deviation; it is what the limit judges.
     pub ewma: f32,
-    /// Fast statistic, CUSUM.
-    pub cusum: f32,
 }
 
 impl From<&BlockReport> for Statistics {
     fn from(report: &BlockReport) -> Self {
-        let BlockReport { block, level, deviation, ewma, cusum, .. } = *report;
-        Self { block, level, deviation, ewma, cusum }
+        let BlockReport { block, level, deviation, ewma, .. } = *report;
+        Self { block, level, deviation, ewma }
     }
 }
 

@@ -118,8 +118,8 @@ impl Fold {
         self.word(u32::from(report.is_some()));
         if let Some(r) = report {
             self.word(r.block);
-            self.floats(&[r.level, r.deviation, r.ewma, r.cusum]);
-            self.word(u32::from(r.vote));
+            self.floats(&[r.level, r.deviation, r.ewma]);
+            self.word(u32::from(r.beyond));
             self.word(r.status as u32);
             self.word(r.was as u32);
         }

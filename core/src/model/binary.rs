@@ -9,7 +9,7 @@
 //! | 7…9 | library: variables, degree, harmonics |
 //! | 10…13 | used terms; coefficients; encoder layers; decoder layers |
 //! | 14…15 | screen: full scale, m/s² (f32); stuck after |
-//! | 16…25 | monitor: block; healthy mean, healthy spread, EWMA weight, EWMA limit, CUSUM slack, CUSUM limit (f32); votes; of blocks; release (f32) |
+//! | 16…25 | monitor: block; healthy centre, healthy spread, EWMA weight, limit, release (f32); calm blocks; false alarms a day, blocks a day (f32); healthy blocks |
 //! | then | from version 2, estimator: 0 differences (version 3), 1 Savitzky–Golay, 2 Kalman; excess degree (0 but for Savitzky–Golay); stretch or cut-off (f32) |
 //! | then | from version 3, whether the library has powers (0, 1) |
 //! | then | from version 4, networks in fixed point: 1 the encoder, 2 the decoder, 3 both |
@@ -19,8 +19,12 @@
 //! | then | term codes (3 words each), ends, equations, coefficients ([`crate::dynamics`]) |
 //! | last | CRC-32 (IEEE 802.3) of all bytes before it |
 //!
-//! A model of finite differences is written as version 1, which devices of before read, any other estimator as version
-//! 2, a library with powers as version 3, and a network in fixed point as version 4, which they refuse.
+//! Every model is written as version 4, whose monitor judges the logarithm of the level and whose networks may be in fixed
+//! point: no earlier version can hold either.
+//! Versions 1 (finite differences), 2 (other estimators) and 3 (libraries with powers) are read. Their monitor words were
+//! block; healthy mean, healthy spread of the level, EWMA weight, EWMA limit, CUSUM slack, CUSUM limit (f32); votes; of
+//! blocks; release (f32). They become [`MonitorConfig::from_levels`] with their weight, limit, release, and `of blocks`
+//! as the calm blocks; CUSUM and votes are read over, and no rate of false alarms is stated.
 
 use super::{Array, Input, Model, ModelError, Scaling};
 use crate::crc::crc32;
@@ -34,16 +38,16 @@ use crate::{Floats, Word};
 
 /// First four bytes of the binary form.
 pub const MAGIC: [u8; 4] = *b"BRMD";
-/// Newest version of the binary form. This crate reads it and all before, and writes the oldest that can hold a model.
+/// Newest version of the binary form. This crate reads it and all before, and writes it, the oldest that holds the monitor.
 pub const FORMAT_VERSION: u32 = 4;
 /// Version of models of finite differences.
 const DIFFERENCES_VERSION: u32 = 1;
 /// Version of models of other estimators.
 const ESTIMATORS_VERSION: u32 = 2;
-/// Version of models whose library has powers.
-const POWERS_VERSION: u32 = 3;
+/// Last version whose monitor judges the level itself, and whose networks are in single precision.
+const LEVELS_VERSION: u32 = 3;
 const HEADER_WORDS: usize = 26;
-/// Most words of what came after version 1: estimator, powers, arithmetic.
+/// Words of what came after version 1: estimator, powers, arithmetic.
 const NEWER_WORDS: usize = 5;
 const DIFFERENCES: u32 = 0;
 const SAVITZKY_GOLAY: u32 = 1;
@@ -92,6 +96,30 @@ impl<'a> Reader<'a> {
             KALMAN => Ok(Estimator::Kalman { cutoff: parameter }),
             found => Err(ModelError::HeaderWord { index, found }),
         }
+    }
+
+    fn monitor(&mut self, version: u32) -> Result<MonitorConfig, ModelError> {
+        let (block, centre, spread, ewma_weight) = (self.word()?, self.float()?, self.float()?, self.float()?);
+        let limit = self.float()?;
+        if version <= LEVELS_VERSION {
+            // Slack and limit of the CUSUM, and votes.
+            self.take(3)?;
+            let (calm_blocks, release) = (self.word()?, self.float()?);
+            let levels = MonitorConfig::from_levels(block, centre, spread);
+            return Ok(MonitorConfig { ewma_weight, limit, release, calm_blocks, ..levels });
+        }
+        Ok(MonitorConfig {
+            block,
+            healthy_centre: centre,
+            healthy_spread: spread,
+            ewma_weight,
+            limit,
+            release: self.float()?,
+            calm_blocks: self.word()?,
+            false_alarms_per_day: self.float()?,
+            blocks_per_day: self.float()?,
+            healthy_blocks: self.word()?,
+        })
     }
 
     fn floats(&mut self, count: usize) -> Result<Floats<'a>, ModelError> {
@@ -153,21 +181,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Model<'_>, ModelError> {
     let coefficients = r.count(MAX_COUNT)?;
     let (encoder_layers, decoder_layers) = (r.count(MAX_LAYERS)?, r.count(MAX_LAYERS)?);
     let screen = ScreenConfig { full_scale: r.float()?, stuck_after: r.word()? };
-    let monitor = MonitorConfig {
-        block: r.word()?,
-        healthy_mean: r.float()?,
-        healthy_spread: r.float()?,
-        ewma_weight: r.float()?,
-        ewma_limit: r.float()?,
-        cusum_slack: r.float()?,
-        cusum_limit: r.float()?,
-        votes: r.word()?,
-        of_blocks: r.word()?,
-        release: r.float()?,
-    };
+    let monitor = r.monitor(version)?;
     let estimator = if version == DIFFERENCES_VERSION { Estimator::Differences } else { r.estimator(version)? };
     let library = library.with_powers(version > ESTIMATORS_VERSION && r.count(1)? == 1);
-    let fixed = if version > POWERS_VERSION { r.count(3)? } else { 0 };
+    let fixed = if version > LEVELS_VERSION { r.count(3)? } else { 0 };
     let spec = |orders| StateSpec { dimension: inputs, orders, alignment, estimator };
     let input = match orders {
         0 => Input::Direct(inputs),
@@ -215,31 +232,26 @@ pub(super) fn byte_len(model: &Model<'_>) -> usize {
     let parameters = model.encoder.words().len() + model.decoder.words().len();
     let terms = (TERM_WORDS + 1) * model.dynamics.terms.len();
     let coefficients = 2 * model.dynamics.coefficients.len();
-    let header = HEADER_WORDS + newer_words(model).1.len();
+    let header = HEADER_WORDS + NEWER_WORDS;
     4 * (header + widths + 5 * model.input.len() + parameters + terms + coefficients + 1)
 }
 
-/// Oldest version that can hold a model, and its words after the header.
-fn newer_words(model: &Model<'_>) -> (u32, heapless::Vec<u32, NEWER_WORDS>) {
+/// Words after the header: estimator and powers.
+fn newer_words(model: &Model<'_>) -> [u32; NEWER_WORDS] {
     let estimator = match model.input {
         Input::VirtualStates(spec) => spec.estimator,
         Input::Direct(_) => Estimator::Differences,
     };
-    let words = match estimator {
-        Estimator::Differences => [DIFFERENCES, 0, 0],
-        Estimator::SavitzkyGolay { excess, stretch } => [SAVITZKY_GOLAY, excess.into(), stretch.to_bits()],
-        Estimator::Kalman { cutoff } => [KALMAN, 0, cutoff.to_bits()],
-    };
-    let powers = u32::from(model.library.powers);
+    let powers = model.library.powers.into();
     let is_fixed = |network: &Network<'_>| u32::from(network.arithmetic() == Arithmetic::Fixed);
     let fixed = is_fixed(&model.encoder) + 2 * is_fixed(&model.decoder);
-    let (version, rest): (u32, &[u32]) = match (fixed, powers, estimator) {
-        (1.., ..) => (FORMAT_VERSION, &[powers, fixed]),
-        (0, 1.., _) => (POWERS_VERSION, &[powers]),
-        (0, 0, Estimator::Differences) => return (DIFFERENCES_VERSION, heapless::Vec::new()),
-        (0, 0, _) => (ESTIMATORS_VERSION, &[]),
-    };
-    (version, words.iter().chain(rest).copied().collect())
+    match estimator {
+        Estimator::Differences => [DIFFERENCES, 0, 0, powers, fixed],
+        Estimator::SavitzkyGolay { excess, stretch } => {
+            [SAVITZKY_GOLAY, excess.into(), stretch.to_bits(), powers, fixed]
+        }
+        Estimator::Kalman { cutoff } => [KALMAN, 0, cutoff.to_bits(), powers, fixed],
+    }
 }
 
 pub(super) fn write(model: &Model<'_>, buffer: &mut [u8]) -> Result<usize, ModelError> {
@@ -261,10 +273,9 @@ pub(super) fn write(model: &Model<'_>, buffer: &mut [u8]) -> Result<usize, Model
     };
     let m = &model.monitor;
     let layers = |n: &Network<'_>| n.widths().len().saturating_sub(1) as u32;
-    let (version, newer) = newer_words(model);
     put(MAGIC);
     for word in [
-        version,
+        FORMAT_VERSION,
         (needed / 4) as u32,
         model.input.len() as u32,
         orders,
@@ -284,19 +295,19 @@ pub(super) fn write(model: &Model<'_>, buffer: &mut [u8]) -> Result<usize, Model
         model.screen.full_scale.to_bits(),
         model.screen.stuck_after,
         m.block,
-        m.healthy_mean.to_bits(),
+        m.healthy_centre.to_bits(),
         m.healthy_spread.to_bits(),
         m.ewma_weight.to_bits(),
-        m.ewma_limit.to_bits(),
-        m.cusum_slack.to_bits(),
-        m.cusum_limit.to_bits(),
-        m.votes,
-        m.of_blocks,
+        m.limit.to_bits(),
         m.release.to_bits(),
+        m.calm_blocks,
+        m.false_alarms_per_day.to_bits(),
+        m.blocks_per_day.to_bits(),
+        m.healthy_blocks,
     ] {
         put(word.to_le_bytes());
     }
-    newer.iter().for_each(|word| put(word.to_le_bytes()));
+    newer_words(model).iter().for_each(|word| put(word.to_le_bytes()));
     for width in model.encoder.widths().iter().chain(model.decoder.widths()) {
         put(u32::from(*width).to_le_bytes());
     }

@@ -196,10 +196,9 @@ impl fmt::Display for ModelError {
             Self::Json => f.write_str("not JSON, or a key of the model is missing, unknown or of the wrong type"),
             Self::Schema => write!(
                 f,
-                "model JSON has another schema, expected {:?}, {:?} or {:?}",
+                "model JSON has another schema, expected {:?} or, as estimator and powers ask for, one of {:?}",
                 super::json::SCHEMA,
-                super::json::ESTIMATOR_SCHEMA,
-                super::json::POWERS_SCHEMA
+                super::json::LEVELS_SCHEMAS
             ),
         }
     }

@@ -58,18 +58,54 @@ fn binary_round_trips_at_any_alignment() {
     }
 }
 
+/// Form of version 1 to 3 of a model in that of version 4: without the newer words, and with the monitor's words of then
+/// (mean 2, spread 0.5, weight 0.2, limit 3, slack 2, limit 8, 2 votes of 5, release 0.4).
+fn older(bytes: &[u8], version: u32) -> Vec<u8> {
+    let mut words: Vec<[u8; 4]> = bytes.chunks(4).map(|w| w.try_into().unwrap()).collect();
+    let newer = [0, 0, 3, 4][version as usize];
+    words.drain(26 + newer..31);
+    words[1] = version.to_le_bytes();
+    words[2] = (words.len() as u32).to_le_bytes();
+    for (word, value) in words[17..23].iter_mut().zip([2.0f32, 0.5, 0.2, 3.0, 2.0, 8.0]) {
+        *word = value.to_le_bytes();
+    }
+    words[23..26].copy_from_slice(&[2u32.to_le_bytes(), 5u32.to_le_bytes(), 0.4f32.to_le_bytes()]);
+    patched(words.as_flattened(), 1, version)
+}
+
+/// Settings that [`older`] is read as.
+fn converted(block: u32) -> MonitorConfig {
+    let levels = MonitorConfig::from_levels(block, 2.0, 0.5);
+    assert_eq!((levels.healthy_centre, levels.healthy_spread), (core::f32::consts::LN_2, 0.25));
+    MonitorConfig { ewma_weight: 0.2, limit: 3.0, release: 0.4, calm_blocks: 5, ..levels }
+}
+
 #[test]
-fn differences_keep_the_form_that_devices_of_before_read() {
-    let versions = ESTIMATORS.map(|estimator| {
+fn forms_of_before_are_read_with_their_monitor_converted() {
+    for (estimator, version) in ESTIMATORS.into_iter().zip([1, 2, 2]) {
         let parts = with(estimator);
-        let (bytes, text) = (bytes(&parts.model()), json(&parts.model()));
-        let schema = text.contains(super::json::SCHEMA) && !text.contains("estimator");
-        (bytes[4], bytes.len(), schema)
-    });
-    let [(first, length, old_schema), savitzky_golay, kalman] = versions;
-    assert_eq!((first, old_schema), (1, true));
-    assert_eq!(savitzky_golay, (2, length + 12, false));
-    assert_eq!(kalman, (2, length + 12, false));
+        let model = parts.model();
+        let expected = Model { monitor: converted(model.monitor.block), ..model.clone() };
+        for version in [version, 3] {
+            let found = older(&bytes(&model), version);
+            assert_eq!(Model::from_bytes(&found).unwrap(), expected, "{estimator:?} {version}");
+        }
+        assert_eq!(bytes(&model)[4], 4);
+        // Written anew it keeps its settings.
+        assert_eq!(Model::from_bytes(&bytes(&expected)).unwrap(), expected);
+        let schema = std::format!("device-model/{version}");
+        let text = json(&model);
+        let start = text.find("\"monitor\":{").unwrap();
+        let end = start + text[start..].find('}').unwrap();
+        let monitor = "\"monitor\":{\"block\":32,\"healthy_mean\":2.0,\"healthy_spread\":0.5,\"ewma_weight\":0.2,\
+            \"ewma_limit\":3.0,\"cusum_slack\":2.0,\"cusum_limit\":8.0,\"votes\":2,\"of_blocks\":5,\"release\":0.4";
+        let text = text.replace(&text[start..end], monitor).replace("device-model/4", &schema);
+        let mut storage = std::vec![[0; 4]; text.len()];
+        assert_eq!(Model::from_json(&text, &mut storage).unwrap(), expected, "{text}");
+        // In keys of before, the newest schema lacks some.
+        let text = text.replace(&schema, "device-model/4");
+        assert_eq!(Model::from_json(&text, &mut storage).err(), Some(ModelError::Json));
+    }
 }
 
 #[test]
@@ -103,8 +139,8 @@ fn powers_have_a_form_that_devices_of_before_refuse() {
     let (before, length) = (json(&parts.model()), bytes(&parts.model()).len());
     let parts = parts.with_powers();
     let (after, bytes) = (json(&parts.model()), bytes(&parts.model()));
-    assert!(!before.contains("powers") && after.contains("device-model/3"), "{after}");
-    assert_eq!((bytes[4], bytes.len()), (3, length + 16));
+    assert!(!before.contains("powers") && after.contains("powers"), "{after}");
+    assert_eq!((bytes[4], bytes.len()), (4, length));
     // Terms of powers in a library without.
     assert!(Model::from_bytes(&patched(&bytes, 29, 0)).is_err());
     assert_eq!(Model::from_bytes(&patched(&bytes, 29, 2)).err(), Some(ModelError::HeaderWord { index: 29, found: 2 }));
@@ -114,10 +150,9 @@ fn powers_have_a_form_that_devices_of_before_refuse() {
 fn estimators_out_of_range_are_refused() {
     let [_, savitzky_golay, kalman] = ESTIMATORS.map(|estimator| bytes(&with(estimator).model()));
     let read = |bytes: &[u8]| Model::from_bytes(bytes).err();
-    for kind in [0, 3] {
-        let expected = ModelError::HeaderWord { index: 26, found: kind };
-        assert_eq!(read(&patched(&kalman, 26, kind)), Some(expected));
-    }
+    let expected = |found| Some(ModelError::HeaderWord { index: 26, found });
+    assert_eq!(read(&patched(&kalman, 26, 3)), expected(3));
+    assert_eq!(read(&patched(&older(&kalman, 2), 26, 0)), expected(0));
     assert_eq!(read(&patched(&kalman, 28, 1.0_f32.to_bits())), Some(states(SpecError::Cutoff { found: 1.0 })));
     assert!(matches!(read(&patched(&kalman, 28, f32::NAN.to_bits())), Some(ModelError::States(_))));
     assert_eq!(read(&patched(&savitzky_golay, 27, 9)), Some(states(SpecError::Excess { found: 9 })));
@@ -127,7 +162,7 @@ fn estimators_out_of_range_are_refused() {
     assert!(read(&patched(&kalman, 1, 1)).is_some());
     let text = json(&with(ESTIMATORS[2]).model());
     let mut storage = std::vec![[0; 4]; text.len()];
-    let read = Model::from_json(&text.replace("device-model/2", "device-model/1"), &mut storage).err();
+    let read = Model::from_json(&text.replace("device-model/4", "device-model/1"), &mut storage).err();
     assert_eq!(read, Some(ModelError::Schema));
 }
 
@@ -164,13 +199,13 @@ fn each_way_to_be_wrong_is_its_own_error() {
     assert!(matches!(read(&patched(&good, 7, 0)), Some(ModelError::Library { .. })));
     assert!(matches!(read(&patched(&good, 7, 3)), Some(ModelError::NetworkShape { .. })));
     assert_eq!(read(&patched(&good, 16, 0)), Some(ModelError::Monitor));
-    // Widths are 3, 11, 2 and 2, 9, 3 from word 26 on; the scales follow from word 32 on.
-    let shape = read(&patched(&patched(&good, 28, 3), 29, 2));
+    // Widths are 3, 11, 2 and 2, 9, 3 from word 31 on; the scales follow from word 37 on.
+    let shape = read(&patched(&patched(&good, 33, 3), 34, 2));
     assert!(matches!(shape, Some(ModelError::ArraySizes)), "{shape:?}");
     let not_finite = ModelError::NotFinite { array: Array::StateMean, index: 1 };
-    assert_eq!(read(&patched(&good, 33, nan)), Some(not_finite));
+    assert_eq!(read(&patched(&good, 38, nan)), Some(not_finite));
     let not_positive = ModelError::ScaleNotPositive { array: Array::StateScale, index: 0 };
-    assert_eq!(read(&patched(&good, 35, 0)), Some(not_positive));
+    assert_eq!(read(&patched(&good, 40, 0)), Some(not_positive));
     let words = good.len() / 4;
     let (coefficients, terms) = (12, 6);
     let equations = words - 1 - 2 * coefficients;
@@ -215,7 +250,7 @@ fn json_errors_are_told() {
     let n = text.len();
     assert_eq!(read(&text, 10), Some(ModelError::StorageTooSmall));
     assert!(matches!(read(&text[..n / 2], n), Some(ModelError::Json)));
-    assert_eq!(read(&text.replace("device-model/1", "device-model/2"), n), Some(ModelError::Schema));
+    assert_eq!(read(&text.replace("device-model/4", "device-model/2"), n), Some(ModelError::Schema));
     assert!(matches!(read(&text.replace("\"decoder\"", "\"decoded\""), n), Some(ModelError::Json)));
     let first = text.split("\"state_mean\":[").nth(1).unwrap().split(',').next().unwrap().to_string();
     let with_null = text.replace(&std::format!("\"state_mean\":[{first}"), "\"state_mean\":[null");

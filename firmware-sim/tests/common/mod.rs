@@ -64,7 +64,7 @@ pub const SMALL: Sizes = Sizes {
 
 /// The binary form of a random model for which `healthy` is healthy.
 pub fn model(sizes: Sizes, healthy: &[f32]) -> Vec<u8> {
-    let bytes = build(sizes, MonitorConfig::new(BLOCK, 1.0, 1.0));
+    let bytes = build(sizes, MonitorConfig::new(BLOCK, 0.0, 1.0));
     let model = Model::from_bytes(&bytes).unwrap();
     let mut scratch = vec![0.0; Device::scratch_len(&model)];
     let mut device = Device::new(&model, &mut scratch).unwrap();
@@ -72,7 +72,7 @@ pub fn model(sizes: Sizes, healthy: &[f32]) -> Vec<u8> {
     let count = levels.len() as f32;
     let mean = levels.iter().sum::<f32>() / count;
     let variance = levels.iter().map(|l| (l - mean).powi(2)).sum::<f32>() / count;
-    build(sizes, MonitorConfig::new(BLOCK, mean, variance.sqrt()))
+    build(sizes, MonitorConfig::from_levels(BLOCK, mean, variance.sqrt()))
 }
 
 fn fixed_words(network: &Network<'_>) -> Vec<Word> {

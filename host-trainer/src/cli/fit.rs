@@ -124,6 +124,10 @@ pub struct Args {
     /// Full scale of the sensor in m/s²: samples at or beyond it count as saturated
     #[arg(long, default_value_t = 0.0, value_name = "A")]
     full_scale: f32,
+    /// False alarms a day for which the monitor's limit is set. A day holds the recordings that their starts say (FEMTO: one
+    /// every 10 s), or without starts as many blocks as monitoring without a pause fills
+    #[arg(long, default_value_t = FitConfig::default().false_alarms_per_day, value_name = "RATE")]
+    false_alarms_per_day: f64,
     /// Samples in a block of the monitor [default: a tenth of a second]
     #[arg(long, value_name = "N")]
     block: Option<u32>,
@@ -169,6 +173,9 @@ impl Args {
         }
         if !(self.learning_rate.is_finite() && self.learning_rate > 0.0) {
             return refuse("learning-rate", self.learning_rate.to_string(), "a positive number");
+        }
+        if !(self.false_alarms_per_day.is_finite() && self.false_alarms_per_day > 0.0) {
+            return refuse("false-alarms-per-day", self.false_alarms_per_day.to_string(), "a positive number");
         }
         if !(self.ridge.is_finite() && self.ridge >= 0.0) {
             return refuse("ridge", self.ridge.to_string(), "a number that is not negative");
@@ -257,6 +264,8 @@ impl Args {
             seed: self.seed,
             block: self.block,
             full_scale: self.full_scale,
+            false_alarms_per_day: self.false_alarms_per_day,
+            interval_s: None,
         }
     }
 }
@@ -283,7 +292,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         eprintln!("{} bad rows dropped", input.skipped_rows);
     }
     let bar = bar("fit");
-    let fitted = fit(&input.continuous(healthy), input.sample_rate_hz, &config, &|stage| {
+    let series = input.continuous(healthy);
+    // Of a recording cut at its gaps each part is a series.
+    config.interval_s = input.interval_s.map(|interval| interval * healthy as f64 / series.len().max(1) as f64);
+    let fitted = fit(&series, input.sample_rate_hz, &config, &|stage| {
         bar.set_message(stage.name);
         bar.set_position((100.0 * stage.done) as u64);
     });

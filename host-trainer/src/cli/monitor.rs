@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use ballrace_core::monitor::MonitorConfig;
 use ballrace_firmware_sim::event::Event;
 use ballrace_firmware_sim::faults::{FaultPlan, Injected};
 use serde_json::Value;
@@ -104,6 +105,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         write(path, &bytes)?;
     }
     summarise(&watched, &input);
+    eprintln!("{}", stated_rate(&model.view().monitor));
     if args.json { json(&Value::from(events)) } else { Ok(()) }
 }
 
@@ -142,4 +144,17 @@ fn summarise(watched: &Replayed, input: &Input) {
         eprintln!("injected: {:?}", watched.injected);
     }
     eprintln!("status at the end: {}", serde_json::to_string(&s.status).unwrap_or_default().trim_matches('"'));
+}
+
+/// Rate of false alarms that the model's limit was set for, as a sentence.
+fn stated_rate(limits: &MonitorConfig) -> String {
+    let factor = (limits.limit * limits.healthy_spread).exp();
+    if limits.false_alarms_per_day > 0.0 {
+        format!(
+            "limit at a factor of {factor:.2} in power, for {} false alarms a day of {:.0} blocks; it rests on {} healthy blocks",
+            limits.false_alarms_per_day, limits.blocks_per_day, limits.healthy_blocks
+        )
+    } else {
+        format!("limit at a factor of {factor:.2} in power; the model states no rate of false alarms")
+    }
 }

@@ -29,6 +29,8 @@ pub struct Input {
     pub run_to_failure: bool,
     /// Number of bad rows dropped.
     pub skipped_rows: usize,
+    /// Median time from the start of one recording to that of the next, s, where every recording states its start.
+    pub interval_s: Option<f64>,
 }
 
 /// Failure to take recordings together.
@@ -102,6 +104,7 @@ impl Input {
             run_to_failure: recordings.len() >= SETTINGS.min_run_to_failure
                 && recordings.iter().all(|r| r.start_s.is_some()),
             skipped_rows: recordings.iter().map(|r| r.skipped_rows).sum(),
+            interval_s: interval_s(recordings),
         })
     }
 
@@ -121,4 +124,12 @@ impl Input {
         };
         self.series.iter().zip(&self.gaps).take(count).flat_map(pieces).collect()
     }
+}
+
+/// Median time between the starts of recordings, s.
+fn interval_s(recordings: &[Recording]) -> Option<f64> {
+    let starts: Vec<f64> = recordings.iter().map(|r| r.start_s).collect::<Option<_>>()?;
+    let mut intervals: Vec<f64> = starts.windows(2).map(|w| w[1] - w[0]).collect();
+    intervals.sort_by(f64::total_cmp);
+    intervals.get(intervals.len() / 2).copied().filter(|interval| interval.is_finite() && *interval > 0.0)
 }

@@ -133,10 +133,14 @@ pub fn training(report: &Report) -> Section {
     rows.push(row(
         "healthy level",
         format!(
-            "{:.3} ± {:.3} over {} blocks of {} samples (mean squared residual in healthy standard deviations)",
-            m.healthy_mean, m.healthy_spread, m.healthy_blocks, m.block
+            "{:.3} times or divided by {:.3} over {} blocks of {} samples (mean squared residual in healthy standard deviations)",
+            m.healthy_mean,
+            m.healthy_spread.exp(),
+            m.healthy_blocks,
+            m.block
         ),
     ));
+    rows.push(row("limit", m.basis()));
     rows.push(row("condition number", format!("{:.2e} of the library", report.diagnosis.condition_number)));
     Section::new("The fit").table("", &[], rows)
 }

@@ -60,10 +60,18 @@ pub fn trend(watched: &Replayed, limits: &MonitorConfig, mark: Option<(usize, &s
     Ok(Section::new("The residual over time").figure(
         svg,
         format!(
-            "Deviation of the residual's level from the healthy machine's, in healthy standard deviations, block by block ({} \
-             samples each; clamped to ±10), and its EWMA and CUSUM. Dashed, their limits: ±{} for the EWMA, {} for the CUSUM. \
-             {} votes among {} blocks raise the alarm.",
-            limits.block, limits.ewma_limit, limits.cusum_limit, limits.votes, limits.of_blocks
+            "Deviation of the logarithm of the residual's level from the healthy machine's, in healthy standard deviations, block by \
+             block ({} samples each), and the EWMA of its running median of three. Dashed, the limit of the EWMA to either side, \
+             ±{:.1}{}.",
+            limits.block,
+            limits.limit,
+            match limits.false_alarms_per_day {
+                rate if rate > 0.0 => format!(
+                    ", for {rate} false alarms a day of {:.0} blocks, from {} healthy blocks",
+                    limits.blocks_per_day, limits.healthy_blocks
+                ),
+                _ => String::new(),
+            }
         ),
     ))
 }
@@ -84,10 +92,9 @@ pub fn events(watched: &Replayed) -> Section {
             number(event, "time_s", 4),
             number(event, "deviation", 2),
             number(event, "ewma", 2),
-            number(event, "cusum", 2),
         ]
     });
-    let head = ["event", "recording", "time, s", "deviation", "EWMA", "CUSUM"];
+    let head = ["event", "recording", "time, s", "deviation", "EWMA"];
     let section = Section::new("Events").table("", &head, rows.collect());
     match listed.len().saturating_sub(SETTINGS.events) {
         0 => section,

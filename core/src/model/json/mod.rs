@@ -20,16 +20,13 @@ use crate::network::{Arithmetic, MAX_LAYERS, Network};
 use crate::states::{Alignment, Estimator, Orders, StateSpec};
 use crate::{Floats, Word};
 
-/// Schema of models of finite differences, which devices of before read.
-pub(super) const SCHEMA: &str = "ballrace-device-model/1";
-/// Schema of models of any other estimator, which they refuse.
-pub(super) const ESTIMATOR_SCHEMA: &str = "ballrace-device-model/2";
-/// Schema of models whose library has powers.
-pub(super) const POWERS_SCHEMA: &str = "ballrace-device-model/3";
-/// Schema of models with a network in fixed point.
-pub(super) const FIXED_SCHEMA: &str = "ballrace-device-model/4";
-
-const SCHEMAS: [&str; 4] = [SCHEMA, ESTIMATOR_SCHEMA, POWERS_SCHEMA, FIXED_SCHEMA];
+/// Schema that is written: its monitor judges the logarithm of the level, and its networks may be in
+/// fixed point.
+pub(super) const SCHEMA: &str = "ballrace-device-model/4";
+/// Schemas that are read besides, whose monitor judged the level itself: finite differences, any other estimator, libraries
+/// with powers.
+pub(super) const LEVELS_SCHEMAS: [&str; 3] =
+    ["ballrace-device-model/1", "ballrace-device-model/2", "ballrace-device-model/3"];
 
 type Widths = heapless::Vec<u16, { MAX_LAYERS + 1 }>;
 
@@ -46,7 +43,7 @@ struct Header<'a> {
     estimator: Estimator,
     library: Library,
     screen: ScreenConfig,
-    monitor: MonitorConfig,
+    monitor: AnyMonitor,
     encoder_widths: Widths,
     decoder_widths: Widths,
 }
@@ -55,13 +52,80 @@ fn is_differences(estimator: &Estimator) -> bool {
     *estimator == Estimator::Differences
 }
 
-/// Oldest schema that can hold a model with this estimator, library and arithmetic of its networks.
-fn schema(estimator: Estimator, library: Library, networks: [Arithmetic; 2]) -> &'static str {
-    match (networks, library.powers, estimator) {
-        ([Arithmetic::Fixed, _] | [_, Arithmetic::Fixed], ..) => FIXED_SCHEMA,
-        (_, true, _) => POWERS_SCHEMA,
-        (_, false, Estimator::Differences) => SCHEMA,
-        (_, false, _) => ESTIMATOR_SCHEMA,
+/// Schema of before version 4 for an estimator and a library.
+fn levels_schema(estimator: Estimator, library: Library) -> &'static str {
+    let [differences, estimators, powers] = LEVELS_SCHEMAS;
+    match (library.powers, estimator) {
+        (true, _) => powers,
+        (false, Estimator::Differences) => differences,
+        (false, _) => estimators,
+    }
+}
+
+/// Monitor's settings in the keys of any schema; those of the others are absent.
+#[derive(Default, Serialize, Deserialize)]
+#[serde(default)]
+struct AnyMonitor {
+    block: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    healthy_centre: Option<f32>,
+    healthy_spread: f32,
+    ewma_weight: f32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    limit: Option<f32>,
+    release: f32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    calm_blocks: Option<u32>,
+    false_alarms_per_day: f32,
+    blocks_per_day: f32,
+    healthy_blocks: u32,
+    #[serde(skip_serializing)]
+    healthy_mean: Option<f32>,
+    #[serde(skip_serializing)]
+    ewma_limit: Option<f32>,
+    #[serde(skip_serializing)]
+    of_blocks: Option<u32>,
+}
+
+impl From<MonitorConfig> for AnyMonitor {
+    fn from(m: MonitorConfig) -> Self {
+        Self {
+            block: m.block,
+            healthy_centre: Some(m.healthy_centre),
+            healthy_spread: m.healthy_spread,
+            ewma_weight: m.ewma_weight,
+            limit: Some(m.limit),
+            release: m.release,
+            calm_blocks: Some(m.calm_blocks),
+            false_alarms_per_day: m.false_alarms_per_day,
+            blocks_per_day: m.blocks_per_day,
+            healthy_blocks: m.healthy_blocks,
+            ..Self::default()
+        }
+    }
+}
+
+impl AnyMonitor {
+    /// Settings in the keys of version 4, or with `levels` in those of before; `None` where a key is missing.
+    fn config(&self, levels: bool) -> Option<MonitorConfig> {
+        let Self { block, healthy_spread, ewma_weight, release, .. } = *self;
+        if levels {
+            let config = MonitorConfig::from_levels(block, self.healthy_mean?, healthy_spread);
+            let (limit, calm_blocks) = (self.ewma_limit?, self.of_blocks?);
+            return Some(MonitorConfig { ewma_weight, limit, release, calm_blocks, ..config });
+        }
+        Some(MonitorConfig {
+            block,
+            healthy_centre: self.healthy_centre?,
+            healthy_spread,
+            ewma_weight,
+            limit: self.limit?,
+            release,
+            calm_blocks: self.calm_blocks?,
+            false_alarms_per_day: self.false_alarms_per_day,
+            blocks_per_day: self.blocks_per_day,
+            healthy_blocks: self.healthy_blocks,
+        })
     }
 }
 
@@ -127,7 +191,7 @@ impl Serialize for Model<'_> {
         };
         let widths = |n: &Network<'_>| Widths::from_slice(n.widths()).unwrap_or_default();
         let header = Header {
-            schema: schema(estimator, self.library, [self.encoder.arithmetic(), self.decoder.arithmetic()]),
+            schema: SCHEMA,
             sample_rate_hz: self.sample_rate_hz,
             inputs: self.input.len(),
             orders,
@@ -135,7 +199,7 @@ impl Serialize for Model<'_> {
             estimator,
             library: self.library,
             screen: self.screen,
-            monitor: self.monitor,
+            monitor: self.monitor.into(),
             encoder_widths: widths(&self.encoder),
             decoder_widths: widths(&self.decoder),
         };
@@ -202,16 +266,23 @@ struct Parsed<'a> {
     networks: [Arithmetic; 2],
 }
 
+/// Models that a document's schema fits.
+enum SchemaFits {
+    None,
+    /// Schema of before version 4.
+    SinglePrecision,
+    Any,
+}
+
 /// A header without its borrowed schema.
 struct ParsedHeader {
-    /// Schema, if it is a known one.
-    schema: Option<&'static str>,
-    estimator: Estimator,
+    schema_fits: SchemaFits,
     sample_rate_hz: f32,
     input: Input,
     library: Library,
     screen: ScreenConfig,
-    monitor: MonitorConfig,
+    /// `None` where a key is missing.
+    monitor: Option<MonitorConfig>,
     encoder_widths: Widths,
     decoder_widths: Widths,
 }
@@ -227,14 +298,18 @@ impl From<Header<'_>> for ParsedHeader {
                 estimator: h.estimator,
             }),
         };
+        let levels = h.schema == levels_schema(h.estimator, h.library);
         Self {
-            schema: SCHEMAS.into_iter().find(|schema| *schema == h.schema),
-            estimator: h.estimator,
+            schema_fits: match (levels, h.schema == SCHEMA) {
+                (true, _) => SchemaFits::SinglePrecision,
+                (false, true) => SchemaFits::Any,
+                (false, false) => SchemaFits::None,
+            },
             sample_rate_hz: h.sample_rate_hz,
             input,
             library: h.library,
             screen: h.screen,
-            monitor: h.monitor,
+            monitor: h.monitor.config(levels),
             encoder_widths: h.encoder_widths,
             decoder_widths: h.decoder_widths,
         }
@@ -244,9 +319,12 @@ impl From<Header<'_>> for ParsedHeader {
 impl<'a> Parsed<'a> {
     fn build(self) -> Result<Model<'a>, ModelError> {
         let Parsed { header, terms, codes, arrays, networks } = self;
-        if header.schema != Some(schema(header.estimator, header.library, networks)) {
-            return Err(ModelError::Schema);
+        match header.schema_fits {
+            SchemaFits::Any => {}
+            SchemaFits::SinglePrecision if networks == [Arithmetic::Float; 2] => {}
+            SchemaFits::SinglePrecision | SchemaFits::None => return Err(ModelError::Schema),
         }
+        let monitor = header.monitor.ok_or(ModelError::Json)?;
         if !header.library.is_valid() {
             return Err(ModelError::Library { found: header.library });
         }
@@ -272,7 +350,7 @@ impl<'a> Parsed<'a> {
             dynamics: Dynamics { terms: codes, ends, equations, coefficients: Floats(coefficients) },
             residual_spread: Floats(spread),
             screen: header.screen,
-            monitor: header.monitor,
+            monitor,
         })
     }
 }

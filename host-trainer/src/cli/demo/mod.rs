@@ -69,8 +69,7 @@ impl Config {
                     causal: true,
                     trainings: 1,
                     seed,
-                    block: None,
-                    full_scale: 0.0,
+                    ..FitConfig::default()
                 },
             },
         }

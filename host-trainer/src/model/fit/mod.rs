@@ -6,6 +6,7 @@
 
 pub mod choice;
 mod describe;
+pub mod limits;
 mod monitor_levels;
 pub mod report;
 pub mod score;
@@ -79,6 +80,10 @@ pub struct FitConfig {
     pub block: Option<u32>,
     /// Full scale of the sensor, m/s²; 0 if unknown.
     pub full_scale: f32,
+    /// False alarms a day for which the monitor's limit is set; positive.
+    pub false_alarms_per_day: f64,
+    /// Time from the start of one recording to that of the next, s; `None`: the device monitors without a pause.
+    pub interval_s: Option<f64>,
 }
 
 /// Failure of a fit.
@@ -140,6 +145,14 @@ pub enum FitError {
     FullScale {
         /// Full scale found, m/s².
         found: f32,
+    },
+    /// Rate of false alarms, or interval between recordings, out of range.
+    #[error("{name}: found {found}, expected a positive number")]
+    FalseAlarms {
+        /// Name of the option.
+        name: &'static str,
+        /// Value found.
+        found: f64,
     },
     /// Block length out of range.
     #[error("block: found {found} samples, expected 1 to the {total} there are")]
@@ -210,7 +223,7 @@ pub fn fit(
     progress: &(dyn Fn(Stage) + Sync),
 ) -> Result<Fitted, FitError> {
     let Scored { main, split, scores, surrogate } = scored(recordings, sample_rate_hz, config, progress)?;
-    let (model, monitor) = monitor_levels::monitor(&main, recordings, sample_rate_hz, config)?;
+    let (model, monitor) = monitor_levels::monitor(&main, &split, recordings, sample_rate_hz, config)?;
     let described = describe::describe(&main, &split);
     let noise = surrogate.map(|(surrogate, fitted)| match &config.solver {
         Solver::Stlsq(stlsq) => noise_terms(
@@ -257,6 +270,13 @@ fn check(recordings: &[Series], config: &FitConfig) -> Result<(), FitError> {
     }
     if !(config.full_scale.is_finite() && config.full_scale >= 0.0) {
         return Err(FitError::FullScale { found: config.full_scale });
+    }
+    for (name, found) in
+        [("false alarms per day", config.false_alarms_per_day), ("interval", config.interval_s.unwrap_or(1.0))]
+    {
+        if !(found.is_finite() && found > 0.0) {
+            return Err(FitError::FalseAlarms { name, found });
+        }
     }
     let total: usize = recordings.iter().map(|s| s.samples.len()).sum();
     if let Some(found) = config.block.filter(|b| *b == 0 || *b as usize > total) {
@@ -320,6 +340,8 @@ impl Default for FitConfig {
             seed: 0,
             block: None,
             full_scale: 0.0,
+            false_alarms_per_day: settings::LimitSettings::DEFAULT.false_alarms_per_day,
+            interval_s: None,
         }
     }
 }

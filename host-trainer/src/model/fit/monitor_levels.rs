@@ -1,19 +1,24 @@
-//! Healthy level of a model's residual by the device's own monitor, theory (85) and (86).
+//! Healthy level of a model's residual by the device's own monitor, theory (85) to (87).
+
+use std::collections::HashSet;
 
 use ballrace_core::input_check::ScreenConfig;
+use ballrace_core::math;
 use ballrace_core::monitor::MonitorConfig;
 use ballrace_firmware_sim::event::Event;
 use ballrace_firmware_sim::runner::{Recording, Runner};
 use ballrace_firmware_sim::source::in_memory;
 
+use super::limits::{HealthyBlocks, Rate, limit};
 use super::report::MonitorReport;
-use super::settings::MonitorSettings;
-use super::single_fit::SingleFit;
+use super::settings::{LimitSettings, MonitorSettings};
+use super::single_fit::{SingleFit, Split};
 use super::{FitConfig, FitError, score};
 use crate::model::OwnedModel;
 use crate::recording::input::Series;
 
 const SETTINGS: MonitorSettings = MonitorSettings::DEFAULT;
+const SECONDS_PER_DAY: f64 = 86_400.0;
 
 /// Model with its monitor calibrated on the healthy recordings.
 ///
@@ -21,6 +26,7 @@ const SETTINGS: MonitorSettings = MonitorSettings::DEFAULT;
 /// [`FitError::Diverged`] if the calibrated parts are no valid model.
 pub fn monitor(
     once: &SingleFit,
+    split: &Split,
     recordings: &[Series],
     sample_rate_hz: f64,
     config: &FitConfig,
@@ -41,36 +47,110 @@ pub fn monitor(
     let mut parts = once.parts.clone();
     parts.screen = screen;
     parts.residual_spread = score::residual_spread(&once.model.view(), recordings);
-    parts.monitor = MonitorConfig::new(block, 1.0, 1.0);
+    parts.monitor = MonitorConfig::new(block, 0.0, 1.0);
     let provisional = parts.assemble().map_err(FitError::Diverged)?;
-    let levels = levels(&provisional, recordings, sample_rate_hz);
+    let mut blocks = blocks(&provisional, recordings, sample_rate_hz);
+    mark_held_out(&mut blocks, split, recordings);
+    let shift = shift(&blocks);
+    let levels: Vec<f64> = blocks.iter().map(|b| b.log_level + if b.held_out { 0.0 } else { shift }).collect();
     let count = levels.len().max(1) as f64;
-    let mean = levels.iter().sum::<f64>() / count;
-    let variance = levels.iter().map(|l| (l - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+    let centre = levels.iter().sum::<f64>() / count;
+    let held_out = blocks.iter().filter(|b| b.held_out).count();
+    let rate = Rate {
+        false_alarms_per_day: config.false_alarms_per_day,
+        blocks_per_day: match config.interval_s {
+            Some(interval) => SECONDS_PER_DAY / interval * (levels.len() as f64 / recordings.len() as f64).max(1.0),
+            None => SECONDS_PER_DAY * sample_rate_hz / f64::from(block),
+        },
+    };
     // Never below what independent Gaussian residuals would scatter.
-    let floor = mean * (2.0 / (f64::from(block) * config.spec.dimension as f64)).sqrt();
-    let spread = variance.sqrt().max(floor);
-    parts.monitor = MonitorConfig::new(block, mean as f32, spread as f32);
+    let noise_floor = (2.0 / (f64::from(block) * config.spec.dimension as f64)).sqrt();
+    let healthy = HealthyBlocks { log_levels: &levels, held_out, noise_floor };
+    let weight = LimitSettings::DEFAULT.ewma_weight;
+    let limit = limit(&healthy, &rate, weight, config.seed);
+    parts.monitor = MonitorConfig {
+        ewma_weight: weight,
+        limit: (limit.log_power / limit.spread) as f32,
+        false_alarms_per_day: rate.false_alarms_per_day as f32,
+        blocks_per_day: rate.blocks_per_day as f32,
+        healthy_blocks: levels.len() as u32,
+        ..MonitorConfig::new(block, centre as f32, limit.spread as f32)
+    };
     let model = parts.assemble().map_err(FitError::Diverged)?;
-    let report = MonitorReport { block, healthy_blocks: levels.len(), healthy_mean: mean, healthy_spread: spread };
+    let report = MonitorReport {
+        block,
+        healthy_blocks: levels.len(),
+        held_out_blocks: held_out,
+        healthy_mean: centre.exp(),
+        healthy_spread: limit.spread,
+        held_out_shift: shift,
+        false_alarms_per_day: rate.false_alarms_per_day,
+        blocks_per_day: rate.blocks_per_day,
+        limit,
+    };
     Ok((model, report))
 }
 
-fn levels(model: &OwnedModel, recordings: &[Series], sample_rate_hz: f64) -> Vec<f64> {
+/// A block of the healthy machine.
+struct HealthyBlock {
+    recording: usize,
+    log_level: f64,
+    held_out: bool,
+}
+
+fn blocks(model: &OwnedModel, recordings: &[Series], sample_rate_hz: f64) -> Vec<HealthyBlock> {
     let model = model.view();
     let mut scratch = vec![0.0; Runner::scratch_len(&model)];
     let mut runner = Runner::new(&model, &mut scratch).expect("virtual states, and as much scratch as it asks for");
-    let mut levels = Vec::new();
-    for series in recordings {
+    let mut blocks = Vec::new();
+    for (index, series) in recordings.iter().enumerate() {
         let recording = Recording { name: &series.name, sample_rate_hz };
         runner.run(&recording, in_memory(&series.samples), |event| {
             if let Event::Block(block) = event {
-                levels.push(f64::from(block.statistics.level));
+                let log_level = f64::from(math::ln(block.statistics.level.max(f32::MIN_POSITIVE)));
+                blocks.push(HealthyBlock { recording: index, log_level, held_out: false });
             }
         });
     }
-    levels.retain(|l| l.is_finite());
-    levels
+    blocks.retain(|b| b.log_level.is_finite());
+    blocks
+}
+
+/// Marks the blocks of held-out recordings, or of the last fifth of the only one.
+fn mark_held_out(blocks: &mut [HealthyBlock], split: &Split, recordings: &[Series]) {
+    if split.within {
+        let first = (blocks.len() * 4).div_ceil(5);
+        blocks.iter_mut().skip(first).for_each(|b| b.held_out = true);
+        return;
+    }
+    let names: HashSet<&str> = split.held_out.iter().map(|s| s.name.as_str()).collect();
+    for block in blocks {
+        block.held_out = recordings.get(block.recording).is_some_and(|s| names.contains(s.name.as_str()));
+    }
+}
+
+/// How far held-out blocks are above the others, never below 0: a model leaves less of what it was fitted to, and the device
+/// will see only what is new. Each held-out run of blocks is compared with its neighbours, so that a drift cancels.
+fn shift(blocks: &[HealthyBlock]) -> f64 {
+    let mean = |blocks: &[HealthyBlock]| blocks.iter().map(|b| b.log_level).sum::<f64>() / blocks.len() as f64;
+    let runs: Vec<&[HealthyBlock]> = blocks.chunk_by(|a, b| a.held_out == b.held_out).collect();
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for (n, run) in runs.iter().enumerate().filter(|(_, run)| run[0].held_out) {
+        let near = |run: &&[HealthyBlock], from_end: bool, count: usize| {
+            let part = if from_end { &run[run.len().saturating_sub(count)..] } else { &run[..count.min(run.len())] };
+            mean(part)
+        };
+        let before = n.checked_sub(1).and_then(|n| runs.get(n)).map(|r| near(r, true, run.len()));
+        let after = runs.get(n + 1).map(|r| near(r, false, run.len()));
+        let neighbours = match (before, after) {
+            (Some(before), Some(after)) => 0.5 * (before + after),
+            (Some(one), None) | (None, Some(one)) => one,
+            (None, None) => continue,
+        };
+        sum += run.len() as f64 * (mean(run) - neighbours);
+        weight += run.len() as f64;
+    }
+    if weight > 0.0 { (sum / weight).max(0.0) } else { 0.0 }
 }
 
 fn longest_equal_run(samples: &[f32]) -> u32 {

@@ -4,6 +4,7 @@ use ballrace_core::network::Arithmetic;
 use serde::{Deserialize, Serialize};
 
 use super::choice;
+use super::limits::Limit;
 use super::score::Scores;
 use super::single_fit::{SingleFit, Split};
 use super::terms::Entered;
@@ -110,17 +111,50 @@ pub struct TermReport {
     pub share: f64,
 }
 
-/// Healthy level of the residual.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// Healthy level of the residual, and the limit with what it rests on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct MonitorReport {
     /// Samples in a block.
     pub block: u32,
     /// Number of healthy blocks.
     pub healthy_blocks: usize,
-    /// Mean squared normalised residual of a healthy block.
+    /// Number of them that the model was not fitted to.
+    pub held_out_blocks: usize,
+    /// Mean squared normalised residual of a healthy block, by the mean of its logarithm.
     pub healthy_mean: f64,
-    /// Standard deviation of the level from block to block, theory (86).
+    /// Standard deviation of that logarithm from block to block without its drift, theory (86).
     pub healthy_spread: f64,
+    /// How far the logarithms of held-out blocks are above the others, which were raised by so much.
+    pub held_out_shift: f64,
+    /// False alarms a day for which the limit is set.
+    pub false_alarms_per_day: f64,
+    /// Blocks that a day holds.
+    pub blocks_per_day: f64,
+    /// Limit of the statistic.
+    pub limit: Limit,
+}
+
+impl MonitorReport {
+    /// What the limit is and rests on, in words.
+    pub fn basis(&self) -> String {
+        let l = &self.limit;
+        let beyond =
+            if l.extrapolated { "extrapolated from the simulated machines" } else { "from simulated machines" };
+        format!(
+            "{} false alarms a day of {:.0} blocks, at a factor of {:.2} in power to either side, {beyond}; rests on {} healthy \
+             blocks ({} held out, {:.0} effective), noise {:.3}, drift {:.3}; {:.0} healthy blocks without an alarm would show it",
+            self.false_alarms_per_day,
+            self.blocks_per_day,
+            l.log_power.exp(),
+            self.healthy_blocks,
+            self.held_out_blocks,
+            l.effective_blocks,
+            l.spread,
+            l.drift,
+            l.needed_blocks
+        )
+    }
 }
 
 impl Training {

@@ -63,6 +63,62 @@ impl MonitorSettings {
     };
 }
 
+/// Settings of the monitor's limit, theory (87) to (89).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LimitSettings {
+    /// False alarms a day, unless stated: one in ten days. Chosen with `max_drift` and `correlation_factor` on Bearing3_3,
+    /// Bearing3_1 and Bearing2_7, 40 to 100 healthy recordings: the least limits without an alarm in the first 30 % of life.
+    pub false_alarms_per_day: f64,
+    /// Weight of the newest block in the EWMA. Not tuned: chosen by hand.
+    pub ewma_weight: f32,
+    /// Correlation time of the drift over the length of the healthy record: drift within a tenth of it is all that the record
+    /// shows.
+    pub correlation_factor: usize,
+    /// Greatest standard deviation of a healthy machine's drift, natural logarithm of power: a level beyond e^±1.5, three of
+    /// them, is no drift of a healthy machine.
+    pub max_drift: f64,
+    /// Cells of the posterior in the drift.
+    pub drifts: usize,
+    /// Cells of the posterior in the noise.
+    pub noises: usize,
+    /// First and last noise of the posterior over that of successive differences.
+    pub noise_range: (f64, f64),
+    /// Simulated machines.
+    pub machines: usize,
+    /// Machines that must cross a limit that is not extrapolated.
+    pub min_exceedances: usize,
+    /// Least horizon of a simulation, blocks, where the rate is low enough.
+    pub min_horizon: usize,
+    /// Greatest horizon of a simulation, blocks.
+    pub max_horizon: usize,
+    /// Least horizon at any rate, blocks.
+    pub shortest_horizon: usize,
+    /// Residuals below which the noise is Gaussian.
+    pub min_residuals: usize,
+    /// Mean length of a run of the stationary bootstrap, blocks.
+    pub mean_run: usize,
+}
+
+impl LimitSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self {
+        false_alarms_per_day: 0.1,
+        ewma_weight: 0.3,
+        correlation_factor: 10,
+        max_drift: 0.5,
+        drifts: 20,
+        noises: 13,
+        noise_range: (0.3, 1.8),
+        machines: 1000,
+        min_exceedances: 10,
+        min_horizon: 4000,
+        max_horizon: 20_000,
+        shortest_horizon: 10,
+        min_residuals: 8,
+        mean_run: 5,
+    };
+}
+
 /// Settings of the scores, theory (22).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScoreSettings {

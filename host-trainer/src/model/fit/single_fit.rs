@@ -196,7 +196,7 @@ pub fn fit_once(
         residual_spread: vec![1.0; scales.states.len()],
         scales,
         screen: ScreenConfig { full_scale: config.full_scale, stuck_after: 0 },
-        monitor: MonitorConfig::new(1, 1.0, 1.0),
+        monitor: MonitorConfig::new(1, 0.0, 1.0),
     };
     let model = parts.assemble().map_err(FitError::Diverged)?;
     let FittedCoefficients { layout, equations, path, trained, .. } = found;

@@ -34,8 +34,7 @@ fn config(solver: Solver) -> FitConfig {
         causal: true,
         trainings: 2,
         seed: 1,
-        block: None,
-        full_scale: 0.0,
+        ..FitConfig::default()
     }
 }
 

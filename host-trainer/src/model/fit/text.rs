@@ -52,6 +52,7 @@ pub fn report(report: &Report, most_terms: usize) -> String {
         "\n{} coefficients kept{noise}; condition number {:.3e} (of the terms used {:.3e})",
         report.terms_kept, d.condition_number, d.condition_number_used
     );
+    let _ = writeln!(out, "\nmonitor: {}", report.monitor.basis());
     for (a, b, r) in d.inseparable.iter().take(10) {
         let name = |term: &usize| t.terms.get(*term).map_or("?", String::as_str);
         let _ = writeln!(out, "inseparable: {} and {} (correlation {r:.4})", name(a), name(b));

@@ -6,12 +6,12 @@ use plotters::style::text_anchor::HPos;
 
 use super::DrawError;
 use super::settings::PlotSettings;
-use super::style::{self, ALARM, Axes, EARLY, INK, LATE, MEASURED};
+use super::style::{self, ALARM, Axes, EARLY, INK, MEASURED};
 use crate::model::replay::Block;
 
 const SETTINGS: PlotSettings = PlotSettings::DEFAULT;
 
-/// Picture of deviation, EWMA and CUSUM with their limits; anomalous stretches are shaded.
+/// Picture of deviation and EWMA with its limit; anomalous stretches are shaded.
 ///
 /// # Errors
 /// Errors of the drawing library.
@@ -30,29 +30,23 @@ pub fn svg_with_mark(
 ) -> Result<String, DrawError> {
     let places = places(blocks);
     let end = blocks.iter().map(|b| b.recording + 1).max().unwrap_or(1) as f64 + 0.5;
-    let lows = blocks.iter().flat_map(|b| [b.statistics.deviation, b.statistics.ewma]);
-    let low = f64::from(lows.fold(-4.0f32, f32::min) - 0.5);
-    let high = f64::from(2.0 * limits.cusum_limit + 2.0);
+    let all = || blocks.iter().flat_map(|b| [b.statistics.deviation, b.statistics.ewma]);
+    let low = f64::from(all().fold(-1.2 * limits.limit, f32::min) - 0.5);
+    let high = f64::from(all().fold(1.2 * limits.limit, f32::max) + 0.5);
     style::picture(SETTINGS.trend_height, |area| {
         let axes = Axes { x: 0.5..end, y: low..high, x_name: "recording", y_name: "healthy standard deviations" };
-        let legend = [
-            ("deviation of a block", MEASURED),
-            ("EWMA, slow", EARLY),
-            ("CUSUM, fast", LATE),
-            ("status anomalous", ALARM),
-        ];
+        let legend = [("deviation of a block", MEASURED), ("EWMA", EARLY), ("status anomalous", ALARM)];
         let mut chart = style::chart(area, &axes, &legend)?;
         for (first, last) in anomalous_runs(blocks) {
             let at = |n: usize| places.get(n).copied().unwrap_or(end);
             // From the block that raised the alarm to the one that cleared it.
             style::shade(&mut chart, at(first)..places.get(last + 1).copied().unwrap_or(end), low..high, ALARM)?;
         }
-        for (limit, color) in [(limits.ewma_limit, EARLY), (-limits.ewma_limit, EARLY), (limits.cusum_limit, LATE)] {
-            style::dashed(&mut chart, (0.5, limit.into()), (end, limit.into()), color)?;
+        for limit in [limits.limit, -limits.limit] {
+            style::dashed(&mut chart, (0.5, limit.into()), (end, limit.into()), EARLY)?;
         }
         type Pick = fn(&Statistics) -> f32;
-        let series: [(_, u32, Pick); 3] =
-            [(MEASURED, 1, |s| s.deviation), (EARLY, 2, |s| s.ewma), (LATE, 2, |s| s.cusum)];
+        let series: [(_, u32, Pick); 2] = [(MEASURED, 1, |s| s.deviation), (EARLY, 2, |s| s.ewma)];
         for (color, width, pick) in series {
             let points = places.iter().zip(blocks).map(|(x, b)| (*x, f64::from(pick(&b.statistics))));
             style::line(&mut chart, points, style::stroke(color, width))?;
