@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Holds device and host to the same bits: runs a model over samples on an emulated Cortex-M4F and on
-# the host, and compares a CRC over every intermediate number. Says what the device costs, and fails
-# where its code could panic.
+# Holds device and host to the same bits: runs a model over samples on an emulated board and on the host, and compares
+# a CRC over every intermediate number. Says what the device costs, and fails where its code could panic.
 #
-#   compare.sh MODEL.bin SAMPLES.f32 [approx]
+#   compare.sh MODEL.bin SAMPLES.f32 [approx] [--board NAME]
 #
-# With `approx` both are built with the faster functions of ballrace_core::math.
+# With `approx` both are built with the faster functions of ballrace_core::math. NAME is a folder of image/boards,
+# without it BALLRACE_BOARD, without that mps2_an386.
 # Something to try it with: cargo run -p ballrace-firmware-sim --example paper_sizes -- DIR
 set -euo pipefail
 
@@ -14,24 +14,43 @@ fail() {
     exit 1
 }
 
-usage="usage: compare.sh MODEL.bin SAMPLES.f32 [approx]"
-[[ $# -eq 2 || ($# -eq 3 && $3 == approx) ]] || { echo "$usage" >&2; exit 2; }
+refuse() {
+    echo "compare.sh: $*" >&2
+    echo "usage: compare.sh MODEL.bin SAMPLES.f32 [approx] [--board NAME]" >&2
+    exit 2
+}
+
 features=()
-[[ $# -eq 2 ]] || features=(--features approx)
-for file in "$1" "$2"; do
-    [[ -f $file ]] || { echo "compare.sh: $file: not a file" >&2; exit 2; }
+files=()
+board=${BALLRACE_BOARD:-mps2_an386}
+while [[ $# -gt 0 ]]; do
+    case $1 in
+        approx) features=(--features approx) ;;
+        --board) [[ $# -gt 1 ]] || refuse "--board: found nothing after it, expected a board"; board=$2; shift ;;
+        -*) refuse "$1: no such option" ;;
+        *) files+=("$1") ;;
+    esac
+    shift
+done
+[[ ${#files[@]} -eq 2 ]] || refuse "found ${#files[@]} files, expected a model and samples"
+for file in "${files[@]}"; do
+    [[ -f $file ]] || refuse "$file: not a file"
 done
 here=$(cd "$(dirname "$0")" && pwd)
-BALLRACE_MODEL=$(realpath "$1")
-BALLRACE_SAMPLES=$(realpath "$2")
+[[ -f $here/image/boards/$board/target ]] ||
+    refuse "--board: found $board, expected one of $(cd "$here/image/boards" && echo *)"
+target=$(<"$here/image/boards/$board/target")
+BALLRACE_MODEL=$(realpath "${files[0]}")
+BALLRACE_SAMPLES=$(realpath "${files[1]}")
+BALLRACE_BOARD=$board
 # One place for both builds; absolute, since each is started in its own folder.
 CARGO_TARGET_DIR=$(realpath -m "${CARGO_TARGET_DIR:-$here/../target}")
-export BALLRACE_MODEL BALLRACE_SAMPLES CARGO_TARGET_DIR
-images=$CARGO_TARGET_DIR/thumbv7em-none-eabihf/release
+export BALLRACE_MODEL BALLRACE_SAMPLES BALLRACE_BOARD CARGO_TARGET_DIR
+images=$CARGO_TARGET_DIR/$target/release
 
-# In the image's folder, whose cargo configuration names the target and the emulator.
+# In the image's folder, whose cargo configuration names the emulator.
 cd "$here/image"
-cargo build --quiet --release --locked --bins "${features[@]}" || fail "the image does not build"
+cargo build --quiet --release --locked --bins --target "$target" "${features[@]}" || fail "the image does not build"
 device=$(./qemu.sh "$images/report") || fail "the image failed (exit $?, 124 is out of time): ${device:-no output}"
 cd "$here"
 host=$(cargo run --quiet --release --bin ballrace-firmware-sim "${features[@]}" -- \
@@ -43,10 +62,12 @@ echo "device  $device"
 [[ $device == "${host%\}}",* ]] || fail "device and host differ"
 [[ $host != *'"evaluated":0,'* ]] || fail "no sample was evaluated, so nothing was compared"
 crc=${host#*\"crc\":\"}
-echo "device and host agree: crc ${crc%%\"*}"
+echo "$board and host agree: crc ${crc%%\"*}"
 
 # Of the image that holds nothing but the device.
-read -r text data bss _ < <(size "$images/device" | tail -n 1)
+read -r text data _ < <(size "$images/device" | tail -n 1)
+# By name, since riscv-rt has a section of all of the stack's memory.
+bss=$(size -A "$images/device" | awk '$1 ~ /^\.(bss|uninit)$/ { sum += $2 } END { print sum + 0 }')
 model=$(stat -c %s "$BALLRACE_MODEL")
 samples=$(stat -c %s "$BALLRACE_SAMPLES")
 stack=${device#*\"stack_bytes\":}

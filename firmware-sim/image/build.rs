@@ -33,8 +33,9 @@ fn embed() -> Result<(), String> {
     write(&out.join("samples.f32"), &samples)?;
     board(&out)?;
     println!("cargo::rustc-link-search={}", out.display());
+    println!("cargo::rustc-link-arg-bins=-Tlink.x");
     if env::var_os("CARGO_FEATURE_DEFMT").is_some() {
-        println!("cargo::rustc-link-arg=-Tdefmt.x");
+        println!("cargo::rustc-link-arg-bins=-Tdefmt.x");
     }
     Ok(())
 }
@@ -52,8 +53,16 @@ fn board(out: &Path) -> Result<(), String> {
         let names: Vec<_> = there.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
         return Err(format!("BALLRACE_BOARD: found {name:?}, expected one of {}", names.join(", ")));
     }
-    if !folder.join("qemu.args").is_file() {
-        return Err(format!("{}: found no qemu.args, expected the machine's options for QEMU", folder.display()));
+    for (file, expected) in [("qemu.args", "the machine's options for QEMU"), ("emulator", "QEMU's program")] {
+        if !folder.join(file).is_file() {
+            return Err(format!("{}: found no {file}, expected {expected}", folder.display()));
+        }
+    }
+    let target = folder.join("target");
+    let expected = fs::read_to_string(&target).map_err(|error| format!("{}: {error}", target.display()))?;
+    let found = env::var("TARGET").map_err(|error| format!("TARGET: {error}"))?;
+    if found != expected.trim() {
+        return Err(format!("found --target {found}, board {name} needs {}", expected.trim()));
     }
     let text = format!("/// The board.\n#[path = {:?}]\npub mod board;\n", module.display());
     write(&out.join("board_module.rs"), text.as_bytes())?;

@@ -8,15 +8,14 @@ use core::panic::PanicInfo;
 
 use ballrace_core::device::Device;
 use ballrace_core::model::Model;
-use ballrace_image::embedded::{self, SCRATCH_LEN};
-use cortex_m_rt::entry;
+use ballrace_image::arch::{self, entry};
+use ballrace_image::{embedded, scratch};
 
 #[entry]
 fn main() -> ! {
-    static mut SCRATCH: [f32; SCRATCH_LEN] = [0.0; SCRATCH_LEN];
     if let Ok(model) = Model::from_bytes(embedded::model()) {
         // Opaque lengths, or the compiler proves that they fit.
-        let (scratch, samples) = (black_box(&mut SCRATCH[..]), embedded::samples());
+        let (scratch, samples) = (black_box(scratch::take()), embedded::samples());
         if let Ok(mut device) = Device::new(&model, scratch) {
             for sample in samples.iter() {
                 black_box(device.push(sample));
@@ -37,6 +36,6 @@ fn panic(_: &PanicInfo<'_>) -> ! {
 /// Halts without semihosting, whose code may panic.
 fn halt() -> ! {
     loop {
-        cortex_m::asm::wfi();
+        arch::wait();
     }
 }

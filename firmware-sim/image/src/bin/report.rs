@@ -1,4 +1,4 @@
-//! Runs the embedded model over the embedded samples on a Cortex-M4F and prints the report of the
+//! Runs the embedded model over the embedded samples on the board and prints the report of the
 //! host's `ballrace-firmware-sim` with instructions and memory added.
 #![no_std]
 #![no_main]
@@ -9,10 +9,9 @@ use core::panic::PanicInfo;
 use ballrace_core::device::{Device, ScratchTooSmall};
 use ballrace_core::model::Model;
 use ballrace_firmware_sim::intermediates::{self, JSON_LEN};
+use ballrace_image::arch::entry;
 use ballrace_image::board::InstructionCounter;
-use ballrace_image::embedded::{self, SCRATCH_LEN};
-use ballrace_image::semihosted;
-use cortex_m_rt::{ExceptionFrame, entry, exception};
+use ballrace_image::{embedded, scratch, semihosted, stack};
 
 /// Cost of a run.
 struct Cost {
@@ -26,9 +25,9 @@ struct Cost {
 
 #[entry]
 fn main() -> ! {
-    static mut SCRATCH: [f32; SCRATCH_LEN] = [0.0; SCRATCH_LEN];
+    let scratch = scratch::take();
     let result = match Model::from_bytes(embedded::model()) {
-        Ok(model) => measure(&model, SCRATCH).and_then(|cost| report(&model, SCRATCH, &cost)).map_err(|_| "scratch"),
+        Ok(model) => measure(&model, scratch).and_then(|cost| report(&model, scratch, &cost)).map_err(|_| "scratch"),
         Err(_) => Err("model"),
     };
     match result {
@@ -43,6 +42,7 @@ fn main() -> ! {
 /// Cost of a run as in an application. Apart from [`report`], whose instructions and stack must not count.
 #[inline(never)]
 fn measure<'a>(model: &'a Model<'a>, scratch: &mut [f32]) -> Result<Cost, ScratchTooSmall> {
+    stack::paint();
     let mut device = Device::new(model, scratch)?;
     let (mut ticks, mut worst) = (0, 0);
     let mut counter = InstructionCounter::start();
@@ -55,7 +55,7 @@ fn measure<'a>(model: &'a Model<'a>, scratch: &mut [f32]) -> Result<Cost, Scratc
     Ok(Cost {
         instructions: InstructionCounter::instructions(ticks),
         worst: InstructionCounter::instructions(worst.into()),
-        stack: semihosted::stack_high_water(),
+        stack: stack::high_water(),
     })
 }
 
@@ -114,11 +114,12 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     semihosted::exit(false)
 }
 
-/// Handler of hard faults, which would else hang until the emulator's timeout.
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+ballrace_image::on_fault!(fault);
+
+/// Reports a fault of the processor.
+fn fault(address: u32) -> ! {
     let mut line = Line::default();
-    let _ = write!(line, "hard fault at {:#010x}", frame.pc());
+    let _ = write!(line, "fault at {address:#010x}");
     semihosted::say(line.text());
     semihosted::exit(false)
 }
