@@ -50,7 +50,7 @@ else
     BALLRACE_SAMPLES=$(realpath "${files[1]}")
     export BALLRACE_MODEL BALLRACE_SAMPLES
     # In the image's folder, whose cargo configuration names the target.
-    (cd "$here/image" && cargo build --quiet --release --locked --bin report "${features[@]}") ||
+    (cd "$here/image" && cargo build --quiet --release --locked --bins "${features[@]}") ||
         fail "the image does not build"
     elf=$CARGO_TARGET_DIR/thumbv7em-none-eabihf/release/report
 fi
@@ -59,6 +59,16 @@ trap 'rm -f "$out"' EXIT
 run=$("$here/image/qemu.sh" "$elf" -plugin "$CARGO_TARGET_DIR/release/libballrace_cycles.so,elf=$elf,out=$out$plugin") ||
     fail "the image failed (exit $?, 124 is out of time): ${run:-no output}"
 [[ -s $out ]] || fail "the plugin wrote nothing"
-cat "$out"
-# The board's timer counts the same instructions, to one reading of it.
-[[ -n $kernel || -n $json ]] || echo "the image's own counter: $(grep -o '"instructions_per_sample":[0-9]*,"instructions_worst":[0-9]*' <<<"$run" || echo none)"
+if [[ -n $kernel ]]; then
+    cat "$out"
+elif [[ -z $json ]]; then
+    cat "$out"
+    # The board's timer counts the same instructions, to one reading of it.
+    echo "the image's own counter: $(grep -o '"instructions_per_sample":[0-9]*,"instructions_worst":[0-9]*' <<<"$run" || echo none)"
+else
+    # With what the image reports itself, and the memory of the image that holds nothing but the device.
+    read -r text data bss _ < <(size "${elf%report}device" | tail -n 1)
+    flash=$((text + data - $(stat -c %s "$BALLRACE_SAMPLES")))
+    traced=$(<"$out")
+    echo "{\"image\":$run,\"flash_bytes\":$flash,\"static_bytes\":$((data + bss)),${traced#\{}"
+fi

@@ -24,6 +24,9 @@ const PAPER: Sizes = Sizes {
     degree: 2,
     harmonics: 2,
     nonzeros: 40,
+    equations: 1,
+    depth: 1,
+    powers: false,
     alignment: Alignment::Half,
     estimator: Estimator::Differences,
 };

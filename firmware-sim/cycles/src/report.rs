@@ -17,33 +17,36 @@ pub struct Setting {
     pub flash: Flash,
 }
 
-/// JSON of a trace: instructions and cycles a sample; `typical` is the median sample, one that the model evaluates.
+/// JSON of a trace: instructions and cycles a sample, as mean of all, as mean of those that the model evaluates, and of the
+/// worst.
 pub fn json(trace: &Trace, setting: Setting) -> Value {
     let samples = trace.samples();
     let total = trace.total();
-    let typical = at_rank(samples, samples.len() / 2);
-    let worst = at_rank(samples, samples.len().saturating_sub(1));
-    let mean = |sum: u64| sum as f64 / samples.len().max(1) as f64;
-    let of = |counts: Option<&Counts>, pick: &dyn Fn(&Counts) -> u64| counts.map_or(0, pick);
-    let mut stages = serde_json::Map::new();
-    for at in 0..STAGES {
-        let value = entry(
-            mean(total.instructions[at]),
-            [of(typical, &|c| c.instructions[at]), of(worst, &|c| c.instructions[at])],
-            &|clock| mean(total.cycles.get(clock).map_or(0, |c| c[at])),
-            &|clock| [typical, worst].map(|c| of(c, &|c| c.cycles.get(clock).map_or(0, |c| c[at]))),
-            total.cycles.len(),
-        );
-        stages.insert(Stage::ALL[at].name().into(), value);
-    }
-    let sum = |c: &Counts| c.instructions.iter().sum();
-    let whole = entry(
-        mean(sum(&total)),
-        [of(typical, &sum), of(worst, &sum)],
-        &|clock| mean(total.total(clock)),
-        &|clock| [typical, worst].map(|c| of(c, &|c| c.total(clock))),
-        total.cycles.len(),
-    );
+    let (evaluated, count) = trace.evaluated();
+    let worst = samples.iter().max_by_key(|sample| sample.total(0));
+    let numbers = |pick: &dyn Fn(&Counts) -> u64| {
+        let mean = |sum: u64, count: usize| round(sum as f64 / count.max(1) as f64);
+        json!({
+            "mean": mean(pick(&total), samples.len()),
+            "evaluated": mean(pick(&evaluated), count),
+            "worst": worst.map_or(0, pick),
+        })
+    };
+    let entry = |instructions: &dyn Fn(&Counts) -> u64, cycles: &dyn Fn(&Counts, usize) -> u64| {
+        let mut value = json!({ "instructions": numbers(instructions) });
+        let names = CLOCKS.iter().map(|(name, _)| *name).chain(["cycles_flash"]);
+        for (clock, name) in names.enumerate().take(total.cycles.len()) {
+            value[name] = numbers(&|counts| cycles(counts, clock));
+        }
+        value
+    };
+    let stages: serde_json::Map<_, _> = (0..STAGES)
+        .map(|at| {
+            let value = entry(&|c| c.instructions[at], &|c, clock| c.cycles.get(clock).map_or(0, |c| c[at]));
+            (Stage::ALL[at].name().to_owned(), value)
+        })
+        .collect();
+    let whole = entry(&|c| c.instructions.iter().sum(), &|c, clock| c.total(clock));
     let flash = match setting.flash {
         Flash::Plain => "plain",
         Flash::Prefetch => "prefetch",
@@ -51,34 +54,12 @@ pub fn json(trace: &Trace, setting: Setting) -> Value {
     };
     json!({
         "samples": samples.len(),
+        "evaluated_samples": count,
         "wait_states": setting.wait_states,
         "flash": flash,
         "total": whole,
         "stages": stages,
     })
-}
-
-/// The sample of this rank by nominal cycles.
-fn at_rank(samples: &[Counts], rank: usize) -> Option<&Counts> {
-    let mut order: Vec<_> = samples.iter().collect();
-    order.sort_by_key(|sample| sample.total(0));
-    order.get(rank).copied()
-}
-
-fn entry(
-    instructions: f64,
-    [typical, worst]: [u64; 2],
-    mean: &dyn Fn(usize) -> f64,
-    ranked: &dyn Fn(usize) -> [u64; 2],
-    clocks: usize,
-) -> Value {
-    let mut value = json!({ "instructions": { "mean": round(instructions), "typical": typical, "worst": worst } });
-    let names = CLOCKS.iter().map(|(name, _)| *name).chain(["cycles_flash"]);
-    for (clock, name) in names.enumerate().take(clocks) {
-        let [typical, worst] = ranked(clock);
-        value[name] = json!({ "mean": round(mean(clock)), "typical": typical, "worst": worst });
-    }
-    value
 }
 
 fn round(value: f64) -> f64 {
@@ -103,7 +84,7 @@ pub fn table(json: &Value) -> String {
     let _ = write!(
         text,
         "\n{:12}{:>13}{:>10}{:>10}{:>10}{:>21}",
-        "stage", "instructions", "cycles", "typical", "worst", "bounds of the mean"
+        "stage", "instructions", "cycles", "evaluated", "worst", "bounds of the mean"
     );
     text.push_str(if with_flash { "     flash     worst\n" } else { "\n" });
     let stages = json["stages"].as_object().into_iter().flatten().map(|(name, value)| (name.as_str(), value));
@@ -115,7 +96,7 @@ pub fn table(json: &Value) -> String {
             "{name:12}{:>13.0}{:>10.0}{:>10.0}{:>10.0}{bounds:>21}",
             number("instructions", "mean"),
             number("cycles", "mean"),
-            number("cycles", "typical"),
+            number("cycles", "evaluated"),
             number("cycles", "worst"),
         );
         if with_flash {

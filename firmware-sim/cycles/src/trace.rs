@@ -147,6 +147,14 @@ impl Trace {
         total
     }
 
+    /// Sum over the samples that the model was evaluated for, and their number.
+    pub fn evaluated(&self) -> (Counts, usize) {
+        let mut sum = Counts::new(self.clocks.len());
+        let evaluated = |sample: &&Counts| sample.instructions[Stage::Dynamics as usize] > 0;
+        let count = self.samples.iter().filter(evaluated).inspect(|sample| sum.add(sample)).count();
+        (sum, count)
+    }
+
     /// Keeps the calls that have not returned.
     fn follow(&mut self, before: &Instruction, stage: Stage, to: u32) {
         let after = before.address.wrapping_add(before.size);

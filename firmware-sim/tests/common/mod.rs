@@ -43,8 +43,14 @@ pub struct Sizes {
     pub hidden: u16,
     pub degree: usize,
     pub harmonics: usize,
-    /// Nonzero coefficients, each of a term of its own.
+    /// Terms of the library that are used.
     pub nonzeros: usize,
+    /// Equations that each of them is in.
+    pub equations: usize,
+    /// Hidden layers of each network.
+    pub depth: usize,
+    /// Whether the library has powers.
+    pub powers: bool,
     pub alignment: Alignment,
     pub estimator: Estimator,
 }
@@ -56,6 +62,9 @@ pub const SMALL: Sizes = Sizes {
     degree: 3,
     harmonics: 2,
     nonzeros: 9,
+    equations: 1,
+    depth: 1,
+    powers: false,
     alignment: Alignment::Half,
     estimator: Estimator::Differences,
 };
@@ -74,7 +83,9 @@ pub fn model(sizes: Sizes, healthy: &[f32]) -> Vec<u8> {
 }
 
 fn build(sizes: Sizes, monitor: MonitorConfig) -> Vec<u8> {
-    let Sizes { dimension, latent, hidden, degree, harmonics, nonzeros, alignment, estimator } = sizes;
+    let Sizes {
+        dimension, latent, hidden, degree, harmonics, nonzeros, equations, depth, alignment, estimator, ..
+    } = sizes;
     let mut noise = Noise(7);
     let mut random =
         |count: usize, scale: f32| -> Vec<Word> { (0..count).map(|_| (scale * noise.next()).to_le_bytes()).collect() };
@@ -84,15 +95,18 @@ fn build(sizes: Sizes, monitor: MonitorConfig) -> Vec<u8> {
     let ones = vec![1.0_f32.to_le_bytes(); dimension];
     let state_scale: Vec<_> = (0..dimension).map(|i| power(2 * i)).collect();
     let derivative_scale: Vec<_> = (0..dimension).map(|i| power(2 * i + 1)).collect();
-    let (up, down) = ([dimension as u16, hidden, latent as u16], [latent as u16, hidden, dimension as u16]);
+    let widths = |from: usize, to: usize| [vec![from as u16], vec![hidden; depth], vec![to as u16]].concat();
+    let (up, down) = (widths(dimension, latent), widths(latent, dimension));
     let (encoder, decoder) = (random(parameter_count(&up), 0.5), random(parameter_count(&down), 0.5));
-    let library = Library::new(latent, degree, harmonics).unwrap();
+    let library = Library::new(latent, degree, harmonics).unwrap().with_powers(sizes.powers);
     // Spread over the whole library, so that every kind of term takes part.
     let term = |i: usize| encode_term(library.term(i * library.len() / nonzeros).unwrap());
     let terms: Vec<[Word; TERM_WORDS]> = (0..nonzeros).map(term).collect();
-    let ends: Vec<Word> = (1..=nonzeros as u32).map(u32::to_le_bytes).collect();
-    let equations: Vec<Word> = (0..nonzeros).map(|i| ((i % latent) as u32).to_le_bytes()).collect();
-    let coefficients = random(nonzeros, 0.5);
+    let ends: Vec<Word> = (1..=nonzeros).map(|i| ((i * equations) as u32).to_le_bytes()).collect();
+    let equation = |i: usize| ((i / equations + i % equations) % latent) as u32;
+    let count = nonzeros * equations;
+    let equations: Vec<Word> = (0..count).map(|i| equation(i).to_le_bytes()).collect();
+    let coefficients = random(count, 0.5);
     let model = Model::new(Model {
         sample_rate_hz: SAMPLE_RATE_HZ,
         input: Input::VirtualStates(StateSpec { dimension, orders: Orders::Even, alignment, estimator }),
