@@ -8,7 +8,7 @@
 use std::error::Error;
 use std::path::PathBuf;
 
-use ballrace_core::states::{Alignment, Estimator};
+use ballrace_core::states::{Alignment, Estimator, Orders};
 use ballrace_firmware_sim::faults::Injector;
 use ballrace_firmware_sim::source::{Arrival, in_memory};
 
@@ -27,6 +27,7 @@ const PAPER: Sizes = Sizes {
     equations: 1,
     depth: 1,
     powers: false,
+    orders: Orders::Even,
     alignment: Alignment::Half,
     estimator: Estimator::Differences,
 };

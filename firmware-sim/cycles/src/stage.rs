@@ -57,12 +57,14 @@ impl Stage {
 
     /// Stage of a function by its source file and name. The innermost function that has a stage counts.
     fn of_function(file: &str, function: &str) -> Option<Self> {
-        const RULES: [(&str, &str, Stage); 9] = [
+        const RULES: [(&str, &str, Stage); 10] = [
             ("core/src/math", "sigmoid", Stage::Activation),
             ("core/src/network", "forward", Stage::Encoder),
             ("core/src/network", "tangent", Stage::Decoder),
             ("core/src/library", "", Stage::Library),
-            ("core/src/dynamics", "", Stage::Dynamics),
+            // All of that module but the sum itself is the value of a term.
+            ("core/src/dynamics", "rate", Stage::Dynamics),
+            ("core/src/dynamics", "", Stage::Library),
             ("core/src/states", "", Stage::States),
             ("core/src/monitor", "", Stage::Monitor),
             ("core/src/input_check", "", Stage::Screen),
@@ -116,6 +118,8 @@ mod tests {
             ("core/src/network.rs", "forward", Some(Stage::Encoder)),
             ("core/src/network/dense.rs", "ballrace_core::network::Network::tangent", Some(Stage::Decoder)),
             ("core/src/network.rs", "accumulate", None),
+            ("core/src/dynamics.rs", "rate", Some(Stage::Dynamics)),
+            ("core/src/dynamics.rs", "{closure#0}", Some(Stage::Library)),
             ("core/src/math.rs", "sigmoid", Some(Stage::Activation)),
             ("core/src/math.rs", "exp", None),
             ("core/src/states/kalman.rs", "push", Some(Stage::States)),

@@ -51,6 +51,7 @@ pub struct Sizes {
     pub depth: usize,
     /// Whether the library has powers.
     pub powers: bool,
+    pub orders: Orders,
     pub alignment: Alignment,
     pub estimator: Estimator,
 }
@@ -65,6 +66,7 @@ pub const SMALL: Sizes = Sizes {
     equations: 1,
     depth: 1,
     powers: false,
+    orders: Orders::Even,
     alignment: Alignment::Half,
     estimator: Estimator::Differences,
 };
@@ -84,7 +86,18 @@ pub fn model(sizes: Sizes, healthy: &[f32]) -> Vec<u8> {
 
 fn build(sizes: Sizes, monitor: MonitorConfig) -> Vec<u8> {
     let Sizes {
-        dimension, latent, hidden, degree, harmonics, nonzeros, equations, depth, alignment, estimator, ..
+        dimension,
+        latent,
+        hidden,
+        degree,
+        harmonics,
+        nonzeros,
+        equations,
+        depth,
+        orders,
+        alignment,
+        estimator,
+        ..
     } = sizes;
     let mut noise = Noise(7);
     let mut random =
@@ -93,8 +106,8 @@ fn build(sizes: Sizes, monitor: MonitorConfig) -> Vec<u8> {
     let power = |k: usize| 2.0_f32.powi(k as i32).to_le_bytes();
     let zeros = vec![[0; 4]; dimension];
     let ones = vec![1.0_f32.to_le_bytes(); dimension];
-    let state_scale: Vec<_> = (0..dimension).map(|i| power(2 * i)).collect();
-    let derivative_scale: Vec<_> = (0..dimension).map(|i| power(2 * i + 1)).collect();
+    let state_scale: Vec<_> = (0..dimension).map(|i| power(orders.state(i))).collect();
+    let derivative_scale: Vec<_> = (0..dimension).map(|i| power(orders.state(i) + 1)).collect();
     let widths = |from: usize, to: usize| [vec![from as u16], vec![hidden; depth], vec![to as u16]].concat();
     let (up, down) = (widths(dimension, latent), widths(latent, dimension));
     let (encoder, decoder) = (random(parameter_count(&up), 0.5), random(parameter_count(&down), 0.5));
@@ -109,7 +122,7 @@ fn build(sizes: Sizes, monitor: MonitorConfig) -> Vec<u8> {
     let coefficients = random(count, 0.5);
     let model = Model::new(Model {
         sample_rate_hz: SAMPLE_RATE_HZ,
-        input: Input::VirtualStates(StateSpec { dimension, orders: Orders::Even, alignment, estimator }),
+        input: Input::VirtualStates(StateSpec { dimension, orders, alignment, estimator }),
         states: Scaling { mean: Floats(&zeros), scale: Floats(&state_scale) },
         derivatives: Scaling { mean: Floats(&zeros), scale: Floats(&derivative_scale) },
         encoder: Network::new(&up, Floats(&encoder)).unwrap(),
