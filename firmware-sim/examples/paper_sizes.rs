@@ -10,7 +10,7 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use ballrace_core::network::Arithmetic;
-use ballrace_core::states::{Alignment, Estimator};
+use ballrace_core::states::{Alignment, Estimator, Orders};
 use ballrace_firmware_sim::faults::Injector;
 use ballrace_firmware_sim::source::{Arrival, in_memory};
 
@@ -27,6 +27,10 @@ const PAPER: Sizes = Sizes {
     degree: 2,
     harmonics: 2,
     nonzeros: 40,
+    equations: 1,
+    depth: 1,
+    powers: false,
+    orders: Orders::Even,
     alignment: Alignment::Half,
     estimator: Estimator::Differences,
 };

@@ -127,9 +127,36 @@ fn exported_c_and_rust_hold_the_bytes_of_the_binary_form() {
         let written: Vec<u8> = literals.filter_map(|hex| u8::from_str_radix(hex, 16).ok()).collect();
         assert_eq!(written, bytes, "{format}");
     }
-    let refused = refused(folder, &["export", "model.json", "--format", "c", "--out", "x.h", "--max-ram", "8"]);
-    assert!(refused.contains("RAM limit") && refused.contains("at most 8"), "{refused}");
+    let error = refused(folder, &["export", "model.json", "--format", "c", "--out", "x.h", "--max-ram", "8"]);
+    assert!(error.contains("RAM limit") && error.contains("at most 8"), "{error}");
+    let over =
+        ["export", "model.json", "--format", "c", "--out", "x.h", "--target", "cortex-m4f", "--budget-cycles", "9"];
+    let error = refused(folder, &over);
+    assert!(error.contains("cycle limit") && error.contains("cycles a sample, expected at most 9"), "{error}");
     assert!(!folder.join("x.h").exists());
+}
+
+#[test]
+fn a_budget_is_predicted_from_the_model_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    recordings(&folder.join("data"));
+    done(folder, &[&FIT[..], &["--null", "0"]].concat());
+    let arguments = ["budget", "--model", "model.json", "--target", "cortex-m4f", "--clock-hz", "1e6"];
+    let text = done(folder, &arguments);
+    let json = done(folder, &[&arguments[..], &["--json"]].concat());
+    let json: serde_json::Value = serde_json::from_str(&json).expect("one document");
+    // The recordings have 10 kHz.
+    assert_eq!(json["period_cycles"], 100.0);
+    let share = json["share"].as_f64().expect("a number");
+    assert!((share - json["cycles"].as_f64().expect("a number") / 100.0).abs() < 1e-9);
+    assert_eq!(json["target"], "cortex-m4f");
+    for name in ["encoder", "xi", "total", "flash", "static RAM", "stack"] {
+        assert!(text.contains(name), "{name} in {text}");
+    }
+    let error = refused(folder, &["budget", "--model", "model.json", "--clock-hz", "0"]);
+    assert!(error.contains("--clock-hz: found 0, expected a positive frequency"), "{error}");
+    assert!(refused(folder, &["budget", "--model", "model.json", "--target", "z80"]).contains("cortex-m4f"));
 }
 
 #[test]
@@ -239,6 +266,7 @@ fn every_command_has_a_worked_example() {
         "demo",
         "fit",
         "export",
+        "budget",
         "monitor",
         "simulate",
         "predict",

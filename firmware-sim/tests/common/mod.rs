@@ -44,8 +44,15 @@ pub struct Sizes {
     pub arithmetic: Arithmetic,
     pub degree: usize,
     pub harmonics: usize,
-    /// Nonzero coefficients, each of a term of its own.
+    /// Terms of the library that are used.
     pub nonzeros: usize,
+    /// Equations that each of them is in.
+    pub equations: usize,
+    /// Hidden layers of each network.
+    pub depth: usize,
+    /// Whether the library has powers.
+    pub powers: bool,
+    pub orders: Orders,
     pub alignment: Alignment,
     pub estimator: Estimator,
 }
@@ -58,6 +65,10 @@ pub const SMALL: Sizes = Sizes {
     degree: 3,
     harmonics: 2,
     nonzeros: 9,
+    equations: 1,
+    depth: 1,
+    powers: false,
+    orders: Orders::Even,
     alignment: Alignment::Half,
     estimator: Estimator::Differences,
 };
@@ -82,7 +93,21 @@ fn fixed_words(network: &Network<'_>) -> Vec<Word> {
 }
 
 fn build(sizes: Sizes, monitor: MonitorConfig) -> Vec<u8> {
-    let Sizes { dimension, latent, hidden, arithmetic, degree, harmonics, nonzeros, alignment, estimator } = sizes;
+    let Sizes {
+        dimension,
+        latent,
+        hidden,
+        arithmetic,
+        degree,
+        harmonics,
+        nonzeros,
+        equations,
+        depth,
+        orders,
+        alignment,
+        estimator,
+        ..
+    } = sizes;
     let mut noise = Noise(7);
     let mut random =
         |count: usize, scale: f32| -> Vec<Word> { (0..count).map(|_| (scale * noise.next()).to_le_bytes()).collect() };
@@ -90,24 +115,27 @@ fn build(sizes: Sizes, monitor: MonitorConfig) -> Vec<u8> {
     let power = |k: usize| 2.0_f32.powi(k as i32).to_le_bytes();
     let zeros = vec![[0; 4]; dimension];
     let ones = vec![1.0_f32.to_le_bytes(); dimension];
-    let state_scale: Vec<_> = (0..dimension).map(|i| power(2 * i)).collect();
-    let derivative_scale: Vec<_> = (0..dimension).map(|i| power(2 * i + 1)).collect();
-    let (up, down) = ([dimension as u16, hidden, latent as u16], [latent as u16, hidden, dimension as u16]);
+    let state_scale: Vec<_> = (0..dimension).map(|i| power(orders.state(i))).collect();
+    let derivative_scale: Vec<_> = (0..dimension).map(|i| power(orders.state(i) + 1)).collect();
+    let widths = |from: usize, to: usize| [vec![from as u16], vec![hidden; depth], vec![to as u16]].concat();
+    let (up, down) = (widths(dimension, latent), widths(latent, dimension));
     let (encoder, decoder) = (random(word_count(&up), 0.5), random(word_count(&down), 0.5));
     let [encoder, decoder] = [(&up, encoder), (&down, decoder)].map(|(widths, words)| match arithmetic {
         Arithmetic::Float => words,
         Arithmetic::Fixed => fixed_words(&Network::new(widths, Arithmetic::Float, &words).unwrap()),
     });
-    let library = Library::new(latent, degree, harmonics).unwrap();
+    let library = Library::new(latent, degree, harmonics).unwrap().with_powers(sizes.powers);
     // Spread over the whole library, so that every kind of term takes part.
     let term = |i: usize| encode_term(library.term(i * library.len() / nonzeros).unwrap());
     let terms: Vec<[Word; TERM_WORDS]> = (0..nonzeros).map(term).collect();
-    let ends: Vec<Word> = (1..=nonzeros as u32).map(u32::to_le_bytes).collect();
-    let equations: Vec<Word> = (0..nonzeros).map(|i| ((i % latent) as u32).to_le_bytes()).collect();
-    let coefficients = random(nonzeros, 0.5);
+    let ends: Vec<Word> = (1..=nonzeros).map(|i| ((i * equations) as u32).to_le_bytes()).collect();
+    let equation = |i: usize| ((i / equations + i % equations) % latent) as u32;
+    let count = nonzeros * equations;
+    let equations: Vec<Word> = (0..count).map(|i| equation(i).to_le_bytes()).collect();
+    let coefficients = random(count, 0.5);
     let model = Model::new(Model {
         sample_rate_hz: SAMPLE_RATE_HZ,
-        input: Input::VirtualStates(StateSpec { dimension, orders: Orders::Even, alignment, estimator }),
+        input: Input::VirtualStates(StateSpec { dimension, orders, alignment, estimator }),
         states: Scaling { mean: Floats(&zeros), scale: Floats(&state_scale) },
         derivatives: Scaling { mean: Floats(&zeros), scale: Floats(&derivative_scale) },
         encoder: Network::new(&up, arithmetic, &encoder).unwrap(),

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 
+use super::budget::DeviceArgs;
 use super::{Failure, json, line, write};
+use crate::model::budget;
 use crate::model::export::{self, Format, Limits};
 use crate::model::file;
 use crate::model::fit::choice::ArithmeticKind;
@@ -16,7 +18,8 @@ use crate::model::fit::choice::ArithmeticKind;
 #[command(after_help = "Example:\n  ballrace export model.json --format c --out ballrace_model.h\n  \
     writes the model as a C array with its sizes; --format bin is used in place from flash\n\n\
     Limits of the device's code: n_MD and latent variables up to 16, polynomial degree up to 11,\n  \
-    up to 6 layers of up to 1024 units; flash and RAM as stated by --max-flash and --max-ram")]
+    up to 6 layers of up to 1024 units; flash and RAM as stated by --max-flash and --max-ram,\n  \
+    cycles of the most expensive sample by --budget-cycles, as `ballrace budget` predicts them for --target")]
 pub struct Args {
     /// Model written by `ballrace fit`
     model: PathBuf,
@@ -35,6 +38,11 @@ pub struct Args {
     /// RAM limit of the evaluator, bytes
     #[arg(long, default_value_t = Limits::default().ram_bytes, value_name = "BYTES")]
     max_ram: usize,
+    /// Cycle limit of a sample, by the prediction of `budget` [default: none]
+    #[arg(long, value_name = "CYCLES")]
+    budget_cycles: Option<usize>,
+    #[command(flatten)]
+    device: DeviceArgs,
     /// Print the sizes as one JSON document
     #[arg(long)]
     json: bool,
@@ -60,6 +68,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let limits = Limits { flash_bytes: args.max_flash, ram_bytes: args.max_ram };
     let sizes = export::sizes(&model.view());
     limits.check(&sizes).map_err(Failure::input)?;
+    if let Some(most) = args.budget_cycles {
+        budget::budget(&model.view(), args.device.config()).check_cycles(most).map_err(Failure::input)?;
+    }
     let format = match args.format {
         FormatName::Json => Format::Json,
         FormatName::Bin => Format::Bin,

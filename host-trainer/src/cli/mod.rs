@@ -1,6 +1,7 @@
 //! Command line: each command parses its arguments, calls the library and prints the result.
 
 mod bearings;
+mod budget;
 mod calibrate;
 mod demo;
 mod diagnose;
@@ -34,6 +35,7 @@ enum Command {
     Demo(demo::command::Args),
     Fit(fit::Args),
     Export(export::Args),
+    Budget(budget::Args),
     Features(features::Args),
     Library(library::Args),
     Monitor(monitor::Args),
@@ -74,6 +76,7 @@ pub fn run() -> ExitCode {
         Command::Demo(args) => demo::command::run(&args),
         Command::Fit(args) => fit::run(&args),
         Command::Export(args) => export::run(&args),
+        Command::Budget(args) => budget::run(&args),
         Command::Features(args) => features::run(&args),
         Command::Library(args) => library::run(&args),
         Command::Monitor(args) => monitor::run(&args),

@@ -59,14 +59,16 @@ impl Default for Limits {
 
 /// Limit of the device that a model breaks.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the model breaks the device's {limit} limit: found {found} bytes, expected at most {most}")]
+#[error("the model breaks the device's {limit} limit: found {found} {unit}, expected at most {most}")]
 pub struct BreaksLimit {
     /// Name of the limit.
     pub limit: &'static str,
-    /// Bytes that the model takes.
+    /// What the model takes, in `unit`.
     pub found: usize,
-    /// Bytes of the device.
+    /// What the device has, in `unit`.
     pub most: usize,
+    /// Unit of both.
+    pub unit: &'static str,
 }
 
 impl Limits {
@@ -79,7 +81,7 @@ impl Limits {
             [("flash", sizes.flash_bytes, self.flash_bytes), ("RAM", sizes.ram_bytes, self.ram_bytes)]
         {
             if found > most {
-                return Err(BreaksLimit { limit, found, most });
+                return Err(BreaksLimit { limit, found, most, unit: "bytes" });
             }
         }
         Ok(())

@@ -1,6 +1,7 @@
 //! Models of a recording's dynamics: virtual states, SINDy-NN, STLSQ, scores, export, replay.
 
 pub mod baseline;
+pub mod budget;
 pub mod export;
 pub mod file;
 pub mod fit;

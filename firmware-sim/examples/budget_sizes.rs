@@ -1,0 +1,73 @@
+//! Writes models of many sizes with random weights, and clean samples: what the costs of `ballrace budget` are fitted to
+//! and, other sizes, checked against (`cycles/budget.sh`).
+//!
+//! `cargo run --example budget_sizes -- DIR` writes `DIR/fit/*.bin`, `DIR/check/*.bin` and `DIR/samples.f32`.
+
+use std::error::Error;
+use std::path::PathBuf;
+
+use ballrace_core::states::Alignment::{self, Causal, Forward, Half};
+use ballrace_core::states::Estimator::{self, Differences};
+use ballrace_core::states::Orders::{self, Consecutive, Even};
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use common::{KALMAN, SAVITZKY_GOLAY, SMALL, Sizes, model, signal};
+
+const SAMPLES: usize = 300;
+
+/// One model: dimension, latent variables, hidden width, hidden layers; degree, harmonics, powers; terms, equations of each;
+/// alignment, estimator and orders.
+type Row = ([usize; 4], (usize, usize, bool), [usize; 2], Alignment, Estimator, Orders);
+
+const FIT: [Row; 18] = [
+    ([8, 8, 256, 1], (2, 2, false), [40, 1], Half, Differences, Even),
+    ([8, 8, 64, 1], (2, 0, false), [40, 1], Half, Differences, Even),
+    ([8, 8, 16, 1], (2, 0, false), [8, 1], Half, Differences, Even),
+    ([3, 2, 12, 1], (3, 2, false), [9, 1], Half, Differences, Even),
+    ([5, 3, 100, 1], (2, 1, false), [10, 2], Forward, Differences, Even),
+    ([4, 4, 31, 1], (3, 0, false), [20, 3], Half, Differences, Even),
+    ([12, 6, 48, 1], (1, 3, false), [30, 1], Forward, Differences, Consecutive),
+    ([16, 16, 128, 1], (2, 1, false), [100, 1], Half, Differences, Even),
+    ([2, 2, 8, 2], (4, 0, false), [6, 1], Half, Differences, Even),
+    ([6, 4, 40, 2], (2, 0, true), [12, 2], Half, Differences, Even),
+    ([8, 6, 32, 3], (1, 2, true), [25, 1], Forward, Differences, Even),
+    ([8, 3, 20, 1], (0, 3, false), [18, 1], Causal, Differences, Even),
+    ([4, 5, 24, 1], (2, 1, false), [15, 2], Causal, Differences, Consecutive),
+    ([8, 4, 24, 1], (2, 0, false), [10, 1], Causal, SAVITZKY_GOLAY, Even),
+    ([3, 4, 24, 1], (2, 0, false), [10, 1], Causal, SAVITZKY_GOLAY, Even),
+    // Ten of eleven terms: one power of each sign would not tell their costs apart.
+    ([5, 2, 16, 1], (1, 1, true), [10, 1], Causal, SAVITZKY_GOLAY, Even),
+    ([8, 4, 24, 1], (2, 1, false), [10, 1], Causal, KALMAN, Even),
+    ([3, 7, 72, 1], (2, 0, true), [30, 2], Causal, KALMAN, Even),
+];
+
+const CHECK: [Row; 8] = [
+    ([8, 8, 110, 1], (2, 2, false), [77, 1], Half, Differences, Even),
+    ([8, 8, 200, 1], (2, 0, false), [30, 3], Causal, Differences, Even),
+    ([10, 5, 80, 2], (3, 1, false), [33, 1], Forward, Differences, Even),
+    ([1, 1, 9, 1], (5, 2, false), [6, 1], Half, Differences, Even),
+    ([6, 6, 60, 1], (1, 4, false), [40, 2], Half, Differences, Consecutive),
+    ([7, 9, 44, 1], (2, 1, true), [50, 1], Causal, Differences, Even),
+    ([6, 8, 256, 1], (2, 0, false), [45, 1], Causal, SAVITZKY_GOLAY, Even),
+    ([8, 8, 37, 2], (2, 2, false), [60, 1], Causal, KALMAN, Even),
+];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let directory: PathBuf = std::env::args().nth(1).ok_or("expected a directory to write to")?.into();
+    for (name, rows) in [("fit", &FIT[..]), ("check", &CHECK[..])] {
+        let folder = directory.join(name);
+        std::fs::create_dir_all(&folder)?;
+        for (n, row) in rows.iter().enumerate() {
+            let ([dimension, latent, hidden, depth], (degree, harmonics, powers), [nonzeros, equations], ..) = *row;
+            let (hidden, alignment, estimator, orders) = (hidden.try_into()?, row.3, row.4, row.5);
+            let networks = Sizes { dimension, latent, hidden, depth, orders, alignment, estimator, ..SMALL };
+            let sizes = Sizes { degree, harmonics, powers, nonzeros, equations, ..networks };
+            std::fs::write(folder.join(format!("{n:02}.bin")), model(sizes, &signal(2_000, 4)))?;
+        }
+    }
+    let samples: Vec<u8> = signal(SAMPLES, 3).iter().flat_map(|sample| sample.to_le_bytes()).collect();
+    std::fs::write(directory.join("samples.f32"), samples)?;
+    Ok(())
+}
