@@ -4,7 +4,7 @@
 #
 #   budget.sh DIR     # afterwards: cargo run --release -p ballrace --example budget_costs -- fit|check DIR
 #
-# DIR keeps each trace; one that is there is not made again. Some 12 minutes on one core.
+# DIR keeps each trace; one that is there is not made again. Some 5 minutes on one core.
 set -euo pipefail
 
 directory=$(realpath -m "${1:?usage: budget.sh DIR}")

@@ -16,7 +16,7 @@ use serde_json::Value;
 const TOLERANCE: f64 = 0.05;
 /// Wait states of the traces.
 const WAIT_STATES: u32 = 5;
-/// Rounds of the fit, enough for it to stand still: 10 times as many change no printed digit by more than one.
+/// Rounds of the fit. Not tuned: chosen by hand.
 const ROUNDS: usize = 200_000;
 
 /// A model with its trace.
