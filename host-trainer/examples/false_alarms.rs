@@ -119,7 +119,7 @@ fn simulated(machines: usize) {
         let rate = Rate { false_alarms_per_day: stated, blocks_per_day: BLOCKS_PER_DAY };
         let alarmed = |k: &usize| alarms(machine, healthy, &rate, *k as u64);
         let count = (0..machines).into_par_iter().filter(alarmed).count();
-        let a_day = |share: f64| -(1.0 - share).ln() * BLOCKS_PER_DAY / MONITORED as f64;
+        let a_day = |share: f64| (0.0 - (1.0 - share).ln()) * BLOCKS_PER_DAY / MONITORED as f64;
         let (low, high) = wilson(count, machines);
         println!(
             "| {name} | {healthy} | {stated} | {count} of {machines} | {:.3} | {:.3} to {:.3} |",
