@@ -17,7 +17,7 @@ fn memory(bytes: usize) -> Vec<u64> {
 }
 
 fn small() -> Vec<u8> {
-    common::model(common::Sizes { dimension: 2, hidden: 4, nonzeros: 5, ..common::SMALL }, &common::signal(600, 4))
+    common::model(common::Sizes { dimension: 2, hidden: 4, nonzeros: 5, ..common::SMALL }, &common::signal(200, 4))
 }
 
 fn size(model: &[u8]) -> usize {
