@@ -3,7 +3,8 @@
 use ballrace_core::dynamics::decode_term;
 use ballrace_core::library::Term;
 use ballrace_core::model::{Input, Model};
-use ballrace_core::network::{Network, PANEL};
+use ballrace_core::network::Network;
+use ballrace_core::network::float::PANEL;
 use ballrace_core::states::{Alignment, Estimator, StateSpec};
 use serde::Serialize;
 
