@@ -6,6 +6,7 @@
 use std::error::Error;
 use std::path::PathBuf;
 
+use ballrace_core::network::Arithmetic::{self, Fixed, Float};
 use ballrace_core::states::Alignment::{self, Causal, Forward, Half};
 use ballrace_core::states::Estimator::{self, Differences};
 use ballrace_core::states::Orders::{self, Consecutive, Even};
@@ -18,40 +19,48 @@ use common::{KALMAN, SAVITZKY_GOLAY, SMALL, Sizes, model, signal};
 const SAMPLES: usize = 300;
 
 /// One model: dimension, latent variables, hidden width, hidden layers; degree, harmonics, powers; terms, equations of each;
-/// alignment, estimator and orders.
-type Row = ([usize; 4], (usize, usize, bool), [usize; 2], Alignment, Estimator, Orders);
+/// alignment, estimator and orders; arithmetic.
+type Row = ([usize; 4], (usize, usize, bool), [usize; 2], Alignment, Estimator, Orders, Arithmetic);
 
-const FIT: [Row; 18] = [
-    ([8, 8, 256, 1], (2, 2, false), [40, 1], Half, Differences, Even),
-    ([8, 8, 64, 1], (2, 0, false), [40, 1], Half, Differences, Even),
-    ([8, 8, 16, 1], (2, 0, false), [8, 1], Half, Differences, Even),
-    ([3, 2, 12, 1], (3, 2, false), [9, 1], Half, Differences, Even),
-    ([5, 3, 100, 1], (2, 1, false), [10, 2], Forward, Differences, Even),
-    ([4, 4, 31, 1], (3, 0, false), [20, 3], Half, Differences, Even),
-    ([12, 6, 48, 1], (1, 3, false), [30, 1], Forward, Differences, Consecutive),
-    ([16, 16, 128, 1], (2, 1, false), [100, 1], Half, Differences, Even),
-    ([2, 2, 8, 2], (4, 0, false), [6, 1], Half, Differences, Even),
-    ([6, 4, 40, 2], (2, 0, true), [12, 2], Half, Differences, Even),
-    ([8, 6, 32, 3], (1, 2, true), [25, 1], Forward, Differences, Even),
-    ([8, 3, 20, 1], (0, 3, false), [18, 1], Causal, Differences, Even),
-    ([4, 5, 24, 1], (2, 1, false), [15, 2], Causal, Differences, Consecutive),
-    ([8, 4, 24, 1], (2, 0, false), [10, 1], Causal, SAVITZKY_GOLAY, Even),
-    ([3, 4, 24, 1], (2, 0, false), [10, 1], Causal, SAVITZKY_GOLAY, Even),
+const FIT: [Row; 23] = [
+    ([8, 8, 256, 1], (2, 2, false), [40, 1], Half, Differences, Even, Float),
+    ([8, 8, 64, 1], (2, 0, false), [40, 1], Half, Differences, Even, Float),
+    ([8, 8, 16, 1], (2, 0, false), [8, 1], Half, Differences, Even, Float),
+    ([3, 2, 12, 1], (3, 2, false), [9, 1], Half, Differences, Even, Float),
+    ([5, 3, 100, 1], (2, 1, false), [10, 2], Forward, Differences, Even, Float),
+    ([4, 4, 31, 1], (3, 0, false), [20, 3], Half, Differences, Even, Float),
+    ([12, 6, 48, 1], (1, 3, false), [30, 1], Forward, Differences, Consecutive, Float),
+    ([16, 16, 128, 1], (2, 1, false), [100, 1], Half, Differences, Even, Float),
+    ([2, 2, 8, 2], (4, 0, false), [6, 1], Half, Differences, Even, Float),
+    ([6, 4, 40, 2], (2, 0, true), [12, 2], Half, Differences, Even, Float),
+    ([8, 6, 32, 3], (1, 2, true), [25, 1], Forward, Differences, Even, Float),
+    ([8, 3, 20, 1], (0, 3, false), [18, 1], Causal, Differences, Even, Float),
+    ([4, 5, 24, 1], (2, 1, false), [15, 2], Causal, Differences, Consecutive, Float),
+    ([8, 4, 24, 1], (2, 0, false), [10, 1], Causal, SAVITZKY_GOLAY, Even, Float),
+    ([3, 4, 24, 1], (2, 0, false), [10, 1], Causal, SAVITZKY_GOLAY, Even, Float),
     // Ten of eleven terms: one power of each sign would not tell their costs apart.
-    ([5, 2, 16, 1], (1, 1, true), [10, 1], Causal, SAVITZKY_GOLAY, Even),
-    ([8, 4, 24, 1], (2, 1, false), [10, 1], Causal, KALMAN, Even),
-    ([3, 7, 72, 1], (2, 0, true), [30, 2], Causal, KALMAN, Even),
+    ([5, 2, 16, 1], (1, 1, true), [10, 1], Causal, SAVITZKY_GOLAY, Even, Float),
+    ([8, 4, 24, 1], (2, 1, false), [10, 1], Causal, KALMAN, Even, Float),
+    ([3, 7, 72, 1], (2, 0, true), [30, 2], Causal, KALMAN, Even, Float),
+    ([8, 8, 256, 1], (2, 2, false), [40, 1], Half, Differences, Even, Fixed),
+    ([8, 8, 16, 1], (2, 0, false), [8, 1], Half, Differences, Even, Fixed),
+    ([5, 2, 40, 1], (2, 0, false), [5, 1], Forward, Differences, Even, Fixed),
+    ([16, 10, 64, 1], (2, 0, false), [20, 1], Half, Differences, Even, Fixed),
+    ([12, 16, 24, 1], (1, 0, false), [10, 1], Causal, Differences, Even, Fixed),
 ];
 
-const CHECK: [Row; 8] = [
-    ([8, 8, 110, 1], (2, 2, false), [77, 1], Half, Differences, Even),
-    ([8, 8, 200, 1], (2, 0, false), [30, 3], Causal, Differences, Even),
-    ([10, 5, 80, 2], (3, 1, false), [33, 1], Forward, Differences, Even),
-    ([1, 1, 9, 1], (5, 2, false), [6, 1], Half, Differences, Even),
-    ([6, 6, 60, 1], (1, 4, false), [40, 2], Half, Differences, Consecutive),
-    ([7, 9, 44, 1], (2, 1, true), [50, 1], Causal, Differences, Even),
-    ([6, 8, 256, 1], (2, 0, false), [45, 1], Causal, SAVITZKY_GOLAY, Even),
-    ([8, 8, 37, 2], (2, 2, false), [60, 1], Causal, KALMAN, Even),
+const CHECK: [Row; 11] = [
+    ([8, 8, 110, 1], (2, 2, false), [77, 1], Half, Differences, Even, Float),
+    ([8, 8, 200, 1], (2, 0, false), [30, 3], Causal, Differences, Even, Float),
+    ([10, 5, 80, 2], (3, 1, false), [33, 1], Forward, Differences, Even, Float),
+    ([1, 1, 9, 1], (5, 2, false), [6, 1], Half, Differences, Even, Float),
+    ([6, 6, 60, 1], (1, 4, false), [40, 2], Half, Differences, Consecutive, Float),
+    ([7, 9, 44, 1], (2, 1, true), [50, 1], Causal, Differences, Even, Float),
+    ([6, 8, 256, 1], (2, 0, false), [45, 1], Causal, SAVITZKY_GOLAY, Even, Float),
+    ([8, 8, 37, 2], (2, 2, false), [60, 1], Causal, KALMAN, Even, Float),
+    ([8, 8, 32, 1], (2, 1, false), [12, 1], Half, Differences, Even, Fixed),
+    ([4, 4, 100, 1], (2, 2, false), [30, 1], Causal, Differences, Even, Fixed),
+    ([10, 7, 51, 1], (2, 0, false), [25, 1], Half, Differences, Even, Fixed),
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -61,8 +70,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         std::fs::create_dir_all(&folder)?;
         for (n, row) in rows.iter().enumerate() {
             let ([dimension, latent, hidden, depth], (degree, harmonics, powers), [nonzeros, equations], ..) = *row;
-            let (hidden, alignment, estimator, orders) = (hidden.try_into()?, row.3, row.4, row.5);
-            let networks = Sizes { dimension, latent, hidden, depth, orders, alignment, estimator, ..SMALL };
+            let (hidden, alignment, estimator, orders, arithmetic) = (hidden.try_into()?, row.3, row.4, row.5, row.6);
+            let networks =
+                Sizes { dimension, latent, hidden, arithmetic, depth, orders, alignment, estimator, ..SMALL };
             let sizes = Sizes { degree, harmonics, powers, nonzeros, equations, ..networks };
             std::fs::write(folder.join(format!("{n:02}.bin")), model(sizes, &signal(2_000, 4)))?;
         }

@@ -31,7 +31,7 @@ const FEW_WORDS: usize = 2 * (1 + FEW_PAIRS);
 const MANY_PAIRS: usize = MAX_FIXED_ENDS / 2;
 const MANY_WORDS: usize = 2 * (1 + MANY_PAIRS);
 /// Outputs computed at once.
-pub(super) const GROUP: usize = LANES;
+pub const GROUP: usize = LANES;
 /// Binary digits of a position between two entries of the sigmoid's table.
 const FRACTION_BITS: u32 = 7;
 /// Half of the sigmoid's table, which reaches from −16 to 16, in positions.

@@ -59,6 +59,7 @@ impl Stage {
     fn of_function(file: &str, function: &str) -> Option<Self> {
         const RULES: [(&str, &str, Stage); 10] = [
             ("core/src/math", "sigmoid", Stage::Activation),
+            ("core/src/network", "sigmoid", Stage::Activation),
             ("core/src/network", "forward", Stage::Encoder),
             ("core/src/network", "tangent", Stage::Decoder),
             ("core/src/library", "", Stage::Library),
@@ -68,8 +69,6 @@ impl Stage {
             ("core/src/states", "", Stage::States),
             ("core/src/monitor", "", Stage::Monitor),
             ("core/src/input_check", "", Stage::Screen),
-            // Residuals over their spreads.
-            ("core/src/device", "next", Stage::Monitor),
         ];
         let ours = !file.contains("library/core/src");
         let matching = |(path, name, _): &&(&str, &str, Stage)| file.contains(path) && function.contains(name);
@@ -121,6 +120,7 @@ mod tests {
             ("core/src/dynamics.rs", "rate", Some(Stage::Dynamics)),
             ("core/src/dynamics.rs", "{closure#0}", Some(Stage::Library)),
             ("core/src/math.rs", "sigmoid", Some(Stage::Activation)),
+            ("core/src/network/fixed.rs", "sigmoid", Some(Stage::Activation)),
             ("core/src/math.rs", "exp", None),
             ("core/src/states/kalman.rs", "push", Some(Stage::States)),
             ("library/core/src/iter/adapters/zip.rs", "next", None),

@@ -3,8 +3,8 @@
 use ballrace_core::dynamics::decode_term;
 use ballrace_core::library::Term;
 use ballrace_core::model::{Input, Model};
-use ballrace_core::network::Network;
 use ballrace_core::network::float::PANEL;
+use ballrace_core::network::{Arithmetic, Network, fixed};
 use ballrace_core::states::{Alignment, Estimator, StateSpec};
 use serde::Serialize;
 
@@ -119,8 +119,18 @@ works! {
     EncoderNarrowStep: Encoder,
     /// Multiply-add of such a step.
     EncoderNarrowMultiplyAdd: Encoder,
+    /// Encoder in fixed point.
+    FixedEncoder: Encoder,
+    /// Hidden unit of it.
+    FixedEncoderUnit: Encoder,
+    /// Word of weights of its hidden layer.
+    FixedEncoderWord: Encoder,
+    /// Two hidden units on a group of its outputs.
+    FixedEncoderProduct: Encoder,
     /// Sigmoid.
     Sigmoid: Activation,
+    /// Sigmoid in fixed point.
+    FixedSigmoid: Activation,
     /// Monomial.
     Monomial: Library,
     /// Factor of a monomial.
@@ -151,6 +161,14 @@ works! {
     DecoderNarrowStep: Decoder,
     /// Multiply-add of such a step.
     DecoderNarrowMultiplyAdd: Decoder,
+    /// Decoder in fixed point.
+    FixedDecoder: Decoder,
+    /// Hidden unit of it.
+    FixedDecoderUnit: Decoder,
+    /// Word of weights of its hidden layer.
+    FixedDecoderWord: Decoder,
+    /// Two hidden units on a group of its outputs.
+    FixedDecoderProduct: Decoder,
     /// Sample taken by the monitor.
     MonitorSample: Monitor,
     /// Residual of a derivative.
@@ -174,10 +192,30 @@ pub fn work(model: &Model<'_>) -> Vec<(Work, f64)> {
     if let Input::VirtualStates(spec) = model.input {
         all.extend(of_states(spec));
     }
-    all.extend(of_encoder(&model.encoder));
-    all.push((Work::Sigmoid, model.encoder.sigmoids() + model.decoder.sigmoids()));
+    let networks = [&model.encoder, &model.decoder];
+    let [in_encoder, in_decoder] = networks.map(FixedSizes::of);
+    all.extend(match &in_encoder {
+        Some(sizes) => vec![
+            (Work::FixedEncoder, 1),
+            (Work::FixedEncoderUnit, sizes.units),
+            (Work::FixedEncoderWord, sizes.words),
+            (Work::FixedEncoderProduct, sizes.products),
+        ],
+        None => of_encoder(&model.encoder).to_vec(),
+    });
+    let sigmoids = |network: &&Network<'_>| if FixedSizes::of(network).is_none() { network.sigmoids() } else { 0 };
+    all.push((Work::Sigmoid, networks.iter().map(sigmoids).sum()));
+    all.push((Work::FixedSigmoid, [&in_encoder, &in_decoder].into_iter().flatten().map(|sizes| sizes.units).sum()));
     all.extend(of_library(model));
-    all.extend(of_decoder(&model.decoder));
+    all.extend(match &in_decoder {
+        Some(sizes) => vec![
+            (Work::FixedDecoder, 1),
+            (Work::FixedDecoderUnit, sizes.units),
+            (Work::FixedDecoderWord, sizes.words),
+            (Work::FixedDecoderProduct, sizes.products),
+        ],
+        None => of_decoder(&model.decoder).to_vec(),
+    });
     let counted = |(work, count): (Work, usize)| (count > 0).then_some((work, count as f64));
     all.into_iter().filter_map(counted).collect()
 }
@@ -217,6 +255,26 @@ fn delayed(spec: StateSpec) -> usize {
     };
     let orders = (0..spec.dimension).map(|i| spec.orders.state(i));
     orders.flat_map(|order| [delay(order, false), delay(order + 1, true)]).filter(|delay| *delay > 0).count()
+}
+
+/// Sizes of a network in fixed point.
+struct FixedSizes {
+    /// Hidden units, an even number.
+    units: usize,
+    words: usize,
+    products: usize,
+}
+
+impl FixedSizes {
+    /// `None` in single precision.
+    fn of(network: &Network<'_>) -> Option<Self> {
+        let (&[inputs, hidden, outputs], Arithmetic::Fixed) = (network.widths(), network.arithmetic()) else {
+            return None;
+        };
+        let units = usize::from(hidden).next_multiple_of(2);
+        let groups = usize::from(outputs).div_ceil(fixed::GROUP);
+        Some(Self { units, words: units * fixed::pairs(inputs.into()), products: groups * units / 2 })
+    }
 }
 
 /// Work of products with the weights of a layer.
