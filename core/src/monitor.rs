@@ -17,6 +17,10 @@ use crate::math;
 pub const MAX_CALM: u32 = 32;
 /// Clamp of a squared normalised residual, so that a block's sum cannot overflow.
 const SQUARE_LIMIT: f32 = 1e12;
+/// Greatest magnitude of the healthy centre: beyond the logarithm of any `f32`.
+const MAX_CENTRE: f32 = 1e3;
+/// Least healthy spread: with the greatest centre no deviation overflows, so the EWMA stays finite.
+const MIN_SPREAD: f32 = 1e-6;
 /// Blocks of the running median, and of the start.
 const MEDIAN: u32 = 3;
 
@@ -75,7 +79,8 @@ impl MonitorConfig {
         self.block > 0
             && positive.iter().all(|v| v.is_finite() && *v > 0.0)
             && stated.iter().all(|v| v.is_finite() && *v >= 0.0)
-            && self.healthy_centre.is_finite()
+            && self.healthy_centre.abs() <= MAX_CENTRE
+            && self.healthy_spread >= MIN_SPREAD
             && self.ewma_weight <= 1.0
             && self.release <= 1.0
             && (1..=MAX_CALM).contains(&self.calm_blocks)
@@ -423,6 +428,8 @@ mod tests {
         for bad in [
             MonitorConfig { block: 0, ..good },
             MonitorConfig { healthy_spread: 0.0, ..good },
+            MonitorConfig { healthy_spread: 1e-30, ..good },
+            MonitorConfig { healthy_centre: 1e30, ..good },
             MonitorConfig { healthy_centre: f32::NAN, ..good },
             MonitorConfig { calm_blocks: 0, ..good },
             MonitorConfig { calm_blocks: 33, ..good },

@@ -22,7 +22,7 @@ const SAMPLES: usize = 300;
 /// alignment, estimator and orders; arithmetic.
 type Row = ([usize; 4], (usize, usize, bool), [usize; 2], Alignment, Estimator, Orders, Arithmetic);
 
-const FIT: [Row; 23] = [
+const FIT: [Row; 26] = [
     ([8, 8, 256, 1], (2, 2, false), [40, 1], Half, Differences, Even, Float),
     ([8, 8, 64, 1], (2, 0, false), [40, 1], Half, Differences, Even, Float),
     ([8, 8, 16, 1], (2, 0, false), [8, 1], Half, Differences, Even, Float),
@@ -47,6 +47,10 @@ const FIT: [Row; 23] = [
     ([5, 2, 40, 1], (2, 0, false), [5, 1], Forward, Differences, Even, Fixed),
     ([16, 10, 64, 1], (2, 0, false), [20, 1], Half, Differences, Even, Fixed),
     ([12, 16, 24, 1], (1, 0, false), [10, 1], Causal, Differences, Even, Fixed),
+    // Few inputs and many outputs, and the reverse, or the two layers would not be told apart.
+    ([16, 6, 96, 1], (2, 0, false), [10, 1], Half, Differences, Even, Fixed),
+    ([3, 12, 96, 1], (1, 0, false), [10, 1], Half, Differences, Even, Fixed),
+    ([3, 3, 150, 1], (2, 0, false), [10, 1], Half, Differences, Even, Fixed),
 ];
 
 const CHECK: [Row; 11] = [

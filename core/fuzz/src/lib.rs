@@ -53,10 +53,10 @@ pub fn run(model: &Model<'_>, calls: &[u8]) {
 
 /// What holds for every block, whatever the samples and the weights.
 fn check(block: &BlockReport) {
-    let BlockReport { level, deviation, ewma, cusum, status, .. } = *block;
+    let BlockReport { level, deviation, ewma, status, .. } = *block;
     assert!(block.block > 0);
-    assert!(ewma.abs() <= 10.0 && cusum >= 0.0, "{block:?}");
+    assert!(ewma.is_finite(), "{block:?}");
     assert!(level.is_nan() || level >= 0.0, "{block:?}");
-    assert!(deviation.is_nan() || deviation.abs() <= 10.0, "{block:?}");
+    assert_eq!(deviation.is_nan(), level.is_nan(), "{block:?}");
     assert_eq!(level.is_nan(), status == Status::Blind, "{block:?}");
 }

@@ -45,8 +45,7 @@ static void fold_block(const ballrace_block *block)
     fold_float(block->level);
     fold_float(block->deviation);
     fold_float(block->ewma);
-    fold_float(block->cusum);
-    fold_word(block->vote);
+    fold_word(block->beyond);
     fold_word((uint32_t)block->status);
     fold_word((uint32_t)block->was);
 }

@@ -225,9 +225,9 @@ typedef struct {
      */
     bool ended;
     /*
-     Whether this block votes for an anomaly.
+     Whether the EWMA is beyond its limit.
      */
-    bool vote;
+    bool beyond;
     /*
      Blocks so far, this one included; saturating.
      */
@@ -237,17 +237,13 @@ typedef struct {
      */
     float level;
     /*
-     Distance from the healthy mean in healthy spreads, clamped to 10 either side; NaN for a blind block.
+     Distance of the level's logarithm from its healthy centre in healthy spreads; NaN for a blind block.
      */
     float deviation;
     /*
-     Slow statistic.
+     EWMA of the running median of the deviation, which the limit judges.
      */
     float ewma;
-    /*
-     Fast statistic.
-     */
-    float cusum;
     /*
      Status after this block.
      */

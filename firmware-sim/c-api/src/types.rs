@@ -201,18 +201,16 @@ impl From<ballrace_core::evaluator::Step<'_>> for Step {
 pub struct Block {
     /// Whether the call ended a block; if not, the rest is zero.
     pub ended: bool,
-    /// Whether this block votes for an anomaly.
-    pub vote: bool,
+    /// Whether the EWMA is beyond its limit.
+    pub beyond: bool,
     /// Blocks so far, this one included; saturating.
     pub block: u32,
     /// Mean squared normalised residual; NaN for a blind block.
     pub level: f32,
-    /// Distance from the healthy mean in healthy spreads, clamped to 10 either side; NaN for a blind block.
+    /// Distance of the level's logarithm from its healthy centre in healthy spreads; NaN for a blind block.
     pub deviation: f32,
-    /// Slow statistic.
+    /// EWMA of the running median of the deviation, which the limit judges.
     pub ewma: f32,
-    /// Fast statistic.
-    pub cusum: f32,
     /// Status after this block.
     pub status: Status,
     /// Status before this block; a change is an event.
@@ -223,12 +221,11 @@ impl From<Option<monitor::BlockReport>> for Block {
     fn from(report: Option<monitor::BlockReport>) -> Self {
         report.map_or(Self::default(), |report| Self {
             ended: true,
-            vote: report.vote,
+            beyond: report.beyond,
             block: report.block,
             level: report.level,
             deviation: report.deviation,
             ewma: report.ewma,
-            cusum: report.cusum,
             status: report.status.into(),
             was: report.was.into(),
         })

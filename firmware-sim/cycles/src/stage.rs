@@ -20,7 +20,7 @@ pub enum Stage {
     Dynamics,
     /// Derivative of the decoder, without its activation.
     Decoder,
-    /// Residual, blocks, votes.
+    /// Residual, blocks, limit.
     Monitor,
     /// All else: scaling, prediction of the next sample, the loop over the samples.
     Other,

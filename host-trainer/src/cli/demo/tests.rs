@@ -5,14 +5,19 @@ use crate::model::file;
 use crate::model::stlsq::StlsqConfig;
 use crate::report::html::tests::assert_well_formed;
 
-/// A smaller job: least squares instead of a network, and fewer recordings.
+/// A smaller job: least squares instead of a network, and fewer recordings, for a rate of false alarms that so few can state.
 fn small(gain: f64) -> Config {
     let config = Config::new(5);
     Config {
         scenario: Scenario { recordings: 24, seconds: 0.2, gain, ..config.scenario },
         job: Job {
             diagnosed: 3,
-            fit: FitConfig { solver: Solver::Stlsq(StlsqConfig::default()), null_fits: 2, ..config.job.fit },
+            fit: FitConfig {
+                solver: Solver::Stlsq(StlsqConfig::default()),
+                null_fits: 2,
+                false_alarms_per_day: 100.0,
+                ..config.job.fit
+            },
         },
     }
 }

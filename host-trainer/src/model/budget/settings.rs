@@ -1,8 +1,8 @@
 //! Costs of the device's work on a Cortex-M4F.
 //!
 //! Every number is fitted or read, none chosen: `firmware-sim/cycles/budget.sh DIR` traces the bare-metal image on models of
-//! 18 sizes, `cargo run --release -p ballrace --example budget_costs -- fit DIR` prints these tables, and `-- check DIR`
-//! holds their predictions against traces of 8 other sizes.
+//! 26 sizes, `cargo run --release -p ballrace --example budget_costs -- fit DIR` prints these tables, and `-- check DIR`
+//! holds their predictions against traces of 11 other sizes.
 
 use super::Functions;
 use super::work::Work;
@@ -44,48 +44,55 @@ impl Memory {
 }
 
 const EXACT_MEMORY: Memory =
-    Memory { code_bytes: 38180, static_bytes: 0, stack_differences: 2316, stack_kalman: 3180, stack_windows: 5980 };
+    Memory { code_bytes: 51312, static_bytes: 4, stack_differences: 3880, stack_kalman: 4660, stack_windows: 7468 };
 const APPROX_MEMORY: Memory =
-    Memory { code_bytes: 37920, static_bytes: 0, stack_differences: 2316, stack_kalman: 3180, stack_windows: 5980 };
+    Memory { code_bytes: 52184, static_bytes: 4, stack_differences: 3880, stack_kalman: 4660, stack_windows: 7468 };
 
 /// Costs of all work.
 #[rustfmt::skip]
 pub const COSTS: &[Row] = &[
-    Row { work: Work::ScreenSample, exact: [23.00, 31.00, 31.00, 2.43], approx: [23.00, 31.00, 31.00, 2.43] },
-    Row { work: Work::DifferencesSample, exact: [91.23, 115.29, 115.29, 7.99], approx: [91.48, 118.51, 118.51, 7.99] },
-    Row { work: Work::DifferencesOrder, exact: [10.44, 11.62, 11.62, 0.00], approx: [10.41, 11.59, 11.59, 0.00] },
-    Row { work: Work::DifferencesState, exact: [0.00, 0.00, 0.00, 0.11], approx: [0.00, 0.00, 0.00, 0.10] },
-    Row { work: Work::DifferencesDelay, exact: [27.29, 42.64, 42.64, 0.00], approx: [27.26, 42.62, 42.62, 0.00] },
-    Row { work: Work::KalmanSample, exact: [180.40, 291.40, 291.40, 10.95], approx: [180.40, 291.40, 291.40, 9.88] },
-    Row { work: Work::KalmanState, exact: [21.51, 27.66, 27.66, 0.00], approx: [21.49, 27.64, 27.64, 0.00] },
-    Row { work: Work::WindowSample, exact: [125.05, 169.64, 149.16, 19.39], approx: [125.03, 169.62, 149.14, 18.17] },
-    Row { work: Work::WindowState, exact: [98.18, 131.72, 152.62, 0.00], approx: [98.16, 131.70, 152.60, 0.00] },
-    Row { work: Work::WindowTap, exact: [19.98, 30.21, 30.27, 0.00], approx: [19.98, 30.21, 30.27, 0.00] },
-    Row { work: Work::CausalState, exact: [22.69, 28.54, 28.54, 0.24], approx: [22.71, 28.56, 28.56, 0.27] },
-    Row { work: Work::EncoderLayer, exact: [191.29, 333.03, 333.03, 16.62], approx: [185.28, 321.33, 321.33, 17.04] },
-    Row { work: Work::EncoderOutput, exact: [7.58, 12.19, 12.19, 0.30], approx: [6.30, 11.03, 11.03, 0.22] },
-    Row { work: Work::EncoderPanel, exact: [49.73, 53.78, 53.78, 0.00], approx: [52.92, 55.98, 55.98, 0.00] },
-    Row { work: Work::EncoderPanelStep, exact: [26.41, 51.51, 51.51, 1.97], approx: [26.40, 51.51, 51.51, 2.02] },
-    Row { work: Work::EncoderNarrowStep, exact: [5.12, 6.76, 6.76, 0.00], approx: [4.96, 6.65, 6.65, 0.09] },
-    Row { work: Work::EncoderNarrowMultiplyAdd, exact: [6.63, 11.22, 11.22, 0.24], approx: [6.65, 11.23, 11.23, 0.23] },
-    Row { work: Work::Sigmoid, exact: [41.18, 89.05, 92.41, 0.32], approx: [23.00, 30.50, 30.50, 0.40] },
-    Row { work: Work::Monomial, exact: [8.53, 13.92, 13.97, 1.13], approx: [9.53, 13.88, 13.88, 1.02] },
-    Row { work: Work::Factor, exact: [8.89, 11.81, 11.79, 0.00], approx: [8.88, 11.82, 11.82, 0.00] },
-    Row { work: Work::Sine, exact: [74.61, 145.21, 145.21, 7.23], approx: [46.13, 73.22, 73.22, 1.28] },
-    Row { work: Work::Power, exact: [54.91, 107.02, 107.00, 5.63], approx: [55.82, 106.92, 106.92, 5.56] },
-    Row { work: Work::OddPower, exact: [97.36, 150.75, 150.65, 0.00], approx: [96.51, 151.01, 151.01, 0.00] },
-    Row { work: Work::XiSample, exact: [64.80, 94.09, 94.09, 6.44], approx: [69.73, 92.94, 92.94, 10.17] },
-    Row { work: Work::XiTerm, exact: [44.68, 55.69, 55.69, 1.70], approx: [47.68, 55.70, 55.70, 0.33] },
-    Row { work: Work::XiCoefficient, exact: [11.54, 19.51, 19.51, 0.11], approx: [11.55, 19.52, 19.52, 0.45] },
-    Row { work: Work::DecoderLayer, exact: [253.28, 455.83, 455.83, 18.19], approx: [259.10, 460.51, 460.51, 14.95] },
-    Row { work: Work::DecoderOutput, exact: [0.00, 0.00, 0.00, 0.00], approx: [0.00, 0.00, 0.00, 0.39] },
-    Row { work: Work::DecoderHidden, exact: [16.76, 23.35, 23.35, 0.00], approx: [15.51, 21.94, 21.94, 0.00] },
-    Row { work: Work::DecoderPanel, exact: [52.57, 60.19, 60.19, 1.39], approx: [53.27, 61.51, 61.51, 0.00] },
-    Row { work: Work::DecoderPanelStep, exact: [26.47, 51.60, 51.60, 1.99], approx: [26.48, 51.62, 51.62, 1.99] },
-    Row { work: Work::DecoderNarrowStep, exact: [6.40, 7.19, 7.19, 0.00], approx: [6.26, 7.06, 7.06, 0.00] },
-    Row { work: Work::DecoderNarrowMultiplyAdd, exact: [6.48, 11.03, 11.03, 0.24], approx: [6.52, 11.07, 11.07, 0.24] },
-    Row { work: Work::MonitorSample, exact: [50.02, 86.03, 444.93, 4.16], approx: [50.03, 87.06, 443.78, 4.53] },
-    Row { work: Work::MonitorResidual, exact: [41.89, 68.83, 67.78, 0.18], approx: [41.88, 68.67, 69.00, 0.18] },
-    Row { work: Work::OtherSample, exact: [332.87, 594.39, 594.39, 29.04], approx: [331.03, 570.89, 570.89, 28.26] },
-    Row { work: Work::OtherState, exact: [20.57, 54.12, 54.12, 1.10], approx: [20.46, 54.38, 54.38, 1.33] },
+    Row { work: Work::ScreenSample, exact: [24.00, 31.19, 31.19, 1.59], approx: [24.00, 31.00, 31.00, 2.20] },
+    Row { work: Work::DifferencesSample, exact: [66.57, 86.65, 86.65, 6.88], approx: [66.61, 89.39, 89.39, 7.79] },
+    Row { work: Work::DifferencesOrder, exact: [4.15, 4.77, 4.77, 0.00], approx: [4.16, 4.45, 4.45, 0.00] },
+    Row { work: Work::DifferencesState, exact: [6.02, 11.65, 11.65, 0.00], approx: [5.45, 10.37, 10.37, 0.01] },
+    Row { work: Work::DifferencesDelay, exact: [20.45, 25.52, 25.52, 0.00], approx: [20.74, 26.40, 26.40, 0.00] },
+    Row { work: Work::KalmanSample, exact: [179.40, 255.40, 255.40, 12.31], approx: [179.40, 258.40, 258.40, 13.38] },
+    Row { work: Work::KalmanState, exact: [22.52, 26.04, 26.04, 0.00], approx: [22.26, 25.27, 25.27, 0.00] },
+    Row { work: Work::WindowSample, exact: [79.07, 123.57, 203.28, 15.40], approx: [78.81, 121.75, 167.15, 15.35] },
+    Row { work: Work::WindowState, exact: [79.30, 121.67, 57.79, 0.00], approx: [79.04, 117.93, 87.93, 0.00] },
+    Row { work: Work::WindowTap, exact: [21.54, 28.70, 34.24, 0.00], approx: [21.54, 28.71, 31.11, 0.00] },
+    Row { work: Work::CausalState, exact: [21.68, 29.16, 29.16, 0.34], approx: [21.94, 29.93, 29.93, 0.34] },
+    Row { work: Work::EncoderLayer, exact: [196.15, 300.90, 300.90, 18.93], approx: [195.66, 299.39, 299.39, 22.55] },
+    Row { work: Work::EncoderOutput, exact: [11.50, 16.85, 16.85, 0.07], approx: [9.28, 14.03, 14.03, 0.02] },
+    Row { work: Work::EncoderPanel, exact: [16.47, 1.10, 1.10, 0.00], approx: [14.87, 0.15, 0.15, 0.00] },
+    Row { work: Work::EncoderPanelStep, exact: [26.52, 37.89, 37.89, 2.05], approx: [26.41, 37.23, 37.23, 2.04] },
+    Row { work: Work::EncoderNarrowStep, exact: [4.97, 5.85, 5.85, 0.50], approx: [4.41, 5.12, 5.12, 0.52] },
+    Row { work: Work::EncoderNarrowMultiplyAdd, exact: [6.49, 8.37, 8.37, 0.18], approx: [6.54, 8.44, 8.44, 0.20] },
+    Row { work: Work::FixedEncoder, exact: [332.76, 419.61, 419.61, 19.28], approx: [326.43, 423.41, 423.41, 21.32] },
+    Row { work: Work::FixedEncoderWord, exact: [3.57, 4.97, 4.97, 0.28], approx: [3.58, 4.94, 4.94, 0.28] },
+    Row { work: Work::FixedEncoderProduct, exact: [13.68, 14.81, 14.81, 1.08], approx: [13.64, 14.90, 14.90, 1.10] },
+    Row { work: Work::Sigmoid, exact: [54.56, 105.35, 108.67, 0.42], approx: [24.15, 31.19, 31.19, 0.48] },
+    Row { work: Work::FixedSigmoid, exact: [7.68, 10.09, 10.09, 0.80], approx: [7.67, 10.09, 10.09, 0.79] },
+    Row { work: Work::Monomial, exact: [17.61, 23.55, 23.55, 1.22], approx: [17.25, 21.05, 21.05, 1.22] },
+    Row { work: Work::Factor, exact: [0.60, 0.24, 0.25, 0.00], approx: [1.87, 2.68, 2.68, 0.00] },
+    Row { work: Work::Sine, exact: [81.83, 137.03, 137.04, 6.66], approx: [46.51, 69.13, 69.13, 1.20] },
+    Row { work: Work::Power, exact: [76.39, 132.36, 132.38, 5.94], approx: [79.98, 135.52, 135.52, 6.29] },
+    Row { work: Work::OddPower, exact: [67.85, 103.00, 102.96, 0.00], approx: [69.51, 103.91, 103.91, 0.00] },
+    Row { work: Work::XiSample, exact: [32.60, 38.98, 38.98, 1.25], approx: [38.81, 43.77, 43.77, 7.09] },
+    Row { work: Work::XiTerm, exact: [19.59, 27.45, 27.45, 1.63], approx: [24.14, 33.42, 33.42, 0.30] },
+    Row { work: Work::XiCoefficient, exact: [16.86, 25.97, 25.97, 0.15], approx: [16.42, 22.23, 22.23, 0.49] },
+    Row { work: Work::DecoderLayer, exact: [268.62, 413.26, 413.26, 18.95], approx: [267.15, 412.24, 412.24, 21.86] },
+    Row { work: Work::DecoderOutput, exact: [0.00, 0.00, 0.00, 0.17], approx: [0.00, 0.00, 0.00, 0.27] },
+    Row { work: Work::DecoderHidden, exact: [22.49, 33.64, 33.64, 0.00], approx: [21.18, 30.87, 30.87, 0.00] },
+    Row { work: Work::DecoderPanel, exact: [23.43, 11.24, 11.24, 0.00], approx: [24.63, 14.88, 14.88, 0.00] },
+    Row { work: Work::DecoderPanelStep, exact: [26.47, 37.90, 37.90, 2.01], approx: [26.47, 37.37, 37.37, 1.98] },
+    Row { work: Work::DecoderNarrowStep, exact: [4.90, 4.75, 4.75, 0.52], approx: [4.73, 4.64, 4.64, 0.00] },
+    Row { work: Work::DecoderNarrowMultiplyAdd, exact: [6.51, 8.41, 8.41, 0.18], approx: [6.58, 8.51, 8.51, 0.30] },
+    Row { work: Work::FixedDecoder, exact: [465.73, 628.80, 628.80, 24.50], approx: [462.53, 594.91, 594.91, 25.97] },
+    Row { work: Work::FixedDecoderWord, exact: [7.99, 10.48, 10.48, 0.58], approx: [7.95, 10.72, 10.72, 0.59] },
+    Row { work: Work::FixedDecoderProduct, exact: [12.22, 12.67, 12.67, 1.08], approx: [12.30, 11.72, 11.72, 1.07] },
+    Row { work: Work::MonitorSample, exact: [59.06, 87.81, 475.60, 7.08], approx: [57.96, 88.31, 477.94, 6.65] },
+    Row { work: Work::MonitorResidual, exact: [18.90, 22.63, 21.62, 0.00], approx: [19.00, 21.80, 21.84, 0.00] },
+    Row { work: Work::OtherSample, exact: [356.37, 606.77, 606.77, 23.83], approx: [356.94, 611.80, 611.82, 25.65] },
+    Row { work: Work::OtherState, exact: [17.68, 25.44, 25.45, 0.55], approx: [17.73, 24.49, 24.49, 0.29] },
 ];

@@ -26,7 +26,7 @@ pub enum Stage {
     Xi,
     /// Derivative of the decoder, without its activation.
     Decoder,
-    /// Residual, blocks, votes.
+    /// Residual, blocks, limit.
     Monitor,
     /// All else: scaling, prediction of the next sample, the loop over the samples.
     Other,
@@ -121,8 +121,6 @@ works! {
     EncoderNarrowMultiplyAdd: Encoder,
     /// Encoder in fixed point.
     FixedEncoder: Encoder,
-    /// Hidden unit of it.
-    FixedEncoderUnit: Encoder,
     /// Word of weights of its hidden layer.
     FixedEncoderWord: Encoder,
     /// Two hidden units on a group of its outputs.
@@ -163,8 +161,6 @@ works! {
     DecoderNarrowMultiplyAdd: Decoder,
     /// Decoder in fixed point.
     FixedDecoder: Decoder,
-    /// Hidden unit of it.
-    FixedDecoderUnit: Decoder,
     /// Word of weights of its hidden layer.
     FixedDecoderWord: Decoder,
     /// Two hidden units on a group of its outputs.
@@ -197,7 +193,6 @@ pub fn work(model: &Model<'_>) -> Vec<(Work, f64)> {
     all.extend(match &in_encoder {
         Some(sizes) => vec![
             (Work::FixedEncoder, 1),
-            (Work::FixedEncoderUnit, sizes.units),
             (Work::FixedEncoderWord, sizes.words),
             (Work::FixedEncoderProduct, sizes.products),
         ],
@@ -210,7 +205,6 @@ pub fn work(model: &Model<'_>) -> Vec<(Work, f64)> {
     all.extend(match &in_decoder {
         Some(sizes) => vec![
             (Work::FixedDecoder, 1),
-            (Work::FixedDecoderUnit, sizes.units),
             (Work::FixedDecoderWord, sizes.words),
             (Work::FixedDecoderProduct, sizes.products),
         ],

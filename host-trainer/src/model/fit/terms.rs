@@ -117,9 +117,7 @@ mod tests {
             null_kind: SurrogateKind::default(),
             causal: true,
             trainings: 1,
-            seed: 0,
-            block: None,
-            full_scale: 0.0,
+            ..FitConfig::default()
         }
     }
 

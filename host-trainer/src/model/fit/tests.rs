@@ -217,7 +217,6 @@ fn fixed_point_scores_as_single_precision_does() {
     };
     assert_eq!(networks(&float), [Arithmetic::Float; 2]);
     assert_eq!(networks(&fixed), [Arithmetic::Fixed; 2]);
-    assert!(fixed.model.bytes().len() < float.model.bytes().len());
     let scores = |fitted: &Fitted| {
         let scores = &fitted.report.scores;
         [scores.held_out.derivatives.clone(), vec![scores.causal.next_sample.unwrap()]].concat()
