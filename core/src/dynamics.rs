@@ -17,7 +17,7 @@ const POWER: u8 = 3;
 const ODD_POWER: u8 = 4;
 /// Padding in a monomial's code after its last factor.
 const NO_FACTOR: u8 = 0xff;
-/// Places for the variables and, behind them, for ones. The last is that of [`NO_FACTOR`] modulo this number.
+/// Places for the variables and, behind them, for ones. The last is the place of no factor, modulo this number.
 pub const FACTORS: usize = 2 * MAX_DIMENSION;
 
 /// Code of a term, 12 bytes: kind; for a monomial its factors, for sin and cos variable and harmonic, for a power the variable.

@@ -2,7 +2,7 @@
 //! SMLAD.
 //!
 //! A vector of `f32` becomes 16-bit numbers with one exponent of its own, so that no input saturates. The sigmoid's excess over
-//! ½ comes from a table of 512 intervals, linearly interpolated. Sums have 32 bits; [`Fixed::new`] does not check that
+//! ½ comes from a table of 512 intervals, linearly interpolated. Sums have 32 bits; reading a network does not check that
 //! they hold, the host's conversion does: a sum that wraps is a wrong number, never undefined.
 //!
 //! Words of a network from n inputs over H hidden units to m outputs, with P = 4 pairs of inputs for n ≤ 8, else 8:

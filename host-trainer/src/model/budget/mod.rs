@@ -1,7 +1,7 @@
 //! Budget of a model on a microcontroller, predicted from its sizes without an emulator: flash, RAM, stack, and cycles a
 //! sample by stage.
 //!
-//! The cost of a sample is linear in the work it does, theory (9) to (12): [`work`] counts it (steps of panels, sigmoids,
+//! The cost of a sample is linear in the work it does, theory (9) to (12): [`work()`] counts it (steps of panels, sigmoids,
 //! terms, coefficients, …), [`settings`] has the cost of each, fitted to traces of the bare-metal image on models of many
 //! sizes (`firmware-sim/cycles/budget.sh`) and checked on others.
 
