@@ -152,8 +152,9 @@ fn features(input: &Input) -> (Vec<f64>, Vec<f64>) {
 /// First alarm and the recording at which the monitor was healthy again for the last time, from 1.
 fn course(run: &Replayed) -> (Option<usize>, Option<usize>) {
     let first = run.summary.first_alarm.as_ref().map(|a| a.recording_index as usize + 1);
-    let cleared = run.blocks.windows(2).filter(|w| w[0].status == Status::Anomalous && w[1].status == Status::Healthy);
-    (first, cleared.last().map(|w| w[1].recording + 1))
+    let mut cleared =
+        run.blocks.windows(2).filter(|w| w[0].status == Status::Anomalous && w[1].status == Status::Healthy);
+    (first, cleared.next_back().map(|w| w[1].recording + 1))
 }
 
 fn runs_to_failure() -> Result<(), Box<dyn std::error::Error>> {

@@ -36,6 +36,8 @@ pub const GROUP: usize = LANES;
 const FRACTION_BITS: u32 = 7;
 /// Half of the sigmoid's table, which reaches from −16 to 16, in positions.
 const MIDDLE: i32 = 1 << 15;
+/// Intervals of the table.
+const INTERVALS: usize = (2 * MIDDLE as usize) >> FRACTION_BITS;
 /// Digits of the argument in a position: 16 intervals for each unit.
 const POSITION_BITS: i32 = 4 + FRACTION_BITS as i32;
 /// Least and greatest exponent of a rate, far from where a power of two leaves `f32`.
@@ -238,20 +240,20 @@ const fn power_of_two(exponent: i32) -> f32 {
 #[inline(always)]
 fn sigmoid(position: i32) -> i16 {
     let position = position.clamp(-MIDDLE, MIDDLE - 1);
-    let (value, step) = halves(TABLE[(position >> FRACTION_BITS) as usize % TABLE.len()]);
+    let (value, step) = halves(TABLE[(position >> FRACTION_BITS) as usize % INTERVALS]);
     let fraction = position & ((1 << FRACTION_BITS) - 1);
     value.wrapping_add(((i32::from(step) * fraction) >> FRACTION_BITS) as i16)
 }
 
 /// Value at the start of each interval of the sigmoid, and the step to the next; negative intervals lie behind the positive
 /// ones, as their remainders do.
-static TABLE: [u32; 2 * MIDDLE as usize >> FRACTION_BITS] = table();
+static TABLE: [u32; INTERVALS] = table();
 
-const fn table() -> [u32; 2 * MIDDLE as usize >> FRACTION_BITS] {
-    let mut table = [0; 2 * MIDDLE as usize >> FRACTION_BITS];
+const fn table() -> [u32; INTERVALS] {
+    let mut table = [0; INTERVALS];
     let mut i = 0;
-    while i < table.len() {
-        let interval = if i < table.len() / 2 { i as i32 } else { i as i32 - table.len() as i32 };
+    while i < INTERVALS {
+        let interval = if i < INTERVALS / 2 { i as i32 } else { i as i32 - INTERVALS as i32 };
         let value = excess(interval);
         table[i] = pair(value, excess(interval + 1) - value);
         i += 1;

@@ -18,7 +18,7 @@
 /*
  Bytes that a device needs at most beside the model's scratch, on 32-bit and 64-bit machines.
  */
-#define BALLRACE_STATE_SIZE 1024
+#define BALLRACE_STATE_SIZE 1536
 
 /*
  Alignment that the memory of a device needs, bytes.

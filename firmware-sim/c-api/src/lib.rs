@@ -16,7 +16,7 @@ use ballrace_core::model::{Input, Model};
 pub use types::{Block, Error, Quality, SampleResult, Status, Step, Summary};
 
 /// Bytes that a device needs at most beside the model's scratch, on 32-bit and 64-bit machines.
-pub const STATE_SIZE: usize = 1024;
+pub const STATE_SIZE: usize = 1_536;
 /// Alignment that the memory of a device needs, bytes.
 pub const MEMORY_ALIGNMENT: usize = 8;
 

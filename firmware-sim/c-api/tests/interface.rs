@@ -86,8 +86,8 @@ fn same_numbers_as_the_device_in_rust() {
             blocks += 1;
             assert_eq!((found.block.block, found.block.status), (block.block, block.status.into()));
             assert_eq!(
-                bits(&[found.block.level, found.block.deviation, found.block.ewma, found.block.cusum]),
-                bits(&[block.level, block.deviation, block.ewma, block.cusum])
+                bits(&[found.block.level, found.block.deviation, found.block.ewma]),
+                bits(&[block.level, block.deviation, block.ewma])
             );
         }
     }
