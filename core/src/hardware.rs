@@ -1,4 +1,4 @@
-//! What the processor does better than plain Rust says, each with a portable form of the same bits: two 16-bit multiply-adds
+//! What the processor does better than plain Rust can say, each with a portable form of the same bits: two 16-bit multiply-adds
 //! in an instruction of a Cortex-M4 and M7, and words read at their alignment.
 //!
 //! The only `unsafe` of the crate is here.
@@ -64,8 +64,8 @@ pub fn dot(words: &[Word; LANES], x: &[u32; LANES], sum: i32) -> i32 {
 #[inline(always)]
 pub fn dot(words: &[Word; LANES], x: &[u32; LANES], mut sum: i32) -> i32 {
     let [a, b, c, d] = *x;
-    // SAFETY: reads the sixteen bytes of `words`, at any alignment, as LDR may, and writes only its own registers. SMLAD may
-    // set the sticky Q flag, which no code that Rust compiles reads. Every Armv7E-M core has it (build.rs).
+    // SAFETY: reads the sixteen bytes of `words`, at any alignment, as LDR may, and writes only its own registers and, by
+    // SMLAD, the sticky Q flag, so `preserves_flags` is not stated. Every Armv7E-M core has it (build.rs).
     unsafe {
         core::arch::asm!(
             "ldr {0}, [{words}]", "ldr {1}, [{words}, #4]",
@@ -74,7 +74,7 @@ pub fn dot(words: &[Word; LANES], x: &[u32; LANES], mut sum: i32) -> i32 {
             "smlad {sum}, {0}, {c}, {sum}", "smlad {sum}, {1}, {d}, {sum}",
             out(reg) _, out(reg) _, words = in(reg) words,
             a = in(reg) a, b = in(reg) b, c = in(reg) c, d = in(reg) d, sum = inout(reg) sum,
-            options(pure, readonly, nostack, preserves_flags));
+            options(pure, readonly, nostack));
     }
     sum
 }
@@ -99,7 +99,7 @@ pub fn multiply_add_each(words: &[Word; LANES], x: u32, sums: &mut [i32; LANES])
             "smlad {a}, {0}, {x}, {a}", "smlad {b}, {1}, {x}, {b}", "smlad {c}, {2}, {x}, {c}", "smlad {d}, {3}, {x}, {d}",
             out(reg) _, out(reg) _, out(reg) _, out(reg) _, words = in(reg) words, x = in(reg) x,
             a = inout(reg) *a, b = inout(reg) *b, c = inout(reg) *c, d = inout(reg) *d,
-            options(pure, readonly, nostack, preserves_flags));
+            options(pure, readonly, nostack));
     }
 }
 
