@@ -1,5 +1,6 @@
 use super::settings::COSTS;
 use super::*;
+use ballrace_core::network::Arithmetic::Fixed;
 use ballrace_core::states::Alignment::{Causal, Forward, Half};
 use ballrace_core::states::Estimator::Differences;
 use ballrace_core::states::Orders::Consecutive;
@@ -43,7 +44,7 @@ fn golden_predictions_hold_on_sizes_not_fitted_to() {
                 estimator: Differences,
                 ..networks(8, 8, 110, 1)
             },
-            [72251.3, 56130.1],
+            [63963.3, 44159.7],
         ),
         (
             Sizes {
@@ -56,7 +57,7 @@ fn golden_predictions_hold_on_sizes_not_fitted_to() {
                 estimator: Differences,
                 ..networks(8, 8, 200, 1)
             },
-            [110037.2, 83778.9],
+            [100387.0, 66562.9],
         ),
         (
             Sizes {
@@ -69,7 +70,7 @@ fn golden_predictions_hold_on_sizes_not_fitted_to() {
                 estimator: Differences,
                 ..networks(10, 5, 80, 2)
             },
-            [194092.8, 172880.1],
+            [158314.6, 130001.8],
         ),
         (
             Sizes {
@@ -82,7 +83,7 @@ fn golden_predictions_hold_on_sizes_not_fitted_to() {
                 estimator: Differences,
                 ..networks(1, 1, 9, 1)
             },
-            [6083.7, 4887.8],
+            [5785.8, 4338.5],
         ),
         (
             Sizes {
@@ -96,7 +97,7 @@ fn golden_predictions_hold_on_sizes_not_fitted_to() {
                 estimator: Differences,
                 ..networks(6, 6, 60, 1)
             },
-            [43634.1, 33784.9],
+            [39423.3, 27603.6],
         ),
         (
             Sizes {
@@ -109,7 +110,7 @@ fn golden_predictions_hold_on_sizes_not_fitted_to() {
                 estimator: Differences,
                 ..networks(7, 9, 44, 1)
             },
-            [36550.5, 30403.1],
+            [31710.8, 24201.9],
         ),
         (
             Sizes {
@@ -122,7 +123,7 @@ fn golden_predictions_hold_on_sizes_not_fitted_to() {
                 estimator: SAVITZKY_GOLAY,
                 ..networks(6, 8, 256, 1)
             },
-            [143281.1, 109520.3],
+            [130229.9, 87212.7],
         ),
         (
             Sizes {
@@ -135,7 +136,35 @@ fn golden_predictions_hold_on_sizes_not_fitted_to() {
                 estimator: KALMAN,
                 ..networks(8, 8, 37, 2)
             },
-            [71949.3, 61279.9],
+            [60757.1, 47533.9],
+        ),
+        (
+            Sizes {
+                arithmetic: Fixed,
+                degree: 2,
+                harmonics: 1,
+                powers: false,
+                nonzeros: 12,
+                equations: 1,
+                alignment: Half,
+                estimator: Differences,
+                ..networks(8, 8, 32, 1)
+            },
+            [7571.2, 7344.7],
+        ),
+        (
+            Sizes {
+                arithmetic: Fixed,
+                degree: 2,
+                harmonics: 0,
+                powers: false,
+                nonzeros: 25,
+                equations: 1,
+                alignment: Half,
+                estimator: Differences,
+                ..networks(10, 7, 51, 1)
+            },
+            [12362.8, 12359.8],
         ),
     ] {
         for (functions, traced) in [(Functions::Exact, exact), (Functions::Approx, approx)] {
