@@ -48,6 +48,8 @@ impl Rate {
 pub struct Limit {
     /// Limit of the statistic to both sides, natural logarithm of power.
     pub log_power: f64,
+    /// Limit that the rate alone asks for; greater than `log_power` where that stops at what no drift reaches.
+    pub asked_log_power: f64,
     /// Standard deviation of the noise from block to block, posterior mean.
     pub spread: f64,
     /// Standard deviation of the drift, posterior mean.
@@ -56,7 +58,7 @@ pub struct Limit {
     pub effective_blocks: f64,
     /// Number of healthy blocks without an alarm that would show the rate with 95 % confidence, free of any model.
     pub needed_blocks: f64,
-    /// Whether the limit is beyond the simulated machines, extrapolated by a Gumbel tail.
+    /// Whether the limit is beyond the simulated machines, extrapolated by a Gumbel tail as far as drift goes.
     pub extrapolated: bool,
 }
 
@@ -73,9 +75,12 @@ pub fn limit(healthy: &HealthyBlocks<'_>, rate: &Rate, ewma_weight: f32, seed: u
     // Waiting times of rare alarms are exponential: so many machines have none within the horizon.
     let p = (-(horizon as f64) / mean_blocks).exp();
     let seen = 1.0 - SETTINGS.min_exceedances as f64 / SETTINGS.machines as f64;
-    let log_power = if p <= seen { quantile(&greatest, p) } else { gumbel(&greatest, seen, p) };
+    let asked = if p <= seen { quantile(&greatest, p) } else { gumbel(&greatest, seen, p) };
+    let beyond_drift = SETTINGS.max_drift_deviations * SETTINGS.max_drift;
+    let log_power = if p <= seen { asked } else { asked.min(beyond_drift.max(quantile(&greatest, seen))) };
     Limit {
         log_power: log_power.max(posterior.spread),
+        asked_log_power: asked.max(posterior.spread),
         spread: posterior.spread,
         drift: posterior.drift,
         effective_blocks: effective(healthy.log_levels),

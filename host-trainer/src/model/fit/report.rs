@@ -139,8 +139,14 @@ impl MonitorReport {
     /// What the limit is and rests on, in words.
     pub fn basis(&self) -> String {
         let l = &self.limit;
-        let beyond =
-            if l.extrapolated { "extrapolated from the simulated machines" } else { "from simulated machines" };
+        let beyond = match (l.extrapolated, l.asked_log_power > l.log_power) {
+            (true, true) => format!(
+                "held where no drift of a healthy machine goes (the rate asks for {:.2}, extrapolated)",
+                l.asked_log_power.exp()
+            ),
+            (true, false) => "extrapolated from the simulated machines".into(),
+            (false, _) => String::from("from simulated machines"),
+        };
         format!(
             "{} false alarms a day of {:.0} blocks, at a factor of {:.2} in power to either side, {beyond}; rests on {} healthy \
              blocks ({} held out, {:.0} effective), noise {:.3}, drift {:.3}; {:.0} healthy blocks without an alarm would show it",

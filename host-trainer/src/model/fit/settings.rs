@@ -74,9 +74,11 @@ pub struct LimitSettings {
     /// Correlation time of the drift over the length of the healthy record: drift within a tenth of it is all that the record
     /// shows.
     pub correlation_factor: usize,
-    /// Greatest standard deviation of a healthy machine's drift, natural logarithm of power: a level beyond e^±1.5, three of
-    /// them, is no drift of a healthy machine.
+    /// Greatest standard deviation of a healthy machine's drift, natural logarithm of power.
     pub max_drift: f64,
+    /// Number of the greatest standard deviations beyond which a level is no drift of a healthy machine: an extrapolated limit
+    /// goes no further. Not tuned: chosen by hand.
+    pub max_drift_deviations: f64,
     /// Cells of the posterior in the drift.
     pub drifts: usize,
     /// Cells of the posterior in the noise.
@@ -106,6 +108,7 @@ impl LimitSettings {
         ewma_weight: 0.3,
         correlation_factor: 10,
         max_drift: 0.5,
+        max_drift_deviations: 3.0,
         drifts: 20,
         noises: 13,
         noise_range: (0.3, 1.8),

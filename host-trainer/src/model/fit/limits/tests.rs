@@ -27,6 +27,18 @@ fn invariant_limits_widen_with_rarer_alarms_fewer_blocks_and_drift() {
     assert_eq!(limit_of(&few, &RATE), limit_of(&few, &RATE));
 }
 
+/// Seconds of a healthy machine do not excuse a level that no drift of a healthy machine reaches.
+#[test]
+fn invariant_extrapolation_ends_where_drift_does() {
+    let rate = |day: f64| Rate { false_alarms_per_day: 0.1, blocks_per_day: day };
+    let few = white(3, 20);
+    let (rare, never) = (limit_of(&few, &rate(864_000.0)), limit_of(&few, &rate(864_000_000.0)));
+    assert!(rare.extrapolated && never.extrapolated);
+    assert_eq!(rare.log_power, never.log_power);
+    assert!(rare.log_power < rare.asked_log_power && rare.asked_log_power < never.asked_log_power);
+    assert!((1.5..2.2).contains(&never.log_power), "{never:?}");
+}
+
 #[test]
 fn blocks_that_say_nothing_still_give_a_limit() {
     for levels in [vec![], vec![0.1], vec![0.1, 0.1], vec![0.1; 50]] {
