@@ -63,11 +63,21 @@ pub fn simulate_altered(
     start: &Start,
     alter: &dyn Fn(&mut Assembly),
 ) -> Result<Recording, RigError> {
-    let run = Run { rig, condition: *condition, start: *start };
-    let (prepared, chain) = prepare(&run, alter)?;
-    // One run in, one result out.
-    let signals = bearing::integrate(std::slice::from_ref(&prepared)).swap_remove(0);
-    finish(&run, &prepared, &chain, signals)
+    let mut run = Run { rig, condition: *condition, start: *start };
+    loop {
+        let (prepared, chain) = prepare(&run, alter)?;
+        // One run in, one result out.
+        let signals = bearing::integrate(std::slice::from_ref(&prepared)).swap_remove(0);
+        match finish(&run, &prepared, &chain, signals) {
+            // A force may be stiffer at the start than where its steps are counted for.
+            Err(RigError::Diverged { .. })
+                if start.substeps.is_none() && prepared.substeps < SETTINGS.most_finer_steps =>
+            {
+                run.start.substeps = Some(4 * prepared.substeps);
+            }
+            ended => return ended,
+        }
+    }
 }
 
 /// Simulates many runs side by side, on all threads of the current rayon pool; runs of equal counts (balls, samples,
@@ -77,7 +87,11 @@ pub fn simulate_altered(
 ///
 /// As [`simulate`], for the first run that fails.
 pub fn simulate_many(runs: &[Run]) -> Result<Vec<Recording>, RigError> {
-    simulate_all(runs)?.into_iter().collect()
+    let ended = |(made, run): (Result<Recording, RigError>, &Run)| match made {
+        Err(RigError::Diverged { .. }) => simulate(run.rig, &run.condition, &run.start),
+        other => other,
+    };
+    simulate_all(runs)?.into_iter().zip(runs).map(ended).collect()
 }
 
 /// Simulates as [`simulate_many`], with a result of its own for each run that diverges: a search may step to an impossible

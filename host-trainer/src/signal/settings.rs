@@ -202,6 +202,10 @@ pub struct SurrogateSettings {
     pub iterations: usize,
     /// Least periodic power of the innovations over its mean. Not tuned: chosen by hand.
     pub min_level: f64,
+    /// Most steps by which unknown samples are restored. Not tuned.
+    pub restoring_steps: usize,
+    /// Share of the gradient's first sum of squares at which they end. Not tuned.
+    pub restored_share: f64,
 }
 
 impl SurrogateSettings {
@@ -215,6 +219,8 @@ impl SurrogateSettings {
         guard_bins: 3,
         iterations: 20,
         min_level: 0.05,
+        restoring_steps: 60,
+        restored_share: 1e-6,
     };
 }
 

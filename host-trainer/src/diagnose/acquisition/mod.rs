@@ -1,24 +1,27 @@
 //! Faults of the acquisition, found in the samples themselves: clipping, offset, missing samples. They are detected first, and
 //! removed or cut out.
 
+mod clipping;
 mod dropped;
+
+use clipping::Limits;
 
 use super::DiagnoseError;
 use crate::identify::calibrate::split::{longer_part, part};
-use crate::identify::likelihood::observed::{CHANNELS, Observed, accelerations};
+use crate::identify::likelihood::observed::{CHANNELS, Observed};
 use crate::recording::Recording;
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{EffectEntry, Rig};
 use crate::signal::transform::hann;
 use crate::stats::significance::two_sided;
 
-/// Minimum count of samples at the maximum of a clipped channel; noise has one, or a few by rounding.
-const TIES: usize = 12;
 /// Standard deviations from 0 of a mean that is an offset.
 const OFFSET: f64 = 4.0;
 /// Standard deviation of an offset that a sensor has when nothing is wrong with it, over that of its noise: by hand. It is the same
 /// in all recordings of a sensor.
-const OFFSET_OF_NOISE: f64 = 0.3;
+const OFFSET_OF_NOISE: f64 = 0.5;
+/// Greatest probability of a fault: others than those of the vocabulary are possible.
+pub const SURE: f64 = 0.97;
 /// Standard errors by which two channels' offsets may differ and count as one.
 const ALIKE: f64 = 3.0;
 /// Samples to either side of missing ones that are left out, too: where they are missing is known no better.
@@ -33,6 +36,8 @@ pub struct Fault {
     pub evidence: String,
     /// p-value of the fault.
     pub p_value: f64,
+    /// Probability.
+    pub probability: f64,
 }
 
 /// Recordings with their acquisition faults.
@@ -42,8 +47,10 @@ pub struct Acquired {
     pub recordings: Vec<Recording>,
     /// Removed faults: offsets, missing samples.
     pub taken_out: Vec<Fault>,
-    /// Clipping. Its samples stay as they are.
+    /// Clipping. Its samples are restored.
     pub clipped: Vec<Fault>,
+    /// Limits of each recording, by its name.
+    limits: Vec<(String, Limits)>,
 }
 
 impl Acquired {
@@ -52,53 +59,31 @@ impl Acquired {
     /// # Errors
     /// Recordings without acceleration, speed or load; a rig that cannot run.
     pub fn detect(rig: &Rig, recordings: &[Recording]) -> Result<Self, DiagnoseError> {
-        let clipped = clipped(recordings);
+        let limits: Vec<Limits> = recordings.iter().map(Limits::of).collect();
+        let clipped = clipping::clipped(recordings, &limits);
+        let restored: Vec<Recording> = recordings.iter().zip(&limits).map(|(r, limits)| limits.restored(r)).collect();
+        let limits = recordings.iter().map(Recording::name).zip(limits).collect();
         let noise_std = rig.bearing().map_or(0.0, |machine| machine.sensor.noise_std_m_per_s2);
-        let mut taken_out = offset(&Observed::from_recordings(recordings)?, noise_std);
-        let mut recordings = without(recordings, &taken_out);
+        let mut taken_out = offset(&Observed::from_recordings(&restored)?, noise_std);
+        let mut recordings = without(&restored, &taken_out);
         taken_out.extend(whole_part(&mut recordings));
-        Ok(Self { recordings, taken_out, clipped })
+        Ok(Self { recordings, taken_out, clipped, limits })
+    }
+
+    /// Samples of a channel as this sensor records those of a healthy one: with its offset and, in the recording of that name,
+    /// within its limits.
+    pub fn as_recorded(&self, recording: &str, channel: usize, samples: &[f64]) -> Vec<f64> {
+        let is_offset = |f: &&Fault| f.effect.kind == EffectKind::SensorBias && concerns(f, CHANNELS[channel]);
+        let offset: f64 = self.faults().filter(is_offset).filter_map(|f| f.effect.number(ParameterKey::Value)).sum();
+        let limits = self.limits.iter().find(|(name, _)| name == recording).map(|(_, limits)| limits);
+        let within = |value: f64| limits.map_or(value, |limits| limits.clamped(channel, value));
+        samples.iter().map(|v| within(v + offset)).collect()
     }
 
     /// All faults, the removed ones first.
     pub fn faults(&self) -> impl DoubleEndedIterator<Item = &Fault> {
         self.taken_out.iter().chain(&self.clipped)
     }
-}
-
-/// Channels that are clipped in most of the recordings.
-fn clipped(recordings: &[Recording]) -> Vec<Fault> {
-    let mut levels: [Vec<(f64, usize)>; 2] = [Vec::new(), Vec::new()];
-    for recording in recordings {
-        for (channel, found) in accelerations(recording).into_iter().enumerate() {
-            let Some(samples) = found.map(|c| &c.samples) else { continue };
-            let top = samples.iter().fold(0.0f64, |t, v| t.max(v.abs()));
-            let ties = samples.iter().filter(|v| v.abs() > top * (1.0 - 1e-6)).count();
-            if ties >= TIES {
-                levels[channel].push((top, ties));
-            }
-        }
-    }
-    let mut out = Vec::new();
-    for (channel, mut found) in levels.into_iter().enumerate() {
-        if 2 * found.len() <= recordings.len() {
-            continue;
-        }
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (value, ties) = found[found.len() / 2];
-        let effect = EffectEntry::new(EffectKind::SensorClipping, &[(ParameterKey::Value, value)])
-            .with_text(ParameterKey::Channel, CHANNELS[channel]);
-        let evidence = format!(
-            "{ties} samples of {} are at exactly ±{value:.4} m/s², its maximum; {} of {} recordings are clipped in this way.",
-            CHANNELS[channel],
-            found.len(),
-            recordings.len()
-        );
-        // By chance each sample has at least two values to take.
-        let p_value = 0.5f64.powi(ties.min(200) as i32);
-        out.push(Fault { effect, evidence, p_value });
-    }
-    out
 }
 
 /// Channels with an offset: the mean of an acceleration is 0 within the sensor's noise.
@@ -128,7 +113,9 @@ fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
         let evidence = format!(
             "{name} has a mean of {mean:.4} m/s² in every recording, {z:.0} standard deviations of a healthy sensor's from 0.",
         );
-        out.push(Fault { effect, evidence, p_value: two_sided(z) });
+        // Sensors differ by more than the prior says, the more so the nearer.
+        let probability = SURE * -(-(z - OFFSET / 2.0) / OFFSET).exp_m1();
+        out.push(Fault { effect, evidence, p_value: two_sided(z), probability });
         levels.push((mean, healthy * healthy + weight.recip()));
     }
     // The same offset in all channels is one fault.
@@ -139,9 +126,18 @@ fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
         let effect = EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, value)])
             .with_text(ParameterKey::Channel, "all");
         let evidence = format!("{} {}", first.evidence, second.evidence);
-        return vec![Fault { effect, evidence, p_value: first.p_value.max(second.p_value) }];
+        let (p_value, probability) = (first.p_value.max(second.p_value), first.probability.min(second.probability));
+        return vec![Fault { effect, evidence, p_value, probability }];
     }
     out
+}
+
+/// Whether a channel has a fault.
+fn concerns(fault: &Fault, channel: &str) -> bool {
+    match fault.effect.text(ParameterKey::Channel) {
+        None | Some("all") => channel != "tacho",
+        Some(name) => name == channel,
+    }
 }
 
 /// The recordings without their offsets.
@@ -149,11 +145,7 @@ fn without(recordings: &[Recording], offsets: &[Fault]) -> Vec<Recording> {
     let mut out = recordings.to_vec();
     for fault in offsets {
         let value = fault.effect.number(ParameterKey::Value).unwrap_or_default();
-        let concerns = |name: &str| match fault.effect.text(ParameterKey::Channel) {
-            None | Some("all") => name != "tacho",
-            Some(channel) => channel == name,
-        };
-        for channel in out.iter_mut().flat_map(|r| &mut r.channels).filter(|c| concerns(&c.name)) {
+        for channel in out.iter_mut().flat_map(|r| &mut r.channels).filter(|c| concerns(fault, &c.name)) {
             channel.samples.iter_mut().for_each(|v| *v -= value);
         }
     }
@@ -186,5 +178,5 @@ fn whole_part(recordings: &mut [Recording]) -> Option<Fault> {
         EffectKind::DroppedSamples,
         &[(ParameterKey::TimeS, gap.sample as f64 / rate), (ParameterKey::Count, gap.count as f64)],
     );
-    Some(Fault { effect, evidence, p_value: two_sided(gap.z) })
+    Some(Fault { effect, evidence, p_value: two_sided(gap.z), probability: SURE })
 }

@@ -9,6 +9,7 @@ use crate::identify::force_balance::{
 };
 use crate::recording::Recording;
 use crate::rig::sdof::Interpolation;
+use crate::signal::surrogate::autoregression::Autoregression;
 
 const SETTINGS: SdofSettings = SdofSettings::DEFAULT;
 
@@ -228,6 +229,19 @@ impl Acquired {
             self.under_test().flat_map(signal).fold(f64::MIN_POSITIVE, |largest, x| largest.max(x.abs()))
         };
         [largest(|t| &t.states.position), largest(|t| &t.states.velocity)]
+    }
+
+    /// RMS of what an autoregression does not predict of the sensor's signal about each recording's mean.
+    pub fn innovations(&self) -> f64 {
+        let (mut squares, mut count) = (0.0, 0);
+        for track in self.under_test() {
+            let mean = track.raw.iter().sum::<f64>() / track.len() as f64;
+            let moving: Vec<f64> = track.raw.iter().map(|x| x - mean).collect();
+            let innovations = Autoregression::new(&moving).innovations(&moving);
+            squares += innovations.iter().map(|e| e * e).sum::<f64>();
+            count += innovations.len();
+        }
+        (squares / count.max(1) as f64).sqrt()
     }
 
     /// Standard deviation of the sensor's signal about each recording's mean.

@@ -366,7 +366,8 @@ impl<'a> Builder<'a> {
         let rate = self.acquired.under_test().map(|t| t.sample_rate_hz).fold(f64::INFINITY, f64::min);
         let own = self.acquired.under_test().map(|t| super::acquire::frequency_hz(&t.states)).fold(0.0, f64::max);
         let (low, high) = ((12.0 / longest).max(1.6 * own), (0.25 * rate).min(20.0 * own));
-        if high > 2.0 * low {
+        // A mode has the mass's acceleration for its input, which must show.
+        if high > 2.0 * low && !self.nominal.is_overdamped(self.acquired) {
             let mut variants = Vec::new();
             for k in 0..16 {
                 let hz = low * (high / low).powf(f64::from(k) / 15.0);

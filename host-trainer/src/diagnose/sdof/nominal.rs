@@ -55,6 +55,13 @@ impl Nominal {
         })
     }
 
+    /// Whether the mass is too small to show: its velocity follows the force within half a sample. The position is then the
+    /// integral of the force, which dry friction stops; only predictions from one sample to the next mean anything.
+    pub fn is_overdamped(&self, acquired: &Acquired) -> bool {
+        let step = acquired.tracks.iter().map(super::acquire::Track::step_s).fold(f64::INFINITY, f64::min);
+        self.machine.mass_kg < 0.5 * step * self.machine.damping_n_s_per_m
+    }
+
     /// Linear part of the rig.
     pub fn operator(&self, sensed: Sensed) -> Operator {
         Operator {

@@ -51,6 +51,9 @@ pub struct SdofSettings {
     /// Share of the held-out error that a flexible model must take away for a mismatch without a name. Chosen on synthetic
     /// cases (seeds 1 to 3).
     pub unexplained: f64,
+    /// Error of a simulation over the motion's spread from which the rig explains nothing of it, and share of the spread below
+    /// which what an autoregression leaves says that there is a motion to explain. By hand.
+    pub explains_nothing: [f64; 2],
     /// Error of a simulation as a share of the motion's spread that is numerical: of the interpolation of the input and of
     /// the states between samples.
     pub numerical: f64,
@@ -102,6 +105,7 @@ impl SdofSettings {
         flexible_columns: 8,
         flexible_worth: 0.004,
         explains: 0.45,
+        explains_nothing: [0.5, 0.3],
         unexplained: 0.05,
         numerical: 3e-4,
         min_window: 16,

@@ -79,7 +79,7 @@ impl Case<'_> {
             let (rig, keys) = validate::with_causes(&self.rig(&selection.chosen), &causes, self.free());
             // A place within a term is fitted by simulation only.
             let placed = causes.iter().any(|c| PLACED.contains(&c.entry.kind));
-            let overdamped = self.overdamped();
+            let overdamped = self.nominal.is_overdamped(self.acquired);
             let (disturbed, shortest) = if overdamped {
                 (true, Windows::new(self.acquired, 1))
             } else {
@@ -158,9 +158,17 @@ impl Case<'_> {
             (false, true) if selection.explained() < SETTINGS.explains => Verdict::Unexplained,
             (false, _) if !clean => Verdict::Mismatch,
             (true, true) if faults.is_empty() => Verdict::Unexplained,
+            (true, false) if faults.is_empty() && self.explains_nothing(before) => Verdict::Unexplained,
             _ if !faults.is_empty() => Verdict::Mismatch,
             _ => Verdict::NoMismatch,
         }
+    }
+
+    /// Whether the rig's simulation leaves most of a motion that the recordings' own past predicts.
+    fn explains_nothing(&self, before: Option<&SimulatedFit>) -> bool {
+        let [left, innovations] = SETTINGS.explains_nothing;
+        let spread = self.acquired.spread();
+        before.is_none_or(|b| b.rms > left * spread) && self.acquired.innovations() < innovations * spread
     }
 
     /// The selection without the cause that improves the simulation least, if that is too little.
@@ -233,14 +241,6 @@ impl Case<'_> {
         }
     }
 
-    /// Whether the mass is too small to show: its velocity follows the force within half a sample. The position is then the
-    /// integral of the force, which dry friction stops; only predictions from one sample to the next mean anything.
-    fn overdamped(&self) -> bool {
-        let machine = &self.nominal.machine;
-        let step = self.acquired.tracks.iter().map(super::acquire::Track::step_s).fold(f64::INFINITY, f64::min);
-        machine.mass_kg < 0.5 * step * machine.damping_n_s_per_m
-    }
-
     /// Fit of the regression.
     fn by_regression(&self, model: &TermModel, windows: &Windows) -> Option<SimulatedFit> {
         let rig_of = |model: &TermModel| {
@@ -265,7 +265,7 @@ impl Case<'_> {
             widths.as_ref()?.get(column).copied()
         };
         let widths: Vec<Option<f64>> = keys.iter().map(width).collect();
-        let rms = if self.overdamped() {
+        let rms = if self.nominal.is_overdamped(self.acquired) {
             let errors = self.table.step_errors(model);
             (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt()
         } else {

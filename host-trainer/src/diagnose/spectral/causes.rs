@@ -10,18 +10,18 @@ use super::data::Point;
 use super::events::{Event, Occurrence};
 use super::expansion::Expansion;
 use super::fit::Model;
-use super::settings::{EventSettings, GateSettings};
+use super::settings::{EventSettings, GateSettings, IntervalSettings};
 use super::text;
-use crate::diagnose::DiagnoseError;
 use crate::diagnose::acquisition::Fault;
 use crate::diagnose::result::{Aspect, Cause, Fitted, Parameter, Test};
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::rig::EffectEntry;
 use crate::rig::config::{RigKey, RigKind};
-use crate::rig::effect::ParameterKey;
+use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::stats::significance::Z975;
 
 const GATE: GateSettings = GateSettings::DEFAULT;
+const INTERVALS: IntervalSettings = IntervalSettings::DEFAULT;
 
 /// Cause that passed the gate.
 pub struct Accepted<'d, 'a> {
@@ -49,17 +49,44 @@ pub fn probability(best: &Candidate, rivals: &[Candidate], is_second: bool) -> f
     (by_gain.max(0.0) * by_rank / (1.0 + others)).min(GATE.most_probable)
 }
 
+/// Trust in causes by what they leave.
+#[derive(Clone, Copy, Debug)]
+pub struct Trust {
+    /// Share of the lack of fit that is left; 0 where that is within chance.
+    pub share: f64,
+}
+
+impl Trust {
+    /// Factor of the probability of an effect.
+    pub fn of(self, kind: EffectKind) -> f64 {
+        let [full, none] = GATE.left_share;
+        let trust = (1.0 - (self.share - full) / (none - full)).clamp(0.0, 1.0);
+        match kind {
+            EffectKind::OuterRaceDefect | EffectKind::InnerRaceDefect | EffectKind::BallDefect => {
+                trust.max(GATE.defect_trust)
+            }
+            _ => trust,
+        }
+    }
+
+    /// Whether an effect of a probability by itself is stated as a cause.
+    pub fn states(self, probability: f64, kind: EffectKind) -> bool {
+        probability * self.of(kind) >= GATE.least_probable.min(probability)
+    }
+}
+
 /// Intervals of the parameters of effects, by the effect's index and key.
 pub type Intervals = BTreeMap<(usize, ParameterKey), [f64; 2]>;
 
-/// Interval of each coordinate: values of the effects by index and key, and the rig's unknown numbers.
-pub fn estimates(model: &Model, point: &Point, unknown: usize) -> Result<(Intervals, Vec<Fitted>), DiagnoseError> {
+/// 95 % interval of each coordinate, of an effect with the error of its form: values of the effects by index and key, and the rig's unknown numbers.
+pub fn estimates(model: &Model, point: &Point, unknown: usize) -> (Intervals, Vec<Fitted>) {
     let (mut effects, mut numbers) = (BTreeMap::new(), Vec::new());
     let count = model.coordinates.len();
     if count == 0 {
-        return Ok((effects, numbers));
+        return (effects, numbers);
     }
-    let expansion = Expansion::new(model, point)?;
+    // A rig that cannot run next to the estimate has no interval.
+    let Ok(expansion) = Expansion::new(model, point) else { return (effects, numbers) };
     let all = expansion.gradient.len();
     let inverse = Mat::from_fn(all, all, |a, b| expansion.information[(a, b)] + if a == b { 1e-9 } else { 0.0 })
         .partial_piv_lu()
@@ -69,15 +96,18 @@ pub fn estimates(model: &Model, point: &Point, unknown: usize) -> Result<(Interv
         let pulls = expansion.pieces.iter().map(|g| (0..all).map(|b| inverse[(a, b)] * g[b]).sum::<f64>().powi(2));
         let variance = inverse[(a, a)].max(pulls.sum::<f64>()).max(0.0);
         let half = Z975 * variance.sqrt();
+        let value = coordinate.to_value(point.values[a]);
         let ends = [-half, half].map(|d| coordinate.to_value(point.values[a] + d));
         let ends = [ends[0].min(ends[1]), ends[0].max(ends[1])];
         if a < unknown {
-            numbers.push((coordinate.key.to_string(), coordinate.to_value(point.values[a]), ends));
+            numbers.push((coordinate.key.to_string(), value, ends));
         } else if let RigKey::Effect { index, key } = coordinate.key {
-            effects.insert((index, key), ends);
+            let of_form = Z975 * INTERVALS.form_error(key, value);
+            effects
+                .insert((index, key), [value - of_form.hypot(value - ends[0]), value + of_form.hypot(ends[1] - value)]);
         }
     }
-    Ok((effects, numbers))
+    (effects, numbers)
 }
 
 /// Ends of the interval of an effect's strength over the strength.
@@ -119,7 +149,7 @@ pub fn cause(accepted: &Accepted, effect: &EffectEntry, values: &Intervals) -> C
 pub fn fault_cause(fault: &Fault) -> Cause {
     Cause {
         name: fault.effect.kind.to_string(),
-        probability: GATE.most_probable,
+        probability: fault.probability,
         parameters: fault.effect.parameters.iter().map(|(key, value)| (key.to_string(), value.into())).collect(),
         interval95: BTreeMap::new(),
         evidence: fault.evidence.clone(),
@@ -128,12 +158,12 @@ pub fn fault_cause(fault: &Fault) -> Cause {
 }
 
 /// Cause of an event; `names` are those of all recordings.
-pub fn event_cause(event: &Event, names: &[String]) -> Cause {
+pub fn event_cause(event: &Event, names: &[String], trust: Trust) -> Cause {
     let effect = event.mean();
     let times: Vec<(String, f64)> = occurrences(event, names).map(|(o, name)| (name.clone(), o.time_s)).collect();
     Cause {
         name: effect.kind.to_string(),
-        probability: GATE.event_probability,
+        probability: GATE.event_probability * trust.of(effect.kind),
         parameters: stated(&effect),
         interval95: BTreeMap::new(),
         evidence: text::event(&times, event.gain()),

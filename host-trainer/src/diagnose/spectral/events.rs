@@ -88,9 +88,15 @@ impl Event {
     }
 }
 
-/// Longer part of a recording before or after an event.
-pub fn without_event(observation: &Observation, time_s: f64) -> Observation {
-    observation.longer_part(time_s - SETTINGS.before_s, time_s + SETTINGS.after_s)
+/// Longer part of a recording before or after an event; after a step of the load it is under the load of then.
+pub fn without_event(observation: &Observation, time_s: f64, effect: &EffectEntry) -> Observation {
+    let (from_s, to_s) = (time_s - SETTINGS.before_s, time_s + SETTINGS.after_s);
+    let mut part = observation.longer_part(from_s, to_s);
+    let duration_s = observation.condition.samples as f64 / observation.condition.sample_rate_hz;
+    if from_s < duration_s - to_s {
+        part.condition.load_n += effect.number(ParameterKey::ChangeN).unwrap_or_default();
+    }
+    part
 }
 
 /// Events of every kind, the one with the greatest gain first; those without an occurrence are left out.

@@ -1,4 +1,4 @@
-//! Guesses of numbers that recordings show at once: modes, slip of the cage, drift of the speed, mains.
+//! Guesses of numbers that recordings show at once: modes, slip of the cage, drift of the speed.
 
 use rayon::prelude::*;
 
@@ -8,8 +8,6 @@ use super::settings::{GuessSettings, LikelihoodSettings};
 
 const SETTINGS: GuessSettings = GuessSettings::DEFAULT;
 const LIKELIHOOD: LikelihoodSettings = LikelihoodSettings::DEFAULT;
-/// Power of a line's highest bin by the tapers over that without any, on average over its place between two bins.
-const LINE_PEAK: f64 = 1.2;
 
 /// Numbers from which searches start.
 #[derive(Clone, Debug, Default)]
@@ -20,8 +18,6 @@ pub struct Guesses {
     pub slips: Vec<f64>,
     /// Rates at which the speed may drift, 1/s.
     pub drifts_per_s: Vec<f64>,
-    /// Frequencies and amplitudes of lines that stay where they are while the speed changes, Hz and m/s².
-    pub mains: Vec<(f64, f64)>,
 }
 
 impl Guesses {
@@ -31,7 +27,6 @@ impl Guesses {
             peaks_hz: [0, 1].map(|channel| peaks_hz(data, at, channel)),
             slips: slips(data, at),
             drifts_per_s: drifts_per_s(data),
-            mains: mains(data, at),
         }
     }
 }
@@ -60,32 +55,6 @@ fn drifts_per_s(data: &Data) -> Vec<f64> {
     }
     let mean = rates.iter().sum::<f64>() / rates.len() as f64;
     if mean.abs() > SETTINGS.least_drift_per_s { vec![mean] } else { Vec::new() }
-}
-
-/// Strongest line of 45 to 65 Hz that every recording has at the same frequency, with its amplitude.
-fn mains(data: &Data, at: &Point) -> Vec<(f64, f64)> {
-    let of = |hz: f64| -> Option<(f64, f64)> {
-        let each = (0..data.observations.len()).map(|n| {
-            let o = &data.observations[n];
-            let of_channel = |c: usize| {
-                let spectrum = data.channel(at, n, c);
-                let k = (hz / o.hz(1.0)).round() as usize;
-                let power = *o.power[c].as_ref()?.get(k)?;
-                let mean = spectrum.noise(k) + spectrum.line(k);
-                Some((power / mean, (4.0 * power / o.condition.samples as f64 / LINE_PEAK).sqrt()))
-            };
-            (0..2).filter_map(of_channel).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0.0))
-        });
-        let each: Vec<(f64, f64)> = each.collect();
-        let least = each.iter().map(|e| e.0).fold(f64::MAX, f64::min);
-        let mean = each.iter().map(|e| e.1).sum::<f64>() / each.len().max(1) as f64;
-        (least > SETTINGS.mains_ratio).then_some((least, mean))
-    };
-    let [from, to, step] = SETTINGS.mains_hz;
-    let count = ((to - from) / step).round() as u32;
-    let lines = (0..=count).map(|n| from + step * f64::from(n)).filter_map(|hz| Some((hz, of(hz)?)));
-    let best = lines.max_by(|a, b| a.1.0.total_cmp(&b.1.0));
-    best.map(|(hz, (_, amplitude))| (hz, amplitude)).into_iter().collect()
 }
 
 /// Frequencies near which the power of a channel differs most from a prediction, Hz, of all recordings.

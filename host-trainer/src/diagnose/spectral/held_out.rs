@@ -2,9 +2,11 @@
 
 use super::events::Event;
 use super::likelihood::{Colour, hats};
+use super::mains::Mains;
 use super::observation::Observation;
 use super::prediction::{Known, START_ANGLES_RAD, predictions};
 use super::unevenness::UnevenMachines;
+use crate::diagnose::acquisition::Acquired;
 use crate::diagnose::result::HeldOut;
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::recording::Recording;
@@ -51,8 +53,20 @@ impl Synthesis<'_> {
     }
 }
 
-/// Held-out recordings with simulations before and after the correction; `events` are the event in all recordings and the
-/// index of the first held-out one among them.
+/// What happened on the way from sensor to file, and what happened once.
+pub struct Disturbed<'s> {
+    /// Faults of sensors.
+    pub acquired: &'s Acquired,
+    /// Electrical line.
+    pub mains: Option<&'s Mains>,
+    /// Event.
+    pub event: Option<&'s Event>,
+    /// Index of the first held-out recording among all.
+    pub first: usize,
+}
+
+/// Held-out recordings, which still have the electrical line, with simulations before and after the correction. Size and phase of
+/// the line are those of the recording.
 ///
 /// # Errors
 /// What the simulation refuses.
@@ -60,14 +74,14 @@ pub fn held_out(
     held: &[Observation],
     before: &Synthesis,
     after: &Synthesis,
-    (event, first): (Option<&Event>, usize),
+    disturbed: &Disturbed,
     orders: &Orders,
     seed: u64,
 ) -> Result<Vec<HeldOut>, RigError> {
     let [cage_angle0_rad, shaft_angle0_rad] = START_ANGLES_RAD;
     let mut out = Vec::new();
     for (n, o) in held.iter().enumerate() {
-        let corrected = match event.and_then(|e| e.effect_in(first + n)) {
+        let corrected = match disturbed.event.and_then(|e| e.effect_in(disturbed.first + n)) {
             Some(effect) => after.rig.clone().with_effect(effect),
             None => after.rig.clone(),
         };
@@ -78,12 +92,16 @@ pub fn held_out(
             [before.samples(&runs[0], &before.rig, o, orders)?, after.samples(&runs[1], &corrected, o, orders)?];
         for (channel, measured) in o.samples.iter().enumerate() {
             let Some(measured) = measured else { continue };
+            let mut after = after[channel].clone();
+            if let Some(mains) = disturbed.mains.filter(|mains| mains.is_in[disturbed.first + n]) {
+                after.iter_mut().zip(mains.series(measured, o)).for_each(|(v, line)| *v += line);
+            }
             out.push(HeldOut {
                 name: format!("{}-{}", o.name, CHANNELS[channel]),
                 sample_rate_hz: o.condition.sample_rate_hz,
-                measured: measured.clone(),
+                measured: disturbed.acquired.as_recorded(&o.name, channel, measured),
                 before: before[channel].clone(),
-                after: after[channel].clone(),
+                after: disturbed.acquired.as_recorded(&o.name, channel, &after),
             });
         }
     }

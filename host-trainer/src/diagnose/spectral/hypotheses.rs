@@ -6,9 +6,9 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use super::guesses::Guesses;
-use crate::rig::config::{BearingRig, Machine};
+use crate::rig::config::{BearingRig, Machine, RigKind};
 use crate::rig::effect::component::Component;
-use crate::rig::effect::{EffectKind, ParameterKey};
+use crate::rig::effect::{EffectKind, ParameterKey, ValueKind};
 use crate::rig::{EffectEntry, Rig};
 
 /// Effect at one component or channel, with starts of its search.
@@ -20,7 +20,7 @@ pub struct Hypothesis {
     pub place: String,
     /// Parameters that are fitted.
     pub free: &'static [ParameterKey],
-    /// Starts of the search.
+    /// Starts of the search. An effect in one direction has none of its own: it starts where that in both is found.
     pub starts: Vec<EffectEntry>,
     /// Parameter by whose square the power of the effect's lines grows, so that one run gives all its sizes; `None` for an
     /// effect whose sizes are simulated each.
@@ -49,7 +49,21 @@ pub fn all(rig: &Rig, load_n: f64, guesses: &Guesses) -> Vec<Hypothesis> {
     list.dissipation();
     list.sensors(guesses);
     list.rotation(guesses);
+    list.directions();
     list.out
+}
+
+impl Hypothesis {
+    /// Whether this is the same effect in one of the directions in which another one acts.
+    pub fn is_direction_of(&self, other: &Self) -> bool {
+        let direction = self.place.strip_prefix(other.place.as_str());
+        self.kind == other.kind && direction.is_some_and(|rest| matches!(rest, "-x" | "-y"))
+    }
+
+    /// Effect at this hypothesis's component.
+    pub fn placed(&self, effect: &EffectEntry) -> EffectEntry {
+        effect.clone().with_text(ParameterKey::Component, &self.place)
+    }
 }
 
 struct List<'r> {
@@ -196,7 +210,7 @@ impl List<'_> {
                     self.add(kind, component, &[Value], logs.iter().map(of).collect());
                 }
             };
-            let small = [-0.3, -0.06, 0.06, 0.3];
+            let small = [-0.3, -0.06, -0.02, 0.02, 0.06, 0.3];
             change(EffectKind::StiffnessChange, support.map_or(contact, |s| s.stiffness_n_per_m), &small);
             if let Some(support) = support {
                 change(EffectKind::DampingChange, support.damping_n_s_per_m, &[-0.8, 0.4, 1.2]);
@@ -241,6 +255,21 @@ impl List<'_> {
         self.add(EffectKind::ViscousFriction, "bearing", &[DampingNSPerM], starts);
     }
 
+    /// The effects of a support in one direction only.
+    fn directions(&mut self) {
+        let of = |h: &Hypothesis| {
+            let names = match h.kind.definition().parameter(ParameterKey::Component).map(|p| p.value_kind) {
+                Some(ValueKind::Name(choices)) => choices.names(RigKind::Bearing5Dof),
+                _ => &[],
+            };
+            let places = ["x", "y"].map(|axis| format!("{}-{axis}", h.place));
+            let known = places.into_iter().filter(move |place| names.contains(&place.as_str()));
+            known.map(|place| Hypothesis { place, starts: Vec::new(), ..h.clone() }).collect::<Vec<_>>()
+        };
+        let directed: Vec<Hypothesis> = self.out.iter().flat_map(of).collect();
+        self.out.extend(directed);
+    }
+
     fn rotation(&mut self, guesses: &Guesses) {
         use ParameterKey::{Fraction, RatePerS};
         let of = |slip: &f64| EffectEntry::new(EffectKind::CageSlip, &[(Fraction, *slip)]);
@@ -257,14 +286,7 @@ impl List<'_> {
     }
 
     fn sensors(&mut self, guesses: &Guesses) {
-        use ParameterKey::{Amplitude, Channel, DampingRatio, FrequencyHz, Gain, Value};
-        let of = |(hz, amplitude): &(f64, f64)| {
-            EffectEntry::new(EffectKind::MainsInterference, &[(FrequencyHz, *hz), (Amplitude, *amplitude)])
-        };
-        let mains: Vec<EffectEntry> = guesses.mains.iter().map(of).collect();
-        if !mains.is_empty() {
-            self.add(EffectKind::MainsInterference, "", &[FrequencyHz, Amplitude], mains);
-        }
+        use ParameterKey::{Channel, DampingRatio, FrequencyHz, Gain, Value};
         for (channel, peaks) in ["ax", "ay"].into_iter().zip(&guesses.peaks_hz) {
             let sizes = [0.01, 0.04].into_iter().flat_map(|ratio| [3.0, -3.0].map(|gain| (ratio, gain)));
             let modes = peaks.iter().flat_map(|hz| sizes.clone().map(|(ratio, gain)| (*hz, ratio, gain)));
@@ -328,7 +350,7 @@ mod tests {
         Spectra,
         /// The whitened samples, `diagnose::spectral::events`.
         Events,
-        /// The samples themselves, `diagnose::acquisition`.
+        /// The samples themselves, `diagnose::acquisition`, and `mains`.
         Acquisition,
         /// Not sought: outside the vocabulary.
         None,
@@ -361,22 +383,19 @@ mod tests {
             | EffectKind::SpeedDrift
             | EffectKind::CageSlip
             | EffectKind::ContactExponent
-            | EffectKind::SensorGain
-            | EffectKind::MainsInterference => SoughtBy::Spectra,
+            | EffectKind::SensorGain => SoughtBy::Spectra,
             EffectKind::LoadStep | EffectKind::Shock => SoughtBy::Events,
             EffectKind::LubricantFilm => SoughtBy::None,
-            EffectKind::SensorBias | EffectKind::SensorClipping | EffectKind::DroppedSamples => SoughtBy::Acquisition,
+            EffectKind::SensorBias
+            | EffectKind::SensorClipping
+            | EffectKind::DroppedSamples
+            | EffectKind::MainsInterference => SoughtBy::Acquisition,
         }
     }
 
     #[test]
     fn invariant_every_effect_has_hypotheses_where_the_spectra_seek_it() {
-        let guesses = Guesses {
-            peaks_hz: [vec![2000.0], vec![900.0]],
-            slips: vec![0.02],
-            drifts_per_s: vec![0.01],
-            mains: vec![(50.0, 0.1)],
-        };
+        let guesses = Guesses { peaks_hz: [vec![2000.0], vec![900.0]], slips: vec![0.02], drifts_per_s: vec![0.01] };
         let sought: Vec<_> = all(&nominal(), 500.0, &guesses).iter().map(|h| h.kind).collect();
         for kind in EffectKind::ALL {
             assert_eq!(sought.contains(kind), sought_by(*kind) == SoughtBy::Spectra, "{kind}");

@@ -10,6 +10,7 @@
 //! | `expansion` | gradient and information at a point |
 //! | `fit` | Fisher scoring of the rig's numbers and the noise's colour |
 //! | `events` | shocks and steps of the load, each at a time of its own |
+//! | `mains` | lines of the electrical supply, taken out of the samples |
 //! | `hypotheses` | lasting effects with starts of their search |
 //! | `guesses` | numbers that recordings show at once |
 //! | `candidate` | hypotheses fitted on top of a null fit |
@@ -36,6 +37,7 @@ mod held_out;
 mod hypotheses;
 mod lack;
 mod likelihood;
+mod mains;
 mod observation;
 mod pipeline;
 mod prediction;

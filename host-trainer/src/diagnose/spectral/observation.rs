@@ -53,6 +53,13 @@ impl Observation {
         Self { name: self.name.clone(), condition, samples, power, ln_power, ..*self }
     }
 
+    /// The same recording with other samples of each channel.
+    pub fn with_samples(&self, of: impl Fn(usize, &[f64]) -> Vec<f64>) -> Self {
+        let samples = [0, 1].map(|channel| self.samples[channel].as_deref().map(|s| of(channel, s)));
+        let (power, ln_power) = powers(&samples);
+        Self { samples, power, ln_power, ..self.clone() }
+    }
+
     /// Beginning of at most `seconds`.
     pub fn beginning(&self, seconds: f64) -> Self {
         let count = (seconds * self.condition.sample_rate_hz) as usize;

@@ -1,12 +1,13 @@
 //! From recordings to a result: acquire, split, fit the nominal rig, select causes, validate.
 
 use super::baseline::Baseline;
-use super::causes::{self, Accepted, Intervals};
+use super::causes::{self, Accepted, Intervals, Trust};
 use super::data::{Data, Point};
 use super::events::{Event, events, without_event};
 use super::fit::Model;
-use super::held_out::{Synthesis, held_out};
+use super::held_out::{Disturbed, Synthesis, held_out};
 use super::lack::lack;
+use super::mains::Mains;
 use super::observation::{Observation, mean_load_n};
 use super::selection::{Selection, refit_nuisances, rejected_names};
 use super::settings::{self, FitSettings, GateSettings};
@@ -34,14 +35,21 @@ const FIT: FitSettings = FitSettings::DEFAULT;
 pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<DiagnosisResult, DiagnoseError> {
     let machine = rig.bearing().ok_or(DiagnoseError::NotBearing { found: rig.model.kind().name() })?;
     let orders = machine.bearing.geometry().orders();
-    let acquired = Acquired::detect(rig, task.recordings)?;
+    let mut acquired = Acquired::detect(rig, task.recordings)?;
     let split = Split::new(&acquired.recordings);
     let observe = |recordings: &[Recording]| -> Result<Vec<Observation>, DiagnoseError> {
         Ok(Observed::from_recordings(recordings)?.iter().map(Observation::new).collect())
     };
-    let (all_fitted, all_held) = (observe(&split.fitted)?, observe(&split.held_out)?);
-    progress("searching for events");
-    let event = event(rig, &all_fitted, &all_held, orders)?;
+    let (mut all_fitted, recorded_held) = (observe(&split.fitted)?, observe(&split.held_out)?);
+    let mut all_held = recorded_held.clone();
+    progress("searching for the electrical line and for events");
+    let all: Vec<Observation> = all_fitted.iter().chain(&all_held).cloned().collect();
+    let Once { mains, event } = Once::find(rig, &all, orders)?;
+    if let Some(mains) = &mains {
+        acquired.taken_out.push(mains.fault(&all));
+        all_held = mains.removed(&all_held, all_fitted.len());
+        all_fitted = mains.removed(&all_fitted, 0);
+    }
     let event = event.as_ref();
     let fitted = without(&all_fitted, event, 0);
     let held = without(&all_held, event, all_fitted.len());
@@ -55,17 +63,21 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     let healthy = task.baseline.map(&observe).transpose()?.unwrap_or_default();
     let healthy_data = Data::new(&healthy, orders, UnevenMachines::new(rig, &healthy, &orders)?);
     let baseline = (!healthy.is_empty()).then(|| Baseline::new(&healthy_data, &nominal, &null)).transpose()?;
-    let selection =
+    let mut selection =
         Selection::new(&nominal, &null).with_causes(&held_data, held_null.objective(), baseline, progress)?;
-    let Selection { model, point, accepted, rejected, corrected_loads, in_baseline } = selection;
+    let left = lack(&data, &selection.point).total()
+        + lack(&held_data, &refit_nuisances(&held_data, &selection.model, &selection.point)?).total();
+    let is_corrected = selection.corrected_loads || !selection.in_baseline.is_empty();
+    let unexplained = if is_corrected { left } else { before.total() + held_before.total() };
+    let chance = GATE.lack * (fitted.len() + held.len()) as f64 / 4.0;
+    let doubtful = selection.rejected.iter().find(|c| c.gain > GATE.doubtful_gain).cloned();
+    let is_beyond_chance = unexplained > chance || doubtful.is_some();
+    let share = left / (before.total() + held_before.total() + event.map_or(0.0, Event::gain)).max(1.0);
+    let trust = Trust { share: if left > chance { share } else { 0.0 } };
+    let event = event.filter(|e| trust.states(GATE.event_probability, e.effect.kind));
+    selection.judge(trust, &nominal, &null);
+    let Selection { model, point, accepted, rejected, .. } = &selection;
 
-    let is_corrected = corrected_loads || !in_baseline.is_empty();
-    let unexplained = if is_corrected {
-        lack(&data, &point).total() + lack(&held_data, &refit_nuisances(&held_data, &model, &point)?).total()
-    } else {
-        before.total() + held_before.total()
-    };
-    let is_beyond_chance = unexplained > GATE.lack * (fitted.len() + held.len()) as f64 / 4.0;
     let is_named = !accepted.is_empty() || event.is_some() || acquired.faults().next().is_some();
     let verdict = match (is_named, is_beyond_chance) {
         (true, _) => Verdict::Mismatch,
@@ -74,15 +86,16 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     };
     let corrected = model.rig_at(&point.values)?;
     let names: Vec<String> = all_fitted.iter().chain(&all_held).map(|o| o.name.clone()).collect();
-    let (intervals, numbers) = causes::estimates(&model, &point, nominal.coordinates.len())?;
-    let found = Found { event, names: &names, accepted: &accepted, corrected: &corrected, intervals: &intervals };
+    let (intervals, numbers) = causes::estimates(model, point, nominal.coordinates.len());
+    let found = Found { event, names: &names, accepted, trust, corrected: &corrected, intervals: &intervals };
     let (causes, terms) = (found.causes(&acquired), found.terms(machine, mean_load_n(&all_fitted)));
 
     progress("simulating held-out recordings");
     // Both have the noise's colours of the last fit, so that they differ by the causes alone.
     let before_rig = Synthesis { rig: nominal.rig_at(&null.values)?, colour: &point.colour };
     let after_rig = Synthesis { rig: corrected.clone(), colour: &point.colour };
-    let signals = held_out(&all_held, &before_rig, &after_rig, (event, all_fitted.len()), &orders, task.seed)?;
+    let disturbed = Disturbed { acquired: &acquired, mains: mains.as_ref(), event, first: all_fitted.len() };
+    let signals = held_out(&recorded_held, &before_rig, &after_rig, &disturbed, &orders, task.seed)?;
     let (mut fit, mut left) = shown::fit(&signals, split.describe(), task.seed);
     fit.p_value = if accepted.is_empty() && event.is_none() {
         acquired.faults().map(|f| f.p_value).reduce(f64::max).unwrap_or(1.0)
@@ -92,7 +105,7 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     };
     left.share = match verdict {
         Verdict::NoMismatch => 0.0,
-        _ => (lack(&data, &point).total() / before.total().max(1.0)).min(1.0),
+        _ => (lack(&data, point).total() / before.total().max(1.0)).min(1.0),
     };
     let samples = all_fitted.iter().chain(&all_held).map(|o| o.condition.samples).sum();
     let mut tests = before.tests.clone();
@@ -109,17 +122,18 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
         let each = before.nats.iter().chain(&held_before.nats).zip(&names);
         let most = each.max_by(|a, b| a.0.total_cmp(b.0)).map_or(String::new(), |(_, name)| format!("in {name}"));
         caveats.push(text::unexplained(unexplained, &most));
+        caveats.extend(doubtful.map(|candidate| text::doubtful(&candidate)));
     }
-    caveats.extend((!in_baseline.is_empty()).then(|| text::in_baseline(&in_baseline)));
-    caveats.extend(load_caveats(corrected_loads, task.recordings));
+    caveats.extend((!selection.in_baseline.is_empty()).then(|| text::in_baseline(&selection.in_baseline)));
+    caveats.extend(load_caveats(selection.corrected_loads, task.recordings));
     let diagnosis = Diagnosis {
         schema: SCHEMA.into(),
         verdict,
-        rejected: rejected_names(&accepted, &rejected, &causes),
+        rejected: rejected_names(accepted, rejected, &causes),
         causes,
         location,
         terms,
-        nuisance: nuisances(&data, &point),
+        nuisance: nuisances(&data, point),
         left,
         fit,
     };
@@ -133,6 +147,7 @@ struct Found<'f, 'd, 'a> {
     /// Names of all recordings.
     names: &'f [String],
     accepted: &'f [Accepted<'d, 'a>],
+    trust: Trust,
     corrected: &'f Rig,
     intervals: &'f Intervals,
 }
@@ -143,7 +158,7 @@ impl Found<'_, '_, '_> {
         let cause = |a: &Accepted| causes::cause(a, &self.corrected.effects[a.effect], self.intervals);
         let mut lasting: Vec<Cause> = self.accepted.iter().map(cause).collect();
         lasting.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-        let event = self.event.map(|e| causes::event_cause(e, self.names));
+        let event = self.event.map(|e| causes::event_cause(e, self.names, self.trust));
         acquired.faults().map(causes::fault_cause).chain(event).chain(lasting).collect()
     }
 
@@ -174,28 +189,34 @@ fn nominal<'d, 'a>(rig: &Rig, data: &'d Data<'a>) -> Model<'d, 'a> {
     )
 }
 
-/// Event that happened once in some of the recordings, the held-out ones last.
-fn event(
-    rig: &Rig,
-    fitted: &[Observation],
-    held: &[Observation],
-    orders: Orders,
-) -> Result<Option<Event>, DiagnoseError> {
-    let all: Vec<Observation> = fitted.iter().chain(held).cloned().collect();
-    let data = Data::new(&all, orders, UnevenMachines::default());
-    let nominal = nominal(rig, &data);
-    let start = nominal.start()?;
-    let point = if nominal.coordinates.is_empty() { start } else { nominal.search(start, FIT.nominal_steps)? };
-    let noise: Vec<_> = point.predictions.iter().map(|p| p.noise.clone()).collect();
-    let found = events(&nominal.rig_at(&point.values)?, &all, &noise)?;
-    Ok(found.into_iter().next())
+/// What is taken out of the recordings before a lasting effect is searched for.
+struct Once {
+    mains: Option<Mains>,
+    /// Event that happened once in some of the recordings.
+    event: Option<Event>,
+}
+
+impl Once {
+    /// Electrical line and event in all recordings, those that are held out last.
+    fn find(rig: &Rig, all: &[Observation], orders: Orders) -> Result<Self, DiagnoseError> {
+        let data = Data::new(all, orders, UnevenMachines::default());
+        let nominal = nominal(rig, &data);
+        let start = nominal.start()?;
+        let point = if nominal.coordinates.is_empty() { start } else { nominal.search(start, FIT.nominal_steps)? };
+        let mains = Mains::find(&data, &point);
+        let noise: Vec<_> = point.predictions.iter().map(|p| p.noise.clone()).collect();
+        let cleaned = mains.as_ref().map(|mains| mains.removed(all, 0));
+        let found = events(&nominal.rig_at(&point.values)?, cleaned.as_deref().unwrap_or(all), &noise)?;
+        Ok(Self { mains, event: found.into_iter().next() })
+    }
 }
 
 /// Recordings without the stretch of an event; the first of them is the `first` of all.
 fn without(observations: &[Observation], event: Option<&Event>, first: usize) -> Vec<Observation> {
     let cut = |(n, o): (usize, &Observation)| {
         let occurrence = event.and_then(|e| e.occurrences.get(first + n)).filter(|found| found.is_event());
-        occurrence.map_or_else(|| o.clone(), |found| without_event(o, found.time_s))
+        let effect = event.and_then(|e| e.effect_in(first + n));
+        occurrence.zip(effect).map_or_else(|| o.clone(), |(found, effect)| without_event(o, found.time_s, &effect))
     };
     observations.iter().enumerate().map(cut).collect()
 }

@@ -55,7 +55,7 @@ pub struct StartScore<'h> {
 }
 
 /// Hypotheses that gain most on brief recordings, best first, each with where its search ended: every start on one recording,
-/// the best of them on two, and a short search of the best of these.
+/// the best of them on two, those of a support in one direction as well, and a short search of the best of these.
 pub fn screened<'h>(null: &NullFit, brief: &Brief, hypotheses: &'h [Hypothesis]) -> Vec<StartScore<'h>> {
     let orders = null.model.data.orders;
     let data = |observations| {
@@ -67,7 +67,11 @@ pub fn screened<'h>(null: &NullFit, brief: &Brief, hypotheses: &'h [Hypothesis])
     };
     let starts = hypotheses.iter().flat_map(|h| h.starts.iter().map(move |s| (h, s.clone()))).collect();
     let kept = best_starts(scores(&first, starts, &SETTINGS.scales), SETTINGS.starts, SETTINGS.starts_each);
-    let starts = kept.into_iter().map(|score| (score.hypothesis, score.effect)).collect();
+    let directed = kept.iter().flat_map(|score| {
+        let directions = hypotheses.iter().filter(|h| h.is_direction_of(score.hypothesis));
+        directions.map(|h| (h, h.placed(&score.effect)))
+    });
+    let starts = directed.chain(kept.iter().map(|score| (score.hypothesis, score.effect.clone()))).collect();
     let kept = best_starts(scores(&second, starts, &[]), SETTINGS.hypotheses, 1);
     let searched = kept.into_par_iter().filter_map(|StartScore { hypothesis, effect, .. }| {
         let (model, from) = second.with_effect(hypothesis, &effect, true)?;

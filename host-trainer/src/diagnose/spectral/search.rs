@@ -16,6 +16,9 @@ use crate::rig::effect::{EffectKind, ParameterKey};
 
 const SETTINGS: SearchSettings = SearchSettings::DEFAULT;
 
+/// Effects that bend a spring's force.
+const CURVATURES: [EffectKind; 3] =
+    [EffectKind::HardeningStiffness, EffectKind::SofteningStiffness, EffectKind::AsymmetricStiffness];
 /// Parameters of a defect that a power spectrum shows.
 const DEFECT_KEYS: &[ParameterKey] = &[ParameterKey::DepthM, ParameterKey::WidthRad, ParameterKey::AngleRad];
 /// Effects that are always fitted to all recordings: a brief recording does not show a drift of the speed, and an error of the
@@ -60,7 +63,31 @@ pub fn candidates<'d, 'a>(
     let near = near.into_par_iter().map(|c| restarted(c.searched(null, SETTINGS.steps[1]), null));
     let mut near: Vec<Candidate> = near.collect();
     rank(&mut near);
+    let siblings = near.first().map_or_else(Vec::new, |best| siblings(best, &near, &hypotheses, null));
+    near.extend(siblings);
+    rank(&mut near);
     near.into_iter().chain(far).collect()
+}
+
+/// Fits of the other curvatures of the spring that the best candidate bends: they differ by little, and a screening may have lost
+/// the right one.
+fn siblings<'d, 'a>(
+    best_so_far: &Candidate,
+    fits: &[Candidate],
+    hypotheses: &[Hypothesis],
+    null: &NullFit<'d, 'a>,
+) -> Vec<Candidate<'d, 'a>> {
+    if !CURVATURES.contains(&best_so_far.kind) {
+        return Vec::new();
+    }
+    let is_fitted = |h: &Hypothesis| fits.iter().any(|c| c.kind == h.kind && c.place == h.place);
+    let of = |h: &Hypothesis| {
+        let whole = hypotheses.iter().find(|w| h.is_direction_of(w)).unwrap_or(h);
+        let starts: Vec<EffectEntry> = whole.starts.iter().map(|start| h.placed(start)).collect();
+        Some(best(null.started(h, &starts))?.searched(null, SETTINGS.steps[1]))
+    };
+    let others = hypotheses.iter().filter(|h| CURVATURES.contains(&h.kind) && h.place == best_so_far.place);
+    others.filter(|h| !is_fitted(h)).filter_map(of).collect()
 }
 
 /// Effect at the sizes from which its fit to all recordings starts: as screened and, of friction, weaker, since it reduces the

@@ -2,7 +2,7 @@
 
 use super::baseline::Baseline;
 use super::candidate::{Candidate, NullFit};
-use super::causes::{self, Accepted};
+use super::causes::{self, Accepted, Trust};
 use super::data::{Data, Point};
 use super::fit::Model;
 use super::lack::lack;
@@ -79,7 +79,8 @@ impl<'d, 'a> Selection<'d, 'a> {
                 break;
             }
             let best = found.remove(load_error_or_first(&found, observations));
-            let judged = refit_nuisances(held_data, &best.model, &best.point)?.objective();
+            // A rig that cannot run under the conditions of the held-out recordings does not explain them.
+            let judged = refit_nuisances(held_data, &best.model, &best.point).map_or(f64::INFINITY, |p| p.objective());
             let held_share = duration_s(held_data.observations) / duration_s(observations);
             let enough_held = GATE.held_out.max(GATE.held_out_share * held_share * best.gain);
             if best.gain < asked || held_now - judged < enough_held {
@@ -105,6 +106,17 @@ impl<'d, 'a> Selection<'d, 'a> {
             }
         }
         Ok(self)
+    }
+
+    /// Lowers the probability of the causes by what they leave; none is one if the most probable leaves too much.
+    pub fn judge(&mut self, trust: Trust, nominal: &Model<'d, 'a>, null: &Point) {
+        let is_stated = self.accepted.iter().any(|a| trust.states(a.probability, a.candidate.kind));
+        if is_stated {
+            self.accepted.iter_mut().for_each(|a| a.probability *= trust.of(a.candidate.kind));
+        } else if !self.accepted.is_empty() {
+            (self.model, self.point) = (nominal.clone(), null.clone());
+            self.rejected.splice(0..0, self.accepted.drain(..).map(|a| a.candidate));
+        }
     }
 
     /// Fits the unevenness of the balls in the rotation that a cause has changed; −ln of the held-out recordings.

@@ -52,6 +52,15 @@ pub fn unexplained(lack: f64, recordings: &str) -> String {
     )
 }
 
+/// Caveat of an effect that did not pass the gate in spite of its gain.
+pub fn doubtful(candidate: &Candidate) -> String {
+    format!(
+        "{} gains {:.0} in ln L on the fitted recordings, but the held-out ones do not bear it out or too much is left beside it.",
+        named(candidate.kind.name(), &candidate.place),
+        candidate.gain
+    )
+}
+
 /// Caveat of recordings without a stated load.
 pub const NO_LOAD: &str = "No load is stated (load_n in recordings.toml); the rig was simulated with 0 N, so that what \
                            depends on the load is a guess.";

@@ -31,7 +31,8 @@ pub(super) const EFFECT: Definition = Definition {
                 assembly,
                 move |v| -drag * v * v.abs(),
                 |scatter| move |v| -drag * mean_square(v, scatter),
-                |_| 0.0,
+                // The mean's slope at rest, and the law's at a standard deviation.
+                move |scatter| 2.0 * drag * scatter,
             );
         }
     },

@@ -7,7 +7,7 @@
 //! by noise: next-sample R² 0.8398 against 0.8384 ± 0.0001). Spectral lines leak likewise, and no autoregression whitens
 //! them: they are taken out first and put back with random phases.
 
-mod autoregression;
+pub(crate) mod autoregression;
 mod lines;
 
 use std::f64::consts::TAU;
