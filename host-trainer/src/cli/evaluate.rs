@@ -5,12 +5,17 @@ use std::path::PathBuf;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
+use super::output::{Force, Outputs};
 use super::{Failure, json, line, write};
 use crate::evaluate::cases::case_spec::{Kind, Severity};
 use crate::evaluate::cases::simulator::Simulator;
 use crate::evaluate::score::Score;
 use crate::evaluate::table::{Summary, confusion, markdown};
-use crate::evaluate::{Config, EvaluateError, evaluate, write_cases};
+use crate::evaluate::{Config, EvaluateError, effect_names, evaluate, write_cases};
+
+use super::settings::CliSettings;
+
+const SETTINGS: CliSettings = CliSettings::DEFAULT;
 
 /// Measure how often `diagnose` is right, on simulated cases with hidden effects
 ///
@@ -71,11 +76,31 @@ struct Document<'a> {
     scores: &'a [Score],
 }
 
+impl Args {
+    fn check(&self) -> Result<(), Failure> {
+        let refuse = |option: &str, found: String, expected: &str| {
+            Err(Failure::Input(format!("--{option}: found {found}, expected {expected}")))
+        };
+        if !SETTINGS.case_seconds.contains(&self.seconds) {
+            let [least, most] = [SETTINGS.case_seconds.start(), SETTINGS.case_seconds.end()];
+            return refuse("seconds", self.seconds.to_string(), &format!("{least} to {most}"));
+        }
+        for (option, found) in [("rounds", self.rounds), ("every", self.every), ("jobs", self.jobs)] {
+            if !(1..=SETTINGS.case_rounds).contains(&found) {
+                return refuse(option, found.to_string(), &format!("1 to {}", SETTINGS.case_rounds));
+            }
+        }
+        let names = effect_names();
+        if let Some(found) = self.effect.iter().find(|name| !names.contains(&name.as_str())) {
+            return refuse("effect", format!("`{found}`"), &format!("one of {}", names.join(", ")));
+        }
+        Outputs::new(Force::default(), []).folder("out", &self.out, &[])
+    }
+}
+
 /// Runs `evaluate`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if !(args.seconds.is_finite() && args.seconds >= 0.1) {
-        return Err(Failure::Input(format!("--seconds: found {}, expected at least 0.1", args.seconds)));
-    }
+    args.check()?;
     let config = Config {
         seed: args.seed,
         rounds: args.rounds,

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use super::{
     ReadError,
+    assemble::is_sample,
     error::shown,
     parse_number::{self, number},
 };
@@ -98,6 +99,9 @@ fn quick_row(bytes: &[u8], mut at: usize, layout: &Layout, columns: &mut [Vec<f6
     for (index, column) in layout.columns.iter().enumerate() {
         if column.role == Role::Value {
             let (value, end) = number(bytes, at)?;
+            if !is_sample(value) {
+                return None;
+            }
             columns[slot].push(value);
             slot += 1;
             at = end;
@@ -169,9 +173,8 @@ fn careful_row(line: &[u8], row: usize, layout: &Layout) -> Result<Vec<f64>, Rea
             let found = shown(field);
             return Err(ReadError::NotANumber { path: path.into(), row, column: name(), found });
         };
-        if !value.is_finite() {
-            let found = shown(field);
-            return Err(ReadError::NotFinite { path: path.into(), row, column: name(), found });
+        if !is_sample(value) {
+            return Err(ReadError::not_a_sample(path, row, name(), value, shown(field)));
         }
         if column.role == Role::Value {
             values.push(value);

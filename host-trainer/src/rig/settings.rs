@@ -1,5 +1,20 @@
 //! Settings of the rig's integration and of its linearisation.
 
+/// Operating conditions that no bearing runs under.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConditionLimits {
+    /// Greatest pitch diameter times speed, mm/min: main shafts of aircraft engines reach 3 million (Harris and Kotzalas,
+    /// *Essential Concepts of Bearing Technology*, 2007, chapter 1).
+    pub speed_factor_mm_per_min: f64,
+    /// Most samples of all recordings of one `simulate`, which are held in memory with some 60 bytes each.
+    pub samples: f64,
+}
+
+impl ConditionLimits {
+    /// Default limits.
+    pub const DEFAULT: Self = Self { speed_factor_mm_per_min: 3e6, samples: 3e7 };
+}
+
 /// Steps, settling times and vector use of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IntegrationSettings {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::cli::demo::{self, Config};
 use crate::cli::input::bar;
+use crate::cli::output::{Force, Outputs};
 use crate::cli::{Failure, json, line};
 
 /// Simulate a machine that differs from its rig, diagnose it, and correct the model on the device
@@ -28,6 +29,7 @@ pub struct Args {
 
 /// Runs `demo`.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    Outputs::new(Force::default(), []).folder("out", &args.out, &[])?;
     let bar = bar("demo");
     let outcome = demo::run(&Config::new(args.seed), &args.out, &|stage, share| {
         bar.set_message(stage.to_owned());

@@ -153,7 +153,8 @@ pub fn train(
     standardise_latent(layout, &mut parameters, train);
     let rates = scale_terms(layout, &mut parameters, train);
     let mut run = Run {
-        engine: Engine::new(layout.clone(), config.batch.max(1)),
+        // Room for no more than there are.
+        engine: Engine::new(layout.clone(), config.batch.clamp(1, train.len().max(1))),
         adam: Adam::new(parameters.len()),
         rates,
         parameters,
@@ -256,7 +257,7 @@ impl Run {
         if self.at == 0 {
             self.order.shuffle(&mut self.rng);
         }
-        let end = (self.at + config.batch).min(self.order.len());
+        let end = self.at.saturating_add(config.batch).min(self.order.len());
         let chosen = &self.order[self.at..end];
         self.last = self.engine.evaluate(&self.parameters, samples, chosen, lambdas);
         self.adam.step(&mut self.parameters, &self.engine.gradient, &self.rates, config.learning_rate);

@@ -20,15 +20,13 @@ use parquet::{
 use crate::recording::{
     ReadError,
     assemble::{Column, Raw, Selection, TimeColumn},
-    time_axis,
+    bounded, time_axis,
 };
 
 /// Reads one file.
 pub(crate) fn read(path: &Path, selection: &Selection, skip_bad: bool) -> Result<Raw, ReadError> {
-    let file = File::open(path).map_err(|source| match source.kind() {
-        std::io::ErrorKind::NotFound => ReadError::NotFound { path: path.into() },
-        _ => ReadError::Io { path: path.into(), source },
-    })?;
+    let file = bounded::check_samples(path).and_then(|()| File::open(path));
+    let file = file.map_err(|source| ReadError::of(path, source))?;
     if file.metadata().is_ok_and(|m| m.len() == 0) {
         return Err(ReadError::Empty { path: path.into() });
     }
