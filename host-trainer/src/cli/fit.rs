@@ -171,6 +171,11 @@ impl Args {
                 return refuse(option, found.to_string(), &format!("at least {least}"));
             }
         }
+        for (option, found) in [("trainings", self.trainings), ("null", self.null)] {
+            if found > SETTINGS.fits {
+                return refuse(option, found.to_string(), &format!("at most {}", SETTINGS.fits));
+            }
+        }
         if self.lambda.len() != 3 || self.lambda.iter().any(|l| !(l.is_finite() && *l >= 0.0)) {
             return refuse("lambda", format!("{:?}", self.lambda), "three numbers that are not negative");
         }

@@ -1,6 +1,7 @@
 //! Settings of the commands.
 
 use std::ops::RangeInclusive;
+use std::time::Duration;
 
 /// Limits and defaults of the commands that are no options.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,10 +17,16 @@ pub struct CliSettings {
     /// Wavelet of the denoised signal of `phases`, and of the aging phases of `sweep --preset`. Not tuned: the usual one for
     /// bearings.
     pub wavelet: &'static str,
+    /// Time between two lines of progress where stderr is no terminal. Not tuned: chosen by hand.
+    pub line_every: Duration,
+    /// Most trainings, and most surrogate fits, of `fit`. Not tuned: chosen by hand.
+    pub fits: usize,
     /// Lengths of the recordings of a case of `evaluate`, s. Not tuned: chosen by hand.
     pub case_seconds: RangeInclusive<f64>,
-    /// Most rounds, steps and parallel jobs of `evaluate`. Not tuned: chosen by hand.
+    /// Most rounds and steps of `evaluate`. Not tuned: chosen by hand.
     pub case_rounds: usize,
+    /// Most cases in parallel. Not tuned: chosen by hand.
+    pub jobs: usize,
 }
 
 impl CliSettings {
@@ -30,7 +37,10 @@ impl CliSettings {
         healthy_maximum: 100,
         terms: 6,
         wavelet: "db4",
+        line_every: Duration::from_secs(5),
+        fits: 1000,
         case_seconds: 0.1..=60.0,
         case_rounds: 10_000,
+        jobs: 256,
     };
 }

@@ -85,6 +85,7 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<result::Diagnosi
     let mut notes = input_check::check(task.rig, task.recordings)?;
     let mut task = *task;
     if let Some(baseline) = task.baseline {
+        input_check::check_apart(baseline, task.recordings)?;
         let of_baseline = input_check::check(task.rig, baseline)?;
         match input_check::other_machine(baseline, task.recordings) {
             None => notes.extend(of_baseline.into_iter().map(|note| format!("baseline, {note}"))),

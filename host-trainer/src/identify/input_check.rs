@@ -34,6 +34,22 @@ pub fn check(rig: &Rig, recordings: &[Recording]) -> Result<Vec<String>, RigErro
     Ok(notes)
 }
 
+/// Checks that no recording of a baseline is also one to diagnose.
+///
+/// # Errors
+/// The first file that is both.
+pub fn check_apart(baseline: &[Recording], recordings: &[Recording]) -> Result<(), RigError> {
+    let files: Vec<_> = recordings.iter().filter_map(|recording| recording.source.path.canonicalize().ok()).collect();
+    let both = baseline.iter().find(|one| one.source.path.canonicalize().is_ok_and(|path| files.contains(&path)));
+    both.map_or(Ok(()), |one| {
+        Err(RigError::BadRecording {
+            place: "baseline".into(),
+            found: format!("{}, which is also to be diagnosed", one.source),
+            expected: "other recordings, of the healthy machine".into(),
+        })
+    })
+}
+
 /// Reason why a baseline is not of the same machine in about the same condition as the recordings, if there is one.
 pub fn other_machine(baseline: &[Recording], recordings: &[Recording]) -> Option<String> {
     let measured = |all: &[Recording]| {
@@ -163,7 +179,7 @@ mod tests {
         assert!(notes[0].contains("says 25.00 Hz, the manifest 25.50 Hz"), "{notes:?}");
         let error = check(&rig(), &[stated(400.0)]).unwrap_err().to_string();
         assert!(error.contains("found 400 Hz, expected about 25.00 Hz, as the channel tacho says"), "{error}");
-        let error = check(&rig(), &[stated(1500.0)]).unwrap_err().to_string();
+        let error = check(&rig(), &[stated(800.0)]).unwrap_err().to_string();
         assert!(error.contains("less than half the sample rate"), "{error}");
         let fast = Recording { sample_rate_hz: 25_600.0, ..stated(38_400.0) };
         let error = check(&rig(), &[fast]).unwrap_err().to_string();

@@ -96,6 +96,14 @@ pub enum ReadError {
         /// Value or text found.
         found: String,
     },
+    /// A file of more samples than can be held.
+    #[error("{path}: found more than {most} samples in all channels, expected a file that is cut into shorter ones")]
+    TooMany {
+        /// Path of the file.
+        path: PathBuf,
+        /// Most samples.
+        most: usize,
+    },
     /// A table that begins with numbers where its column names should be.
     #[error("{path}, row {row}: found `{found}`, expected a header with column names")]
     MissingHeader {
@@ -286,6 +294,7 @@ impl ReadError {
             | Self::NotANumber { .. }
             | Self::NotFinite { .. }
             | Self::TooLarge { .. }
+            | Self::TooMany { .. }
             | Self::MissingHeader { .. }
             | Self::DuplicateColumn { .. }
             | Self::TimeNotIncreasing { .. }

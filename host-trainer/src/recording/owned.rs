@@ -5,9 +5,10 @@
 
 use std::fmt::Write;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
-use ballrace_core::model::crc32;
+use flate2::{Crc, CrcWriter};
 
 use super::job::Format;
 use super::manifest;
@@ -27,7 +28,15 @@ pub(super) fn marked(text: &str, files: &[(String, u32)]) -> String {
 
 /// CRC-32 of a file's contents; `None` if it cannot be read.
 pub(super) fn file_crc(path: &Path) -> Option<u32> {
-    fs::read(path).ok().map(|bytes| crc32(&bytes))
+    let mut crc = CrcWriter::new(io::sink());
+    io::copy(&mut fs::File::open(path).ok()?, &mut crc).ok()?;
+    Some(crc.crc().sum())
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    let mut crc = Crc::new();
+    crc.update(bytes);
+    crc.sum()
 }
 
 /// Whether a file is a recording or a manifest by its name.

@@ -64,8 +64,10 @@ impl ConditionSettings {
 pub struct SizeSettings {
     /// Greatest file of settings, bytes: a hundred times the largest model.
     pub settings_bytes: u64,
-    /// Greatest file of samples, bytes. Chosen so that its samples as `f64`, and the file beside them, fit into 2 GB.
+    /// Greatest file of samples, also unpacked, bytes. With `samples` chosen so that both fit into 2 GB.
     pub recording_bytes: u64,
+    /// Most samples of all channels of a file.
+    pub samples: usize,
     /// Greatest size of a sample. Squares, and the device's single precision, hold it.
     pub largest_sample: f64,
     /// Most samples of a channel after resampling.
@@ -74,8 +76,13 @@ pub struct SizeSettings {
 
 impl SizeSettings {
     /// Default settings.
-    pub const DEFAULT: Self =
-        Self { settings_bytes: 64 << 20, recording_bytes: 1 << 30, largest_sample: 1e30, resampled: 1e8 };
+    pub const DEFAULT: Self = Self {
+        settings_bytes: 64 << 20,
+        recording_bytes: 768 << 20,
+        samples: 100_000_000,
+        largest_sample: 1e30,
+        resampled: 1e8,
+    };
 }
 
 /// Stated conditions beyond which a number is a mistake; none is of a machine or a recorder of today.

@@ -10,7 +10,10 @@ use super::{
     assemble::is_sample,
     error::shown,
     parse_number::{self, number},
+    settings::SizeSettings,
 };
+
+const SETTINGS: SizeSettings = SizeSettings::DEFAULT;
 
 /// Use of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,13 +56,17 @@ pub(super) fn parse(bytes: &[u8], layout: &Layout) -> Result<Table, ReadError> {
     let wanted = layout.columns.iter().filter(|c| c.role == Role::Value).count();
     // An estimate of the number of rows from the length of the first.
     let row_length = bytes.iter().position(|&b| b == b'\n').unwrap_or(bytes.len()).max(1);
-    let rows = bytes.len() / row_length + 1;
+    let rows = (bytes.len() / row_length + 1).min(SETTINGS.samples / wanted.max(1));
     let mut table = Table { columns: (0..wanted).map(|_| Vec::with_capacity(rows)).collect(), dropped: Vec::new() };
 
     let mut at = 0;
     let mut row = layout.first_row;
     let mut kept = 0;
+    let most = SETTINGS.samples / wanted.max(1);
     while at < bytes.len() {
+        if kept >= most {
+            return Err(ReadError::TooMany { path: layout.path.into(), most: SETTINGS.samples });
+        }
         if let Some(next) = quick_row(bytes, at, layout, &mut table.columns) {
             at = next;
             kept += 1;

@@ -26,11 +26,11 @@ pub fn entries(rig: &Rig, entries: &[Entry], seconds: f64, seed: u64) -> Result<
             let place = entry.file.display().to_string();
             let sample_rate_hz = stated(entry.sample_rate_hz, &place, "sample_rate_hz")?;
             let samples = (seconds * sample_rate_hz).round();
-            if samples < 1.0 || samples > LIMITS.samples {
+            if samples < 1.0 || samples > LIMITS.samples_of_one {
                 return Err(RigError::BadRecording {
                     place: format!("seconds of {place}"),
                     found: format!("{seconds} s at {sample_rate_hz} Hz"),
-                    expected: format!("1 to {} samples", LIMITS.samples),
+                    expected: format!("1 to {} samples", LIMITS.samples_of_one),
                 });
             }
             let shaft_hz = stated(entry.shaft_hz, &place, "shaft_hz")?;
@@ -85,7 +85,18 @@ fn bearing(rig: &Rig, conditions: &[OperatingCondition], seed: u64) -> Result<Ve
         start: Start::of_series(seed, index),
     };
     let runs: Vec<Run> = conditions.iter().enumerate().map(run).collect();
-    simulate_many(&runs)
+    let (mut made, mut rest) = (Vec::with_capacity(runs.len()), runs.as_slice());
+    while !rest.is_empty() {
+        let mut samples = 0;
+        let fits = |run: &&Run| {
+            samples += run.condition.samples;
+            samples <= LIMITS.samples_at_once
+        };
+        let (now, later) = rest.split_at(rest.iter().take_while(fits).count().max(1));
+        made.extend(simulate_many(now)?);
+        rest = later;
+    }
+    Ok(made)
 }
 
 fn driven(rig: &Rig, recording: &Recording) -> Result<Recording, RigError> {

@@ -165,7 +165,7 @@ pub fn train(
         steps: 0,
     };
     let per_epoch = train.len().div_ceil(config.batch.max(1));
-    let planned = (config.epochs * per_epoch).min(config.max_steps);
+    let planned = config.epochs.saturating_mul(per_epoch).min(config.max_steps);
     let thresholds = thresholds(config.threshold, others.validation.is_empty());
     let refine = if thresholds.is_empty() { 0 } else { ((planned as f64 * config.refine) as usize).max(1) };
     let of = planned + thresholds.len() * refine;
