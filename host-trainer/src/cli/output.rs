@@ -1,5 +1,6 @@
 //! Guard of what a command would replace: the files that it reads, and measurements of anybody.
 
+use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -20,7 +21,7 @@ pub struct Force {
 #[derive(Debug)]
 pub struct Outputs {
     force: bool,
-    inputs: Vec<PathBuf>,
+    inputs: HashSet<Place>,
     /// Options of the outputs checked so far, and where they lead.
     taken: Vec<(&'static str, Place)>,
 }
@@ -28,12 +29,16 @@ pub struct Outputs {
 impl Outputs {
     /// Outputs of a command that reads these files.
     pub fn new<'a>(force: Force, files: impl IntoIterator<Item = &'a PathBuf>) -> Self {
-        Self { force: force.force, inputs: files.into_iter().cloned().collect(), taken: Vec::new() }
+        Self {
+            force: force.force,
+            inputs: files.into_iter().filter_map(|path| Place::of(path)).collect(),
+            taken: Vec::new(),
+        }
     }
 
     /// The same for a command that also reads these recordings.
     pub fn beside(mut self, recordings: &[PathBuf]) -> Self {
-        self.inputs.extend(sources(recordings));
+        self.inputs.extend(sources(recordings).iter().filter_map(|path| Place::of(path)));
         self
     }
 
@@ -114,8 +119,7 @@ impl Outputs {
 
     /// Refuses a file that the command reads.
     fn check(&self, option: &str, path: &Path) -> Result<(), Failure> {
-        let Some(place) = Place::of(path).filter(|_| path.exists()) else { return Ok(()) };
-        if !self.inputs.iter().any(|input| Place::of(input) == Some(place.clone())) {
+        if !path.exists() || !Place::of(path).is_some_and(|place| self.inputs.contains(&place)) {
             return Ok(());
         }
         let own = owned::is_own(path) || model::file::read(path).is_ok();
@@ -143,7 +147,7 @@ fn refusal(option: &str, found: &str, expected: &str) -> Failure {
 }
 
 /// Where a path leads, behind links: the same for two names of one file.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Debug, PartialEq, Eq, Hash)]
 enum Place {
     #[cfg(unix)]
     Node(u64, u64),

@@ -96,6 +96,11 @@ pub fn predict(args: &PredictArgs) -> Result<(), Failure> {
     outputs.folder("out", &args.out, &[])?;
     let recordings = load_all(&args.recordings).map_err(Failure::input)?;
     outputs.recordings("out", &args.out, &write::files(&args.out, recordings.len()))?;
+    if matches!(rig.model, Machine::Sdof(_)) {
+        for recording in recordings.iter().filter(|recording| recording.channel("u").is_none()) {
+            eprintln!("note: {}: found no channel u; the input is taken to be 0", recording.source);
+        }
+    }
     let made = batch::recordings(&rig, &recordings, args.seed).map_err(Failure::input)?;
     store(&made, &args.out, args.json)
 }

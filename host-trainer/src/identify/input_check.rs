@@ -30,6 +30,7 @@ pub fn check(rig: &Rig, recordings: &[Recording]) -> Result<Vec<String>, RigErro
             notes.extend(check_tachometer(recording)?);
         }
         notes.extend(missing_channels(recordings));
+        notes.extend(very_fast(recordings));
     }
     Ok(notes)
 }
@@ -60,15 +61,13 @@ pub fn other_machine(baseline: &[Recording], recordings: &[Recording]) -> Option
     if then != [false; 2] && now != [false; 2] && (0..2).all(|k| !(then[k] && now[k])) {
         return Some("its sensors are at none of the recordings' places".into());
     }
-    let speed = |recording: &Recording| recording.shaft_hz;
-    let load = |recording: &Recording| recording.load_n;
-    let sides: [(_, _, &dyn Fn(&Recording) -> Option<f64>); 2] = [("speed", "Hz", &speed), ("load", "N", &load)];
-    sides.into_iter().find_map(|(what, unit, of)| {
+    let apart = |what: &str, unit: &str, of: &dyn Fn(&Recording) -> Option<f64>| {
         let (then, now) = (range(baseline, of)?, range(recordings, of)?);
         let apart = then[0] > SETTINGS.condition_ratio * now[1] || now[0] > SETTINGS.condition_ratio * then[1];
         let text = |[low, high]: [f64; 2]| format!("{} to {} {unit}", significant(low, 3), significant(high, 3));
         apart.then(|| format!("its {what} is {}, that of the recordings {}", text(then), text(now)))
-    })
+    };
+    apart("speed", "Hz", &|recording| recording.shaft_hz).or_else(|| apart("load", "N", &|recording| recording.load_n))
 }
 
 /// Least and greatest of what all recordings state.
@@ -119,6 +118,17 @@ fn check_tachometer(recording: &Recording) -> Result<Option<String>, RigError> {
         let [measured, stated] = [angle.mean_hz(), stated].map(|hz| significant(hz, 4));
         format!("{name}: the channel tacho says {measured} Hz, the manifest {stated} Hz")
     }))
+}
+
+/// Sentence on a speed that is more likely one a minute, where no tachometer tells.
+fn very_fast(recordings: &[Recording]) -> Option<String> {
+    let fast = |recording: &&Recording| {
+        recording.channel("tacho").is_none() && recording.shaft_hz.is_some_and(|hz| hz >= SETTINGS.very_fast_hz)
+    };
+    let recording = recordings.iter().find(fast)?;
+    let hz = recording.shaft_hz?;
+    let (name, minutes) = (recording.name(), hz / 60.0);
+    Some(format!("{name}: shaft_hz is {hz}, turns a second; if that is turns a minute, state {minutes:.3}"))
 }
 
 /// Sentences on recordings without a channel that others have.
@@ -184,6 +194,14 @@ mod tests {
         let fast = Recording { sample_rate_hz: 25_600.0, ..stated(38_400.0) };
         let error = check(&rig(), &[fast]).unwrap_err().to_string();
         assert!(error.contains("38400 turns a minute are 640.000"), "{error}");
+    }
+
+    #[test]
+    fn a_speed_that_looks_like_one_a_minute_is_said_where_no_tachometer_tells() {
+        let mut fast = Recording { shaft_hz: Some(450.0), ..recording(pulses) };
+        fast.channels.truncate(2);
+        let notes = check(&rig(), &[fast]).unwrap();
+        assert!(notes.len() == 1 && notes[0].contains("if that is turns a minute, state 7.500"), "{notes:?}");
     }
 
     #[test]

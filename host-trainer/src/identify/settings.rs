@@ -12,10 +12,17 @@ pub struct InputCheckSettings {
     pub least_speed_std: f64,
     /// Relative tolerance of a ratio of 60. Not tuned: chosen by hand.
     pub minute_tolerance: f64,
+    /// Speed from which turns a minute are the likelier meaning, Hz: few machines turn 18,000 times a minute.
+    pub very_fast_hz: f64,
 }
 
 impl InputCheckSettings {
     /// Default settings.
-    pub const DEFAULT: Self =
-        Self { condition_ratio: 2.0, speed_deviations: 5.0, least_speed_std: 0.001, minute_tolerance: 0.05 };
+    pub const DEFAULT: Self = Self {
+        condition_ratio: 2.0,
+        speed_deviations: 5.0,
+        least_speed_std: 0.001,
+        minute_tolerance: 0.05,
+        very_fast_hz: 300.0,
+    };
 }

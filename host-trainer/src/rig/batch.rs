@@ -26,7 +26,7 @@ pub fn entries(rig: &Rig, entries: &[Entry], seconds: f64, seed: u64) -> Result<
             let place = entry.file.display().to_string();
             let sample_rate_hz = stated(entry.sample_rate_hz, &place, "sample_rate_hz")?;
             let samples = (seconds * sample_rate_hz).round();
-            if samples < 1.0 || samples > LIMITS.samples_of_one {
+            if !(1.0..=LIMITS.samples_of_one).contains(&samples) {
                 return Err(RigError::BadRecording {
                     place: format!("seconds of {place}"),
                     found: format!("{seconds} s at {sample_rate_hz} Hz"),
