@@ -68,8 +68,8 @@ impl Default for Raw {
 }
 
 impl Raw {
-    /// Drops all rows with NaN, an infinity or a number too large, or reports the first as an error. For binary formats; text is checked as
-    /// it is parsed.
+    /// Drops all rows with NaN, an infinity or a number too large, or reports the first as an error. For binary
+    /// formats; text is checked as it is parsed.
     pub(super) fn drop_non_finite(&mut self, path: &Path, skip_bad: bool) -> Result<(), ReadError> {
         let time = self.time.iter().map(|t| (&t.name, &t.time_s));
         let all = self.columns.iter().map(|c| (&c.name, &c.samples)).chain(time);
