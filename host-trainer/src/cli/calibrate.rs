@@ -5,15 +5,17 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use serde::Serialize;
 
+use super::output::{Force, Outputs};
 use super::{Failure, json, line, write};
 use crate::identify::calibrate::bearing::{Calibration, Options, PathChoice};
 use crate::identify::calibrate::calibrate;
 use crate::identify::force_balance::{self, calibrate_sdof};
+use crate::identify::input_check;
 use crate::recording::{Recording, load_all};
 use crate::report;
 use crate::report::Document;
 use crate::rig::{Machine, Rig};
-use crate::stats::format::{significant, with_interval};
+use crate::stats::format::{share, significant, with_interval};
 
 /// Fit a rig's uncertain parameters to recordings of the healthy machine
 ///
@@ -42,6 +44,8 @@ pub struct Args {
     /// Write a report with pictures
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
     /// Seed of the simulations whose spectra are compared
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -62,8 +66,14 @@ enum Path {
 
 /// Runs `calibrate`.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    let mut outputs = Outputs::new(args.force, [&args.rig]).beside(std::slice::from_ref(&args.recordings));
+    outputs.rig("out", &args.out, &args.rig)?;
+    args.report.iter().try_for_each(|path| outputs.file("report", path))?;
     let rig = Rig::read(&args.rig).map_err(Failure::input)?;
     let recordings = load_all(&args.recordings).map_err(Failure::input)?;
+    for note in input_check::check(&rig, &recordings).map_err(Failure::input)? {
+        eprintln!("note: {note}");
+    }
     if matches!(rig.model, Machine::Sdof(_)) {
         return sdof(args, &rig, &recordings);
     }
@@ -165,9 +175,9 @@ fn lines(calibration: &Calibration) -> Vec<String> {
     }
     for e in &calibration.explained {
         out.push(format!(
-            "{}: {:.1} % of the power is deterministic; the residual is within {:.2} dB of the rig's noise",
+            "{}: {} of the power is deterministic; the residual is within {:.2} dB of the rig's noise",
             e.channel,
-            100.0 * e.deterministic,
+            share(e.deterministic),
             e.residual_db
         ));
     }

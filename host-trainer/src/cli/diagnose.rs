@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use super::output::{Force, Outputs};
 use super::{Failure, json, line};
 use crate::diagnose::result::{Cause, DiagnosisResult, Parameter};
-use crate::diagnose::write::Document;
+use crate::diagnose::write::{Document, files, held_out_files};
 use crate::diagnose::{Task, diagnose};
 use crate::recording::load_all;
 use crate::report;
@@ -42,6 +43,8 @@ pub struct Args {
     /// Seed of simulations and permutations
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    #[command(flatten)]
+    force: Force,
     /// Print diagnosis.json
     #[arg(long)]
     json: bool,
@@ -49,13 +52,14 @@ pub struct Args {
 
 /// Runs `diagnose`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if args.out.exists() && !args.out.is_dir() {
-        return Err(Failure::Input(format!("--out: found the file {}, expected a folder", args.out.display())));
-    }
+    let read: Vec<PathBuf> = [&args.recordings].into_iter().chain(&args.baseline).cloned().collect();
+    let outputs = Outputs::new(args.force, [&args.rig]).beside(&read);
+    outputs.folder("out", &args.out, &[])?;
     let rig = Rig::read(&args.rig).map_err(Failure::input)?;
     let read = |path: &PathBuf| load_all(path).map_err(Failure::input);
     let recordings = read(&args.recordings)?;
     let baseline = args.baseline.as_ref().map(read).transpose()?;
+    outputs.diagnosis("out", &args.out, &files(&args.out), &held_out_files(&args.out, &recordings))?;
     let task = Task { rig: &rig, baseline: baseline.as_deref(), recordings: &recordings, seed: args.seed };
     let spinner = super::input::spinner();
     let progress = |what: &str| spinner.set_message(what.to_owned());

@@ -2,15 +2,20 @@
 
 use std::path::PathBuf;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
+use super::input::bar;
+use super::output::{Force, Outputs};
 use super::{Failure, json, line, write};
 use crate::evaluate::cases::case_spec::{Kind, Severity};
 use crate::evaluate::cases::simulator::Simulator;
 use crate::evaluate::score::Score;
 use crate::evaluate::table::{Summary, confusion, markdown};
-use crate::evaluate::{Config, EvaluateError, evaluate, write_cases};
+use crate::evaluate::{Config, EvaluateError, effect_names, evaluate, write_cases};
+
+use super::settings::CliSettings;
+
+const SETTINGS: CliSettings = CliSettings::DEFAULT;
 
 /// Measure how often `diagnose` is right, on simulated cases with hidden effects
 ///
@@ -71,11 +76,52 @@ struct Document<'a> {
     scores: &'a [Score],
 }
 
+impl Args {
+    fn check(&self) -> Result<(), Failure> {
+        let refuse = |option: &str, found: String, expected: &str| {
+            Err(Failure::Input(format!("--{option}: found {found}, expected {expected}")))
+        };
+        if !SETTINGS.case_seconds.contains(&self.seconds) {
+            let [least, most] = [SETTINGS.case_seconds.start(), SETTINGS.case_seconds.end()];
+            return refuse("seconds", self.seconds.to_string(), &format!("{least} to {most}"));
+        }
+        let (rounds, jobs) = (SETTINGS.case_rounds, SETTINGS.jobs);
+        for (option, found, most) in
+            [("rounds", self.rounds, rounds), ("every", self.every, rounds), ("jobs", self.jobs, jobs)]
+        {
+            if !(1..=most).contains(&found) {
+                return refuse(option, found.to_string(), &format!("1 to {most}"));
+            }
+        }
+        let names = effect_names();
+        if let Some(found) = self.effect.iter().find(|name| !names.contains(&name.as_str())) {
+            return refuse("effect", format!("`{found}`"), &format!("one of {}", names.join(", ")));
+        }
+        Outputs::new(Force::default(), []).folder("out", &self.out, &[])
+    }
+}
+
+/// Tables of Markdown in columns of equal width, for a terminal.
+fn plain(markdown: &str) -> String {
+    let cells = |line: &str| -> Vec<String> {
+        line.trim_matches('|').split(" | ").map(|cell| cell.trim_matches([' ', '|']).to_owned()).collect()
+    };
+    let mut out = Vec::new();
+    for table in markdown.split("\n\n") {
+        let rows: Vec<_> = table.lines().filter(|line| !line.starts_with("|---")).map(cells).collect();
+        let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|c| c.chars().count()).max();
+        let row = |row: &Vec<String>| {
+            let padded = row.iter().enumerate().map(|(n, cell)| format!("{cell:0$}", width(n).unwrap_or_default()));
+            padded.collect::<Vec<_>>().join("  ").trim_end().to_owned()
+        };
+        out.push(rows.iter().map(row).collect::<Vec<_>>().join("\n"));
+    }
+    out.join("\n\n")
+}
+
 /// Runs `evaluate`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if !(args.seconds.is_finite() && args.seconds >= 0.1) {
-        return Err(Failure::Input(format!("--seconds: found {}, expected at least 0.1", args.seconds)));
-    }
+    args.check()?;
     let config = Config {
         seed: args.seed,
         rounds: args.rounds,
@@ -86,10 +132,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         effects: args.effect.clone(),
         every: args.every,
     };
-    let bar = ProgressBar::new(0);
-    if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}") {
-        bar.set_style(style);
-    }
+    let bar = bar("evaluate");
     let progress = |name: &str, done: usize, of: usize| {
         bar.set_length(of as u64);
         bar.set_position(done as u64);
@@ -119,9 +162,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.json {
         return json(&document);
     }
-    line(markdown(&scores, args.seed))?;
+    line(plain(&markdown(&scores, args.seed)))?;
     line(format_args!(
         "wrote {}; cases, diagnoses and truth are in the same folder",
         args.out.join("evaluation.md").display()
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn tables_are_columns_on_a_terminal() {
+        let markdown = "| what | n |\n|---|---|\n| controls | 7/8 |\n\n| a | b |\n|---|---|\n| long name | 1 |\n";
+        let expected = "what      n\ncontrols  7/8\n\na          b\nlong name  1";
+        assert_eq!(super::plain(markdown), expected);
+    }
 }

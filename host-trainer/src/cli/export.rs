@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 
 use super::budget::DeviceArgs;
+use super::output::{Force, Outputs};
 use super::{Failure, json, line, write};
 use crate::model::budget;
 use crate::model::export::{self, Format, Limits};
@@ -43,6 +44,8 @@ pub struct Args {
     budget_cycles: Option<usize>,
     #[command(flatten)]
     device: DeviceArgs,
+    #[command(flatten)]
+    force: Force,
     /// Print the sizes as one JSON document
     #[arg(long)]
     json: bool,
@@ -58,6 +61,7 @@ enum FormatName {
 
 /// Runs `export`.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    Outputs::new(args.force, [&args.model]).file("out", &args.out)?;
     let (model, _) = file::read(&args.model).map_err(Failure::input)?;
     let model = match args.arithmetic {
         Some(arithmetic) => model

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::bearings::{self, Aging};
 use super::input::{Recordings, bar};
+use super::output::{Force, Outputs};
 use super::{Failure, line, write};
 use crate::features::answer::{Answer, SetScore};
 use crate::features::faults::{self, Measurements, RECORDS, SAMPLE_RATE_HZ};
@@ -46,6 +47,8 @@ pub struct Args {
     /// Write a page with pictures
     #[arg(long, value_name = "FILE.html")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -53,6 +56,8 @@ pub struct Args {
 
 /// Runs `features`.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    let mut outputs = Outputs::new(args.force, []).beside(&args.bearings);
+    args.out.iter().try_for_each(|path| outputs.file("out", path))?;
     let lives = lives(args)?;
     let cwru = args.cwru.clone().or_else(|| reference_data::folder("cwru"));
     let records = cwru.map_or(Ok(Vec::new()), |folder| records(&folder, args.seed))?;

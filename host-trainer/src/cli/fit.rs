@@ -6,6 +6,7 @@ use ballrace_core::states::{Orders, StateSpec};
 use clap::ValueEnum;
 
 use super::input::{Recordings, bar};
+use super::output::{Force, Outputs};
 use super::settings::CliSettings;
 use super::{Failure, json, line, write};
 use crate::diagnose::causes;
@@ -134,6 +135,8 @@ pub struct Args {
     /// Write a report with pictures
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
     /// Print every term of every equation
     #[arg(long)]
     all_terms: bool,
@@ -152,7 +155,7 @@ enum OrdersName {
 }
 
 impl Args {
-    /// Checks options and output folders before the work starts.
+    /// Checks options and outputs before the work starts.
     fn check(&self) -> Result<(), Failure> {
         let refuse = |option: &str, found: String, expected: &str| {
             Err(Failure::Input(format!("--{option}: found {found}, expected {expected}")))
@@ -166,6 +169,11 @@ impl Args {
         ] {
             if found < least {
                 return refuse(option, found.to_string(), &format!("at least {least}"));
+            }
+        }
+        for (option, found) in [("trainings", self.trainings), ("null", self.null)] {
+            if found > SETTINGS.fits {
+                return refuse(option, found.to_string(), &format!("at most {}", SETTINGS.fits));
             }
         }
         if self.lambda.len() != 3 || self.lambda.iter().any(|l| !(l.is_finite() && *l >= 0.0)) {
@@ -184,13 +192,9 @@ impl Args {
             return refuse("threshold", threshold.to_string(), "a share from 0 to below 1");
         }
         self.check_estimator()?;
-        for (option, path) in [("out", Some(&self.out)), ("report", self.report.as_ref())] {
-            let folder = path.and_then(|p| p.parent()).filter(|f| !f.as_os_str().is_empty());
-            if let Some(folder) = folder.filter(|f| !f.is_dir()) {
-                return refuse(option, folder.display().to_string(), "a folder that exists");
-            }
-        }
-        Ok(())
+        let mut outputs = Outputs::new(self.force, &self.diagnosis).beside(&self.input.recordings);
+        outputs.file("out", &self.out)?;
+        self.report.iter().try_for_each(|path| outputs.file("report", path))
     }
 
     /// Checks that the estimator suits the alignment, and its parameters the estimator.

@@ -12,6 +12,7 @@ mod fit;
 mod input;
 mod library;
 mod monitor;
+mod output;
 mod phases;
 mod settings;
 mod simulate;
@@ -44,6 +45,8 @@ enum Command {
     Predict(simulate::PredictArgs),
     Calibrate(calibrate::Args),
     Diagnose(diagnose::Args),
+    // The name of before.
+    #[command(alias = "prove")]
     Evaluate(evaluate::Args),
     Spectra(spectra::Args),
     Sweep(sweep::Args),

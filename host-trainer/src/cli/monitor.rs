@@ -8,6 +8,7 @@ use ballrace_firmware_sim::faults::{FaultPlan, Injected};
 use serde_json::Value;
 
 use super::input::{Recordings, bar};
+use super::output::{Force, Outputs};
 use super::{Failure, json, line, write};
 use crate::model::file;
 use crate::model::replay::{self, Options, Replayed};
@@ -49,6 +50,8 @@ pub struct Args {
     /// Write the samples that reached the device as little-endian f32, the input of the bare-metal image
     #[arg(long, value_name = "FILE.f32")]
     samples_out: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
     /// One JSON document with all events instead of lines
     #[arg(long)]
     json: bool,
@@ -61,9 +64,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.pace.is_some_and(|p| !(p.is_finite() && p > 0.0)) {
         return Err(Failure::Input("--pace: expected a positive factor".into()));
     }
+    let mut outputs = Outputs::new(args.force, [&args.model]).beside(&args.input.recordings);
+    for (option, path) in [("plot", &args.plot), ("report", &args.report), ("samples-out", &args.samples_out)] {
+        path.iter().try_for_each(|path| outputs.file(option, path))?;
+    }
     let (model, fitted) = file::read(&args.model).map_err(Failure::input)?;
     let input = args.input.read(fitted.as_ref().and_then(|r| r.training.channel.as_deref()))?;
 
+    note_channel(args, fitted.as_ref().and_then(|report| report.training.channel.as_deref()), &input.channel);
     let mut events = Vec::new();
     let mut failed = None;
     let bar = bar("monitor");
@@ -107,6 +115,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     summarise(&watched, &input);
     eprintln!("{}", stated_rate(&model.view().monitor));
     if args.json { json(&Value::from(events)) } else { Ok(()) }
+}
+
+/// Says on stderr where the model is of another channel than the recordings, or does not say of which.
+fn note_channel(args: &Args, of_model: Option<&str>, found: &str) {
+    match of_model {
+        Some(channel) if channel == found => {}
+        Some(channel) => {
+            eprintln!(
+                "note: the model is of channel {channel}, the recordings' is {found}: what is other need not be a fault"
+            );
+        }
+        None => {
+            let model = args.model.display();
+            eprintln!("note: {model} does not say which channel it is of; it runs over the channel {found}");
+        }
+    }
 }
 
 /// Prints a readable summary on stderr.

@@ -6,6 +6,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::input::Recordings;
+use super::output::{Force, Outputs};
 use super::settings::CliSettings;
 use super::{Failure, line, write};
 use crate::paper::aged_bearing;
@@ -61,6 +62,8 @@ pub struct Args {
     /// Write a page with pictures
     #[arg(long, value_name = "FILE.html")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -69,6 +72,8 @@ pub struct Args {
 /// Runs `phases`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let rules = args.rules()?;
+    let mut outputs = Outputs::new(args.force, []).beside(&args.input.recordings);
+    args.out.iter().try_for_each(|path| outputs.file("out", path))?;
     let machines = args.input.recordings.iter().map(|folder| args.machine(folder, &rules));
     let machines = machines.collect::<Result<Vec<Machine>, Failure>>()?;
     let comparison = args.compare.then(|| Comparison::new(&machines, &rules)).transpose()?;

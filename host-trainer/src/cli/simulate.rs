@@ -4,9 +4,11 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::output::{Force, Outputs};
 use super::{Failure, json, line};
 use crate::recording::manifest::Manifest;
-use crate::recording::{Recording, load_all, write};
+use crate::recording::write::{self, WriteError};
+use crate::recording::{Recording, load_all};
 use crate::rig::batch;
 use crate::rig::config::{Machine, Rig};
 
@@ -35,6 +37,8 @@ pub struct SimulateArgs {
     /// Seed of initial angles, process force and sensor noise
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    #[command(flatten)]
+    force: Force,
     /// Print what was written as one JSON document
     #[arg(long)]
     json: bool,
@@ -59,6 +63,8 @@ pub struct PredictArgs {
     /// Seed of initial angles, process force and sensor noise
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    #[command(flatten)]
+    force: Force,
     /// Print what was written as one JSON document
     #[arg(long)]
     json: bool,
@@ -70,10 +76,14 @@ pub fn simulate(args: &SimulateArgs) -> Result<(), Failure> {
         return Err(Failure::Input(format!("--seconds: found {}, expected a positive number", args.seconds)));
     }
     let rig = Rig::read(&args.rig).map_err(Failure::input)?;
+    let outputs = Outputs::new(args.force, [&args.rig]).beside(std::slice::from_ref(&args.manifest));
     let made = if matches!(rig.model, Machine::Sdof(_)) {
-        batch::recordings(&rig, &load_all(&args.manifest).map_err(Failure::input)?, args.seed)
+        let recordings = load_all(&args.manifest).map_err(Failure::input)?;
+        outputs.recordings("out", &args.out, &write::files(&args.out, recordings.len()))?;
+        batch::recordings(&rig, &recordings, args.seed)
     } else {
         let manifest = Manifest::read(&args.manifest).map_err(Failure::input)?;
+        outputs.recordings("out", &args.out, &write::files(&args.out, manifest.entries.len()))?;
         batch::entries(&rig, &manifest.entries, args.seconds, args.seed)
     };
     store(&made.map_err(Failure::input)?, &args.out, args.json)
@@ -82,7 +92,15 @@ pub fn simulate(args: &SimulateArgs) -> Result<(), Failure> {
 /// Runs `predict`.
 pub fn predict(args: &PredictArgs) -> Result<(), Failure> {
     let rig = Rig::read(&args.rig).map_err(Failure::input)?;
+    let outputs = Outputs::new(args.force, [&args.rig]).beside(std::slice::from_ref(&args.recordings));
+    outputs.folder("out", &args.out, &[])?;
     let recordings = load_all(&args.recordings).map_err(Failure::input)?;
+    outputs.recordings("out", &args.out, &write::files(&args.out, recordings.len()))?;
+    if matches!(rig.model, Machine::Sdof(_)) {
+        for recording in recordings.iter().filter(|recording| recording.channel("u").is_none()) {
+            eprintln!("note: {}: found no channel u; the input is taken to be 0", recording.source);
+        }
+    }
     let made = batch::recordings(&rig, &recordings, args.seed).map_err(Failure::input)?;
     store(&made, &args.out, args.json)
 }
@@ -95,7 +113,10 @@ struct Written {
 }
 
 fn store(recordings: &[Recording], out: &Path, as_json: bool) -> Result<(), Failure> {
-    let manifest = write::folder(out, recordings).map_err(Failure::other)?;
+    let manifest = write::folder(out, recordings).map_err(|error| match error {
+        WriteError::Foreign { .. } => Failure::input(error),
+        _ => Failure::other(error),
+    })?;
     let seconds = recordings.iter().map(Recording::duration_s).sum();
     let written = Written { manifest, recordings: recordings.len(), seconds };
     if as_json {

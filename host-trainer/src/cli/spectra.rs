@@ -6,12 +6,13 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::input::Recordings;
+use super::output::{Force, Outputs};
 use super::settings::CliSettings;
 use super::{Failure, line, write};
 use crate::report::spectra as report;
 use crate::rig::{Machine, Rig};
 use crate::signal::kurtogram::Kurtogram;
-use crate::signal::spectra::{Analysis, Wanted};
+use crate::signal::spectra::{Analysis, SpeedSource, Wanted};
 
 const SETTINGS: CliSettings = CliSettings::DEFAULT;
 
@@ -39,6 +40,8 @@ pub struct Args {
     /// File for the page
     #[arg(long, value_name = "FILE.html")]
     out: PathBuf,
+    #[command(flatten)]
+    force: Force,
     /// Seed of the random combs that the speed is tested against
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -55,10 +58,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(hz) = args.shaft_hz.filter(|hz| !(hz.is_finite() && *hz > 0.0)) {
         return Err(refuse("shaft-hz", &hz.to_string(), "a positive number of Hz"));
     }
-    let folder = args.out.parent().filter(|f| !f.as_os_str().is_empty());
-    if let Some(folder) = folder.filter(|f| !f.is_dir()) {
-        return Err(refuse("out", &folder.display().to_string(), "a folder that exists"));
-    }
+    Outputs::new(args.force, &args.rig).beside(&args.input.recordings).file("out", &args.out)?;
     let band_hz = args.band.as_deref().map(|text| band(text).ok_or(text)).transpose();
     let band_hz =
         band_hz.map_err(|text| refuse("band", text, "two frequencies in Hz such as 2000:4000, the lower first"))?;
@@ -98,14 +98,28 @@ fn print(analysis: &Analysis) -> Result<(), Failure> {
     line(report::verdict(analysis))?;
     let speed = &analysis.speed;
     let nominal = speed.nominal_hz.map_or("no nominal speed".into(), |hz| format!("nominal {hz:.3} Hz"));
+    match (speed.source, speed.used_hz) {
+        (Some(source), Some(hz)) => {
+            let by = match source {
+                SpeedSource::Tachometer => "by the channel tacho",
+                SpeedSource::Estimate => "by the recording's lines",
+                SpeedSource::Nominal => "as stated",
+            };
+            line(format_args!("  speed used: {hz:.4} Hz {by} ({nominal})"))?;
+        }
+        _ => line(format_args!("  no speed known ({nominal})"))?,
+    }
+    if let Some(why) = &speed.tachometer_error {
+        line(format_args!("  the channel tacho is not used: {why}"))?;
+    }
     match (&speed.estimate, &speed.not_determined) {
         (Some(e), _) => line(format_args!(
-            "  speed {:.4} ± {:.4} Hz by {} lines ({nominal})",
+            "  by the recording's lines: {:.4} ± {:.4} Hz, {} lines",
             e.shaft_hz,
             e.standard_error_hz,
             e.lines.len()
         )),
-        (None, Some(why)) => line(format_args!("  speed not determinable: {why} ({nominal})")),
+        (None, Some(why)) => line(format_args!("  by the recording's lines: not determinable: {why}")),
         (None, None) => Ok(()),
     }
 }

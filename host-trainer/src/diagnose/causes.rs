@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::result::SCHEMA;
+use crate::recording::bounded;
 use crate::rig::effect::EffectKind;
 
 /// Error of reading the causes of a diagnosis.
@@ -46,7 +47,7 @@ pub enum CausesError {
 /// # Errors
 /// A file that is no diagnosis, or a cause that is not in the vocabulary.
 pub fn read(path: &Path) -> Result<Vec<EffectKind>, CausesError> {
-    let text = std::fs::read(path).map_err(|source| CausesError::Io { path: path.to_owned(), source })?;
+    let text = bounded::settings(path).map_err(|source| CausesError::Io { path: path.to_owned(), source })?;
     parse(path, &text)
 }
 

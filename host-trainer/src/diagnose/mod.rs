@@ -30,6 +30,7 @@ pub mod write;
 
 pub use error::DiagnoseError;
 
+use crate::identify::input_check;
 use crate::recording::Recording;
 use crate::rig::{Machine, Rig};
 
@@ -49,7 +50,7 @@ pub struct Task<'a> {
 /// Diagnoses a rig of either kind. `progress` gets each step in words.
 ///
 /// # Errors
-/// Recordings or a rig that lack something required.
+/// Recordings or a rig that lack something required; recordings that contradict themselves or the rig.
 ///
 /// # Examples
 ///
@@ -81,8 +82,25 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<result::Diagnosi
     if task.recordings.is_empty() {
         return Err(DiagnoseError::Empty);
     }
-    match task.rig.model {
-        Machine::Sdof(_) => sdof::diagnose(task, progress),
-        Machine::Bearing(_) => bearing::diagnose(task, progress),
+    let mut notes = input_check::check(task.rig, task.recordings)?;
+    let mut task = *task;
+    if let Some(baseline) = task.baseline {
+        input_check::check_apart(baseline, task.recordings)?;
+        let of_baseline = input_check::check(task.rig, baseline)?;
+        match input_check::other_machine(baseline, task.recordings) {
+            None => notes.extend(of_baseline.into_iter().map(|note| format!("baseline, {note}"))),
+            Some(why) => {
+                notes.push(format!(
+                    "the baseline is not used, since it is not of the same machine in the same condition: {why}"
+                ));
+                task.baseline = None;
+            }
+        }
     }
+    let mut result = match task.rig.model {
+        Machine::Sdof(_) => sdof::diagnose(&task, progress),
+        Machine::Bearing(_) => bearing::diagnose(&task, progress),
+    }?;
+    result.caveats.splice(0..0, notes);
+    Ok(result)
 }

@@ -5,14 +5,14 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io;
+use std::io::{self, BufRead, Read};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 use super::result::{Diagnosis, DiagnosisResult, HeldOut, Test};
 use crate::recording::write::{self, WriteError};
-use crate::recording::{Channel, Recording};
+use crate::recording::{Channel, Recording, atomic_write};
 
 /// Name of the document.
 pub const DOCUMENT: &str = "diagnosis.json";
@@ -130,6 +130,9 @@ pub fn folder(out: &Path, outcome: &DiagnosisResult, report: &str) -> Result<(),
         write::csv(&file(HELD_OUT).join(name), &recording(held))?;
     }
 
+    if let Some(name) = files.iter().find(|name| is_foreign(&held_out.join(name))) {
+        return Err(WriteError::Foreign { path: held_out.join(name) }.into());
+    }
     let old = earlier(out);
     fs::create_dir_all(&held_out).map_err(io(&held_out))?;
     let stale = std::iter::once(out.join(DOCUMENT)).chain(old.iter().map(|name| held_out.join(name)));
@@ -142,7 +145,7 @@ pub fn folder(out: &Path, outcome: &DiagnosisResult, report: &str) -> Result<(),
     let moved = files.iter().map(|name| format!("{HELD_OUT}/{name}"));
     for name in moved.chain([RIG, REPORT, DOCUMENT].map(String::from)) {
         let path = out.join(&name);
-        fs::rename(file(&name), &path).map_err(io(&path))?;
+        atomic_write::install(&file(&name), &path).map_err(io(&path))?;
     }
     Ok(())
 }
@@ -154,11 +157,37 @@ fn earlier(out: &Path) -> Vec<String> {
     let files = document.as_ref().and_then(|d| d.get("files")?.as_array());
     let names = files.into_iter().flatten().filter_map(|f| f.as_str()?.strip_prefix("heldout/"));
     let ours = |name: &&str| {
-        let header = COLUMNS.join(",");
-        let first = || fs::read_to_string(out.join(HELD_OUT).join(name)).ok()?.lines().next().map(|l| l == header);
-        !name.contains(['/', '\\']) && name.ends_with(".csv") && first() == Some(true)
+        let path = out.join(HELD_OUT).join(name);
+        !name.contains(['/', '\\']) && name.ends_with(".csv") && path.exists() && !is_foreign(&path)
     };
     names.filter(ours).map(String::from).collect()
+}
+
+/// Files of a diagnosis in its folder, without those of the held-out recordings.
+pub fn files(out: &Path) -> Vec<PathBuf> {
+    [DOCUMENT, RIG, REPORT].map(|name| out.join(name)).to_vec()
+}
+
+/// Files in the folder that the held-out ones of these recordings could replace.
+pub fn held_out_files(out: &Path, recordings: &[Recording]) -> Vec<PathBuf> {
+    let there = fs::read_dir(out.join(HELD_OUT)).into_iter().flatten().filter_map(|entry| Some(entry.ok()?.path()));
+    // A channel can follow the recording's name.
+    let could = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+        recordings.iter().any(|recording| name.starts_with(&recording.name().to_lowercase()))
+    };
+    there.filter(could).collect()
+}
+
+/// Whether a file is there that no diagnosis wrote.
+pub fn is_foreign(path: &Path) -> bool {
+    let header = COLUMNS.join(",");
+    let first = || {
+        let mut line = String::new();
+        io::BufReader::new(fs::File::open(path).ok()?).take(1000).read_line(&mut line).ok()?;
+        Some(line.trim_end() == header)
+    };
+    path.exists() && first() != Some(true)
 }
 
 fn recording(held: &HeldOut) -> Recording {

@@ -33,12 +33,14 @@ use serde::{Deserialize, Serialize};
 use crate::diagnose::write::DOCUMENT;
 use crate::diagnose::{Task, diagnose};
 use crate::evaluate::cases::case_spec::{CaseSpec, Hidden, Kind, Severity, round};
+use crate::evaluate::cases::outside::Outside;
 use crate::evaluate::cases::simulator::Simulator;
 use crate::evaluate::cases::{Case, CaseError};
 use crate::recording::atomic_write::write_atomically;
 use crate::recording::load_all;
 use crate::report;
 use crate::rig::Rig;
+use crate::rig::effect::EffectKind;
 use score::{Outcome, Score};
 
 /// Selection of the cases.
@@ -86,6 +88,13 @@ impl Config {
         let seed = self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(number as u64);
         Case::draw(spec, self.simulator, self.seconds, seed).map_err(|e| EvaluateError::Case(name(number), e.into()))
     }
+}
+
+/// Names of all effects that a case can have, of the vocabulary and outside it.
+pub fn effect_names() -> Vec<&'static str> {
+    let outside = Outside::ALL.into_iter().map(|kind| kind.name());
+    let independent = independent::outside::Outside::ALL.into_iter().map(|kind| kind.name());
+    EffectKind::ALL.iter().map(|kind| kind.name()).chain(outside).chain(independent).collect()
 }
 
 fn name(number: usize) -> String {

@@ -2,4 +2,6 @@
 
 pub mod calibrate;
 pub(crate) mod force_balance;
+pub(crate) mod input_check;
 pub(crate) mod likelihood;
+pub(crate) mod settings;

@@ -120,7 +120,8 @@ fn parse(path: &Path, text: &str) -> Result<(OwnedModel, Report), FileError> {
 /// # Errors
 /// [`FileError`] of the form that the file starts like.
 pub fn read(path: &Path) -> Result<(OwnedModel, Option<Report>), FileError> {
-    let bytes = std::fs::read(path).map_err(|source| FileError::Io { path: path.to_owned(), source })?;
+    let bytes =
+        crate::recording::bounded::settings(path).map_err(|source| FileError::Io { path: path.to_owned(), source })?;
     let model_error = |source| FileError::Model { path: path.to_owned(), source };
     let text = std::str::from_utf8(&bytes).ok().filter(|text| text.trim_start().starts_with('{'));
     let Some(text) = text else { return Ok((OwnedModel::from_bytes(bytes).map_err(model_error)?, None)) };

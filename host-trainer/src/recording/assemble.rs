@@ -6,9 +6,14 @@ use super::{
     Channel, LoadOptions, ReadError, Recording, Source,
     error::listed,
     job::Job,
-    resample, time_axis,
+    resample,
+    settings::{SizeSettings, StatedSettings},
+    time_axis,
     unit::{Quantity, Unit, default_location},
 };
+
+const SIZES: SizeSettings = SizeSettings::DEFAULT;
+const STATED: StatedSettings = StatedSettings::DEFAULT;
 
 /// A column as stored in a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +27,12 @@ pub(super) struct Column {
 pub(super) struct TimeColumn {
     pub name: String,
     pub time_s: Vec<f64>,
+}
+
+/// Whether a number can be a sample.
+pub(super) fn is_sample(value: f64) -> bool {
+    // NaN is not.
+    value.abs() <= SIZES.largest_sample
 }
 
 /// Contents of a file alone, without manifest and options. All columns are equally long.
@@ -57,15 +68,15 @@ impl Default for Raw {
 }
 
 impl Raw {
-    /// Drops all rows with NaN or an infinity, or reports the first as an error. For binary formats; text is checked as
-    /// it is parsed.
+    /// Drops all rows with NaN, an infinity or a number too large, or reports the first as an error. For binary
+    /// formats; text is checked as it is parsed.
     pub(super) fn drop_non_finite(&mut self, path: &Path, skip_bad: bool) -> Result<(), ReadError> {
         let time = self.time.iter().map(|t| (&t.name, &t.time_s));
         let all = self.columns.iter().map(|c| (&c.name, &c.samples)).chain(time);
         let mut bad: Vec<usize> = Vec::new();
         let mut first: Option<(usize, &String, f64)> = None;
         for (name, samples) in all {
-            for (index, &value) in samples.iter().enumerate().filter(|(_, v)| !v.is_finite()) {
+            for (index, &value) in samples.iter().enumerate().filter(|(_, v)| !is_sample(**v)) {
                 bad.push(index);
                 if first.is_none_or(|(row, ..)| index < row) {
                     first = Some((index, name, value));
@@ -76,8 +87,7 @@ impl Raw {
             return Ok(());
         };
         if !skip_bad {
-            let (column, found) = (column.clone(), value.to_string());
-            return Err(ReadError::NotFinite { path: path.into(), row: index + 1, column, found });
+            return Err(ReadError::not_a_sample(path, index + 1, column.clone(), value, format!("{value:?}")));
         }
         bad.sort_unstable();
         bad.dedup();
@@ -162,6 +172,14 @@ pub(super) fn assemble(
         (None, None) => return Err(ReadError::MissingRate { path: path.clone() }),
     };
 
+    if !STATED.sample_rate_hz.contains(&sample_rate_hz) {
+        return Err(ReadError::BadRate {
+            path: path.clone(),
+            key: "sample_rate_hz",
+            found: sample_rate_hz,
+            expected: StatedSettings::RATES.into(),
+        });
+    }
     gaps.extend(raw.dropped.iter().filter_map(|kept| kept.checked_sub(1)));
     gaps.sort_unstable();
     gaps.dedup();
@@ -187,11 +205,36 @@ pub(super) fn assemble(
         shaft_hz_std: entry.shaft_hz_std,
         load_n: entry.load_n.or(raw.load_n),
         start_s: raw.start_s,
+        resampled_from_hz: None,
         skipped_rows: raw.dropped.len(),
         gaps,
     };
-    Ok(match options.resample_hz.or(entry.resample_hz) {
-        Some(rate) => resample::recording(recording, rate),
-        None => recording,
-    })
+    match options.resample_hz.or(entry.resample_hz) {
+        Some(rate) => {
+            check_resampling(&recording, rate, options.resample_hz.is_some())?;
+            Ok(resample::recording(recording, rate))
+        }
+        None => Ok(recording),
+    }
+}
+
+/// Checks a rate to resample to. In a manifest, a rate above the recording's own is a mistake; `--resample` brings
+/// recordings of several rates to one.
+fn check_resampling(recording: &Recording, rate_hz: f64, by_option: bool) -> Result<(), ReadError> {
+    let ratio = rate_hz / recording.sample_rate_hz;
+    let samples = recording.len() as f64 * ratio;
+    let refuse = |expected: String| {
+        let path = recording.source.path.clone();
+        Err(ReadError::BadRate { path, key: "resample_hz", found: rate_hz, expected })
+    };
+    if !(1.0 / STATED.resample_ratio..=STATED.resample_ratio).contains(&ratio) {
+        return refuse(format!("within a factor of {} of {} Hz", STATED.resample_ratio, recording.sample_rate_hz));
+    }
+    if samples > SIZES.resampled {
+        return refuse(format!("at most {:.0} samples, not {samples:.0}", SIZES.resampled));
+    }
+    if ratio > 1.0 && !by_option {
+        return refuse(format!("at most the sample rate of {} Hz: more adds no content", recording.sample_rate_hz));
+    }
+    Ok(())
 }

@@ -1,6 +1,9 @@
 //! Errors of reading recordings, each with its place.
 
-use std::{io, path::PathBuf};
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
 /// Failure to read a recording.
 ///
@@ -81,6 +84,26 @@ pub enum ReadError {
         /// Value or text found.
         found: String,
     },
+    /// A number beyond any sample.
+    #[error("{path}, row {row}, column `{column}`: found {found}, expected a number within ±1e30")]
+    TooLarge {
+        /// Path of the file.
+        path: PathBuf,
+        /// Row, from 1.
+        row: usize,
+        /// Column name.
+        column: String,
+        /// Value or text found.
+        found: String,
+    },
+    /// A file of more samples than can be held.
+    #[error("{path}: found more than {most} samples in all channels, expected a file that is cut into shorter ones")]
+    TooMany {
+        /// Path of the file.
+        path: PathBuf,
+        /// Most samples.
+        most: usize,
+    },
     /// A table that begins with numbers where its column names should be.
     #[error("{path}, row {row}: found `{found}`, expected a header with column names")]
     MissingHeader {
@@ -126,6 +149,18 @@ pub enum ReadError {
     MissingRate {
         /// Path of the file.
         path: PathBuf,
+    },
+    /// A sample rate, or one to resample to, out of range.
+    #[error("{path}, {key}: found {found} Hz, expected {expected}")]
+    BadRate {
+        /// Path of the file.
+        path: PathBuf,
+        /// `sample_rate_hz` or `resample_hz`.
+        key: &'static str,
+        /// Rate, Hz.
+        found: f64,
+        /// Rates expected.
+        expected: String,
     },
     /// A time column that does not increase.
     #[error("{path}, row {row}, column `{column}`: found {found} s after {before} s, expected time to increase")]
@@ -232,6 +267,24 @@ pub enum ReadError {
 }
 
 impl ReadError {
+    /// Error of the operating system at a path.
+    pub(super) fn of(path: &Path, source: io::Error) -> Self {
+        match source.kind() {
+            io::ErrorKind::NotFound => Self::NotFound { path: path.into() },
+            _ => Self::Io { path: path.into(), source },
+        }
+    }
+
+    /// Error of a number that cannot be a sample; `found` is its text.
+    pub(super) fn not_a_sample(path: &Path, row: usize, column: String, value: f64, found: String) -> Self {
+        let path = path.into();
+        if value.is_finite() {
+            Self::TooLarge { path, row, column, found }
+        } else {
+            Self::NotFinite { path, row, column, found }
+        }
+    }
+
     /// Whether the contents of one recording are at fault, so that the others can still be read; not the caller's
     /// request or the operating system.
     pub(super) fn is_content(&self) -> bool {
@@ -240,6 +293,8 @@ impl ReadError {
             | Self::RowWidth { .. }
             | Self::NotANumber { .. }
             | Self::NotFinite { .. }
+            | Self::TooLarge { .. }
+            | Self::TooMany { .. }
             | Self::MissingHeader { .. }
             | Self::DuplicateColumn { .. }
             | Self::TimeNotIncreasing { .. }
@@ -253,6 +308,7 @@ impl ReadError {
             | Self::UnknownChannel { .. }
             | Self::UnknownVariable { .. }
             | Self::MissingRate { .. }
+            | Self::BadRate { .. }
             | Self::ManifestSyntax { .. }
             | Self::UnknownKey { .. }
             | Self::MissingKey { .. }

@@ -29,11 +29,18 @@ pub(super) fn jobs(paths: &[PathBuf], options: &LoadOptions) -> Result<Vec<Job>,
     Ok(jobs)
 }
 
+/// Files that [`load`](super::load()) reads for these paths, manifests included; of a path that cannot be read, itself.
+pub fn sources(paths: &[PathBuf]) -> Vec<PathBuf> {
+    let of = |path: &PathBuf| {
+        let manifest = if path.is_dir() { path.join(FILE_NAME) } else { path.clone() };
+        let entries = entries(path).unwrap_or_default().into_iter().map(|entry| entry.file);
+        std::iter::once(manifest).chain(entries).collect::<Vec<_>>()
+    };
+    paths.iter().flat_map(of).collect()
+}
+
 fn entries(path: &Path) -> Result<Vec<Entry>, ReadError> {
-    let metadata = fs::metadata(path).map_err(|source| match source.kind() {
-        std::io::ErrorKind::NotFound => ReadError::NotFound { path: path.into() },
-        _ => ReadError::Io { path: path.into(), source },
-    })?;
+    let metadata = fs::metadata(path).map_err(|source| ReadError::of(path, source))?;
     if !metadata.is_dir() {
         let is_manifest = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
         return if is_manifest { Ok(Manifest::read(path)?.entries) } else { Ok(vec![Entry::new(path.into())]) };

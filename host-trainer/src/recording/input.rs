@@ -4,6 +4,7 @@ use super::Recording;
 use super::settings::InputSettings;
 
 const SETTINGS: InputSettings = InputSettings::DEFAULT;
+const TACHOMETER: &str = "tacho";
 
 /// One recording of the modelled channel.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +51,12 @@ pub enum InputError {
         /// Name of the channel.
         expected: String,
     },
+    /// Pulses in the place of a vibration.
+    #[error("{recording}, channel `tacho`: found a tachometer's pulses, expected a channel that vibrates")]
+    Tachometer {
+        /// Name of the first recording.
+        recording: String,
+    },
     /// Recording of another rate than the first.
     #[error("{recording}: found {found} Hz, expected {expected} Hz as {first} has; --resample makes them equal")]
     Rate {
@@ -65,16 +72,22 @@ pub enum InputError {
 }
 
 impl Input {
-    /// One channel of each recording; by default the first channel of the first recording.
+    /// One channel of each recording; by default the first channel of the first recording that is no tachometer.
     ///
     /// # Errors
-    /// No recordings, a recording without the channel, or of another rate.
+    /// No recordings, the tachometer, a recording without the channel, or of another rate.
     pub fn from_recordings(recordings: &[Recording], channel: Option<&str>) -> Result<Self, InputError> {
         let first = recordings.first().ok_or(InputError::Empty)?;
         let name = match channel {
             Some(name) => name.to_owned(),
-            None => first.channels.first().map(|c| c.name.clone()).unwrap_or_default(),
+            None => {
+                let of_machine = first.channels.iter().find(|c| c.name != TACHOMETER).or(first.channels.first());
+                of_machine.map(|c| c.name.clone()).unwrap_or_default()
+            }
         };
+        if name == TACHOMETER {
+            return Err(InputError::Tachometer { recording: first.source.to_string() });
+        }
         let mut series = Vec::with_capacity(recordings.len());
         for recording in recordings {
             let channel = recording.channel(&name).ok_or_else(|| {

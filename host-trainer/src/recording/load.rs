@@ -1,7 +1,6 @@
 //! Loading of recordings, files in parallel.
 
 use std::{
-    fs,
     path::{Path, PathBuf},
     sync::atomic::{AtomicUsize, Ordering},
 };
@@ -11,7 +10,7 @@ use rayon::prelude::*;
 use super::{
     LoadOptions, Progress, ReadError, Recording,
     assemble::{self, Selection},
-    find,
+    bounded, find,
     formats::{csv, femto, mat, npy, parquet},
     job::{Format, Job},
     table,
@@ -127,10 +126,7 @@ fn read(job: &Job, options: &LoadOptions) -> Result<Recording, ReadError> {
 }
 
 fn contents(path: &Path) -> Result<Vec<u8>, ReadError> {
-    fs::read(path).map_err(|source| match source.kind() {
-        std::io::ErrorKind::NotFound => ReadError::NotFound { path: path.into() },
-        _ => ReadError::Io { path: path.into(), source },
-    })
+    bounded::samples(path).map_err(|source| ReadError::of(path, source))
 }
 
 /// Count of the midnights between recordings: FEMTO states only the time of day.

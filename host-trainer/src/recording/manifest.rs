@@ -16,13 +16,15 @@
 
 use std::{
     collections::BTreeMap,
-    fs,
     path::{Path, PathBuf},
 };
 
 use toml::{Table, Value};
 
-use super::{ReadError, Unit, error::shown};
+use super::settings::StatedSettings;
+use super::{ReadError, Unit, bounded, error::shown};
+
+const STATED: StatedSettings = StatedSettings::DEFAULT;
 
 /// File name of a folder's manifest.
 pub const FILE_NAME: &str = "recordings.toml";
@@ -78,10 +80,7 @@ impl Manifest {
     /// A file that cannot be read, and unknown, missing and wrong keys, each with its table, such as
     /// `recording[2].unit` (counted from 1).
     pub fn read(path: &Path) -> Result<Self, ReadError> {
-        let bytes = fs::read(path).map_err(|source| match source.kind() {
-            std::io::ErrorKind::NotFound => ReadError::NotFound { path: path.into() },
-            _ => ReadError::Io { path: path.into(), source },
-        })?;
+        let bytes = bounded::settings(path).map_err(|source| ReadError::of(path, source))?;
         Self::parse(&String::from_utf8_lossy(&bytes), path)
     }
 
@@ -163,7 +162,10 @@ impl Place<'_> {
             };
             let positive = || number().filter(|number| *number > 0.0);
             let bad = |expected| self.bad(key, value, expected);
-            const RATE: &str = "a positive number of Hz";
+            let up_to = |most: f64| number().filter(|number| number.abs() <= most);
+            let rate = || {
+                number().filter(|rate| STATED.sample_rate_hz.contains(rate)).ok_or_else(|| bad(StatedSettings::RATES))
+            };
             match key.as_str() {
                 "file" => entry.file = text().ok_or_else(|| bad("the name of a file"))?.into(),
                 "variable" => {
@@ -174,15 +176,15 @@ impl Place<'_> {
                     entry.unit = Some(unit.ok_or_else(|| bad("\"m/s^2\" or \"g\""))?);
                 }
                 "sample_rate_hz" => {
-                    entry.sample_rate_hz = Some(positive().ok_or_else(|| bad(RATE))?);
+                    entry.sample_rate_hz = Some(rate()?);
                 }
-                "resample_hz" => entry.resample_hz = Some(positive().ok_or_else(|| bad(RATE))?),
+                "resample_hz" => entry.resample_hz = Some(rate()?),
                 "shaft_hz" => {
-                    let speed = number().filter(|speed| *speed >= 0.0);
-                    entry.shaft_hz = Some(speed.ok_or_else(|| bad("a number of Hz, not negative"))?);
+                    let speed = up_to(STATED.shaft_hz).filter(|speed| *speed >= 0.0);
+                    entry.shaft_hz = Some(speed.ok_or_else(|| bad(StatedSettings::SPEEDS))?);
                 }
-                "shaft_hz_std" => entry.shaft_hz_std = Some(positive().ok_or_else(|| bad(RATE))?),
-                "load_n" => entry.load_n = Some(number().ok_or_else(|| bad("a number of N"))?),
+                "shaft_hz_std" => entry.shaft_hz_std = Some(positive().ok_or_else(|| bad("a positive number of Hz"))?),
+                "load_n" => entry.load_n = Some(up_to(STATED.load_n).ok_or_else(|| bad(StatedSettings::LOADS))?),
                 _ => entry.channels = Some(self.channels(key, value)?),
             }
             entry.own_channels |= key == "channels";

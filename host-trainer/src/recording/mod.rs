@@ -18,6 +18,7 @@ use std::{fmt, path::PathBuf};
 
 mod assemble;
 pub(crate) mod atomic_write;
+pub(crate) mod bounded;
 mod error;
 mod find;
 mod formats;
@@ -26,6 +27,7 @@ mod job;
 mod load;
 pub mod manifest;
 mod options;
+pub(crate) mod owned;
 mod parse_number;
 pub mod reference_data;
 pub mod resample;
@@ -36,6 +38,7 @@ mod unit;
 pub mod write;
 
 pub use error::ReadError;
+pub use find::sources;
 pub use load::{Loaded, load, load_all};
 pub use options::{LoadOptions, Progress, ProgressFn};
 pub use unit::{STANDARD_GRAVITY, Unit};
@@ -69,6 +72,24 @@ pub struct Channel {
     pub samples: Vec<f64>,
 }
 
+impl Channel {
+    /// Whether the samples are accelerations, by the channel's name.
+    pub fn is_acceleration(&self) -> bool {
+        unit::Quantity::from_name(&self.name) != unit::Quantity::Other
+    }
+
+    /// Whether the sensor is where it is without a statement.
+    pub fn is_at_default(&self) -> bool {
+        self.location.as_deref() == unit::default_location(&self.name)
+    }
+
+    /// Value that all samples have, if they have one.
+    pub fn constant(&self) -> Option<f64> {
+        let first = *self.samples.first()?;
+        self.samples.iter().all(|sample| *sample == first).then_some(first)
+    }
+}
+
 /// A recording: channels of equal length on one time axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recording {
@@ -87,6 +108,8 @@ pub struct Recording {
     /// Time of the first sample in seconds after midnight of the day on which the first
     /// recording of its folder began; beyond 86 400 once midnight has passed. FEMTO only.
     pub start_s: Option<f64>,
+    /// Sample rate before it was resampled up, Hz: above half of it there is no content.
+    pub resampled_from_hz: Option<f64>,
     /// Number of bad rows dropped (only with [`LoadOptions::skip_bad`]).
     pub skipped_rows: usize,
     /// Samples after which at least one is missing, sorted: the time column skips a step, or a bad row was dropped.

@@ -2,6 +2,7 @@
 
 use std::{fmt, ops::Range, sync::Arc};
 
+use super::settings::StatedSettings;
 use super::{ReadError, Unit};
 
 /// Progress of a [`load`](super::load).
@@ -45,9 +46,9 @@ impl LoadOptions {
         let rates = [("sample_rate_hz", self.sample_rate_hz), ("resample_hz", self.resample_hz)];
         for (option, rate) in rates {
             if let Some(rate) = rate
-                && !(rate.is_finite() && rate > 0.0)
+                && !StatedSettings::DEFAULT.sample_rate_hz.contains(&rate)
             {
-                let expected = "a positive number of Hz".into();
+                let expected = StatedSettings::RATES.into();
                 return Err(ReadError::BadOption { option, found: rate.to_string(), expected });
             }
         }

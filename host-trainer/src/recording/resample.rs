@@ -45,10 +45,12 @@ pub fn recording(recording: Recording, rate_hz: f64) -> Recording {
         };
         Channel { samples, ..channel }
     });
+    let own = recording.resampled_from_hz.unwrap_or(recording.sample_rate_hz);
     let moved = |sample: usize| (sample as u128 * u128::from(up) / u128::from(down)) as usize;
     Recording {
         channels: channels.collect(),
         sample_rate_hz: recording.sample_rate_hz * up as f64 / down as f64,
+        resampled_from_hz: (own < rate_hz).then_some(own),
         gaps: recording.gaps.iter().copied().map(moved).collect(),
         ..recording
     }

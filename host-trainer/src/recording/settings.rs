@@ -1,5 +1,7 @@
 //! Settings of reading and resampling recordings.
 
+use std::ops::RangeInclusive;
+
 /// Settings of the resampling filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ResampleSettings {
@@ -55,4 +57,54 @@ pub struct ConditionSettings {
 impl ConditionSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self { stated_speed_std: 0.002 };
+}
+
+/// Sizes beyond which input is taken for a mistake.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SizeSettings {
+    /// Greatest file of settings, bytes: a hundred times the largest model.
+    pub settings_bytes: u64,
+    /// Greatest file of samples, also unpacked, bytes. With `samples` chosen so that both fit into 2 GB.
+    pub recording_bytes: u64,
+    /// Most samples of all channels of a file.
+    pub samples: usize,
+    /// Greatest size of a sample. Squares, and the device's single precision, hold it.
+    pub largest_sample: f64,
+    /// Most samples of a channel after resampling.
+    pub resampled: f64,
+}
+
+impl SizeSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self {
+        settings_bytes: 64 << 20,
+        recording_bytes: 768 << 20,
+        samples: 100_000_000,
+        largest_sample: 1e30,
+        resampled: 1e8,
+    };
+}
+
+/// Stated conditions beyond which a number is a mistake; none is of a machine or a recorder of today.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StatedSettings {
+    /// Sample rates, Hz: from a sample in a hundred seconds to a hundred million a second.
+    pub sample_rate_hz: RangeInclusive<f64>,
+    /// Greatest shaft speed, Hz: the fastest spindles turn a million times a minute.
+    pub shaft_hz: f64,
+    /// Greatest load either way, N.
+    pub load_n: f64,
+    /// Ratio of two sample rates between which is resampled, either way.
+    pub resample_ratio: f64,
+}
+
+impl StatedSettings {
+    /// The sample rates, for messages.
+    pub const RATES: &'static str = "0.01 to 1e8 Hz";
+    /// The shaft speeds, for messages.
+    pub const SPEEDS: &'static str = "0 to 17000 Hz, turns a second";
+    /// The loads, for messages.
+    pub const LOADS: &'static str = "-1e9 to 1e9 N";
+    /// Default settings.
+    pub const DEFAULT: Self = Self { sample_rate_hz: 0.01..=1e8, shaft_hz: 1.7e4, load_n: 1e9, resample_ratio: 1000.0 };
 }

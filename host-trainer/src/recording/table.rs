@@ -7,9 +7,13 @@ use std::path::Path;
 
 use super::{
     ReadError,
+    assemble::is_sample,
     error::shown,
     parse_number::{self, number},
+    settings::SizeSettings,
 };
+
+const SETTINGS: SizeSettings = SizeSettings::DEFAULT;
 
 /// Use of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,13 +56,17 @@ pub(super) fn parse(bytes: &[u8], layout: &Layout) -> Result<Table, ReadError> {
     let wanted = layout.columns.iter().filter(|c| c.role == Role::Value).count();
     // An estimate of the number of rows from the length of the first.
     let row_length = bytes.iter().position(|&b| b == b'\n').unwrap_or(bytes.len()).max(1);
-    let rows = bytes.len() / row_length + 1;
+    let rows = (bytes.len() / row_length + 1).min(SETTINGS.samples / wanted.max(1));
     let mut table = Table { columns: (0..wanted).map(|_| Vec::with_capacity(rows)).collect(), dropped: Vec::new() };
 
     let mut at = 0;
     let mut row = layout.first_row;
     let mut kept = 0;
+    let most = SETTINGS.samples / wanted.max(1);
     while at < bytes.len() {
+        if kept >= most {
+            return Err(ReadError::TooMany { path: layout.path.into(), most: SETTINGS.samples });
+        }
         if let Some(next) = quick_row(bytes, at, layout, &mut table.columns) {
             at = next;
             kept += 1;
@@ -98,6 +106,9 @@ fn quick_row(bytes: &[u8], mut at: usize, layout: &Layout, columns: &mut [Vec<f6
     for (index, column) in layout.columns.iter().enumerate() {
         if column.role == Role::Value {
             let (value, end) = number(bytes, at)?;
+            if !is_sample(value) {
+                return None;
+            }
             columns[slot].push(value);
             slot += 1;
             at = end;
@@ -169,9 +180,8 @@ fn careful_row(line: &[u8], row: usize, layout: &Layout) -> Result<Vec<f64>, Rea
             let found = shown(field);
             return Err(ReadError::NotANumber { path: path.into(), row, column: name(), found });
         };
-        if !value.is_finite() {
-            let found = shown(field);
-            return Err(ReadError::NotFinite { path: path.into(), row, column: name(), found });
+        if !is_sample(value) {
+            return Err(ReadError::not_a_sample(path, row, name(), value, shown(field)));
         }
         if column.role == Role::Value {
             values.push(value);

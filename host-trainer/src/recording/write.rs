@@ -9,7 +9,7 @@ use std::{
 
 use toml::{Table, Value};
 
-use super::{Recording, manifest, unit::default_location};
+use super::{Recording, assemble::is_sample, manifest, owned, unit::default_location};
 use crate::recording::atomic_write;
 
 /// Failure to write a recording.
@@ -36,9 +36,9 @@ pub enum WriteError {
         /// Length of the first channel.
         expected: usize,
     },
-    /// A sample that is not finite.
-    #[error("{path}, row {row}, channel `{channel}`: found {found}, expected a finite number")]
-    NotFinite {
+    /// A sample that is not finite or too large.
+    #[error("{path}, row {row}, channel `{channel}`: found {found}, expected a finite number within ±1e30")]
+    NotASample {
         /// Path of the file.
         path: PathBuf,
         /// Line, from 1.
@@ -47,6 +47,14 @@ pub enum WriteError {
         channel: String,
         /// Value of the sample.
         found: f64,
+    },
+    /// A file in the place of one to write that is not ballrace's own.
+    #[error(
+        "{path}: found a file that ballrace did not write or that was changed since, expected none; another folder keeps it"
+    )]
+    Foreign {
+        /// Path of the file.
+        path: PathBuf,
     },
     /// A channel name that is empty, a duplicate, or not possible in a header.
     #[error("{path}: found channel name `{name}`, expected one of its own without `,;\"#` or line ends")]
@@ -83,28 +91,65 @@ pub fn csv(path: &Path, recording: &Recording) -> Result<(), WriteError> {
 }
 
 /// Writes recordings into a folder, created if missing, as `r01.csv`, `r02.csv`, … with `recordings.toml` last: a
-/// folder with a manifest is complete. Returns the path of the manifest.
+/// folder with a manifest is complete. Files that ballrace did not write are never replaced. Returns the path of the
+/// manifest.
 ///
 /// # Errors
 ///
-/// Errors of [`csv`].
+/// Errors of [`csv`], and a file in the place of one to write; nothing is then replaced.
 pub fn folder(folder: &Path, recordings: &[Recording]) -> Result<PathBuf, WriteError> {
-    std::fs::create_dir_all(folder).map_err(|source| WriteError::Io { path: folder.into(), source })?;
-    let digits = recordings.len().to_string().len().max(2);
+    let io = |path: &Path| {
+        let path = path.to_owned();
+        move |source| WriteError::Io { path, source }
+    };
+    std::fs::create_dir_all(folder).map_err(io(folder))?;
+    // Within the folder, so that renaming does not copy.
+    let made = tempfile::Builder::new().prefix(".making-").tempdir_in(folder).map_err(io(folder))?;
+    let names = names(recordings.len());
     let mut list = Vec::with_capacity(recordings.len());
-    for (index, recording) in recordings.iter().enumerate() {
-        let file = format!("r{:0digits$}.csv", index + 1);
-        csv(&folder.join(&file), recording)?;
-        list.push(Value::Table(entry(file, recording)));
+    let mut written = Vec::with_capacity(recordings.len());
+    for (file, recording) in names.iter().zip(recordings) {
+        let path = made.path().join(file);
+        csv(&path, recording)?;
+        written.push((file.clone(), owned::file_crc(&path).unwrap_or_default()));
+        list.push(Value::Table(entry(file.clone(), recording)));
     }
     let mut defaults = Table::new();
     defaults.insert("unit".into(), "m/s^2".into());
     let mut table = Table::new();
     table.insert("defaults".into(), Value::Table(defaults));
     table.insert("recording".into(), Value::Array(list));
-    let path = folder.join(manifest::FILE_NAME);
-    persist(&path, |out| out.write_all(table.to_string().as_bytes()))?;
-    Ok(path)
+    let text = owned::marked(&table.to_string(), &written);
+    persist(&made.path().join(manifest::FILE_NAME), |out| out.write_all(text.as_bytes()))?;
+
+    // Of a run that was killed while renaming, the same files are there without the manifest that lists them.
+    let same = |(name, crc): &(String, u32)| owned::file_crc(&folder.join(name)) == Some(*crc);
+    let changed: Vec<&str> = written.iter().filter(|file| !same(file)).map(|(name, _)| name.as_str()).collect();
+    check_replaceable(folder, changed.into_iter().chain([manifest::FILE_NAME]))?;
+    for file in names.iter().map(String::as_str).chain([manifest::FILE_NAME]) {
+        let path = folder.join(file);
+        atomic_write::install(&made.path().join(file), &path).map_err(io(&path))?;
+    }
+    Ok(folder.join(manifest::FILE_NAME))
+}
+
+/// Names of the files of that many recordings.
+fn names(count: usize) -> Vec<String> {
+    let digits = count.to_string().len().max(2);
+    (1..=count).map(|number| format!("r{number:0digits$}.csv")).collect()
+}
+
+/// Files that [`folder()`] writes for that many recordings.
+pub fn files(folder: &Path, count: usize) -> Vec<PathBuf> {
+    names(count).iter().map(String::as_str).chain([manifest::FILE_NAME]).map(|name| folder.join(name)).collect()
+}
+
+fn check_replaceable<'a>(folder: &Path, mut names: impl Iterator<Item = &'a str>) -> Result<(), WriteError> {
+    let foreign = |name: &&str| {
+        let path = folder.join(name);
+        path.exists() && !owned::is_own(&path)
+    };
+    names.find(foreign).map_or(Ok(()), |name| Err(WriteError::Foreign { path: folder.join(name) }))
 }
 
 fn entry(file: String, recording: &Recording) -> Table {
@@ -146,9 +191,9 @@ fn check(path: &Path, recording: &Recording) -> Result<(), WriteError> {
             let (path, channel) = (path.into(), name.clone());
             return Err(WriteError::UnequalLengths { path, channel, found, expected });
         }
-        if let Some(at) = channel.samples.iter().position(|sample| !sample.is_finite()) {
+        if let Some(at) = channel.samples.iter().position(|sample| !is_sample(*sample)) {
             let (row, found) = (at + 2, channel.samples[at]);
-            return Err(WriteError::NotFinite { path: path.into(), row, channel: name.clone(), found });
+            return Err(WriteError::NotASample { path: path.into(), row, channel: name.clone(), found });
         }
     }
     Ok(())

@@ -66,6 +66,16 @@ pub enum RigError {
         /// Allowed values.
         expected: &'static str,
     },
+    /// Recording that contradicts itself or the rig.
+    #[error("{place}: found {found}, expected {expected}")]
+    BadRecording {
+        /// File and channel or key.
+        place: String,
+        /// What was found.
+        found: String,
+        /// Expected value.
+        expected: String,
+    },
     /// State that is no longer finite: the parameters are impossible together.
     #[error("the simulation diverged at {time_s} s")]
     Diverged {

@@ -51,6 +51,7 @@ pub mod effect;
 mod error;
 pub mod film;
 pub(crate) mod noise;
+pub mod plausible;
 pub(crate) mod random_part;
 pub mod sdof;
 pub(crate) mod settings;

@@ -1,5 +1,25 @@
 //! Settings of the rig's integration and of its linearisation.
 
+/// Operating conditions that no bearing runs under.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConditionLimits {
+    /// Greatest pitch diameter times speed, mm/min: main shafts of aircraft engines reach 3 million (Harris and Kotzalas,
+    /// *Essential Concepts of Bearing Technology*, 2007, chapter 1).
+    pub speed_factor_mm_per_min: f64,
+    /// Most samples of all recordings of one `simulate`, which are held in memory with 24 bytes each.
+    pub samples: f64,
+    /// Most samples of a recording: while it is made each takes some 90 bytes.
+    pub samples_of_one: f64,
+    /// Samples of the recordings that are made at once.
+    pub samples_at_once: usize,
+}
+
+impl ConditionLimits {
+    /// Default limits.
+    pub const DEFAULT: Self =
+        Self { speed_factor_mm_per_min: 3e6, samples: 5e7, samples_of_one: 1.5e7, samples_at_once: 4_000_000 };
+}
+
 /// Steps, settling times and vector use of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IntegrationSettings {

@@ -63,13 +63,21 @@ fn of_envelopes<S: Sample>(
     shape: fn(f64) -> f64,
 ) -> Option<Spectrum> {
     let length = recordings.iter().map(|r| r.len()).min()?;
-    let mut envelopes = Vec::with_capacity(recordings.len());
+    // One at a time, so that only one is held.
+    let mut sum: Option<Spectrum> = None;
     for recording in recordings {
         let mut envelope = envelope(recording.get(..length)?, sample_rate_hz, band_hz)?;
         envelope.iter_mut().for_each(|v| *v = shape(*v));
-        envelopes.push(envelope);
+        let mut spectrum = amplitudes(&[&envelope], sample_rate_hz)?;
+        spectrum.values.iter_mut().for_each(|v| *v *= *v);
+        match &mut sum {
+            None => sum = Some(spectrum),
+            Some(sum) => sum.values.iter_mut().zip(&spectrum.values).for_each(|(s, v)| *s += v),
+        }
     }
-    amplitudes(&envelopes.iter().map(Vec::as_slice).collect::<Vec<_>>(), sample_rate_hz)
+    let mut mean = sum?;
+    mean.values.iter_mut().for_each(|v| *v = (*v / recordings.len() as f64).sqrt());
+    Some(mean)
 }
 
 #[cfg(test)]

@@ -71,22 +71,39 @@ impl Kurtogram {
 ///
 /// `None` for a recording of fewer.
 pub fn kurtogram<S: Sample>(samples: &[S], sample_rate_hz: f64, min_bandwidth_hz: f64) -> Option<Kurtogram> {
-    let bank = Bank::new(samples, sample_rate_hz)?;
-    let kurtosis = |(level, band): (f64, Range<f64>)| {
-        let envelope = bank.envelope(&band, 1);
-        let (mut second, mut fourth) = (0.0, 0.0);
-        for power in envelope.counted().iter().map(Complex::norm_sqr) {
-            second += power;
-            fourth += power * power;
-        }
-        let n = envelope.counted().len() as f64;
+    kurtogram_of_pieces(&[samples], sample_rate_hz, min_bandwidth_hz)
+}
+
+/// Kurtogram of a recording in pieces of one length, as [`kurtogram`]: the moments are those of all pieces.
+pub fn kurtogram_of_pieces<S: Sample>(
+    pieces: &[&[S]],
+    sample_rate_hz: f64,
+    min_bandwidth_hz: f64,
+) -> Option<Kurtogram> {
+    let mut tree = Vec::new();
+    let mut moments: Vec<[f64; 3]> = Vec::new();
+    let mut counted_s = 0.0;
+    for piece in pieces {
+        let bank = Bank::new(piece, sample_rate_hz)?;
+        tree = bank.tree(min_bandwidth_hz);
+        counted_s += bank.counted_s();
+        let of_piece = tree.par_iter().map(|(_, band)| {
+            let envelope = bank.envelope(band, 1);
+            let add = |[second, fourth, n]: [f64; 3], power: f64| [second + power, fourth + power * power, n + 1.0];
+            envelope.counted().iter().map(Complex::norm_sqr).fold([0.0; 3], add)
+        });
+        let of_piece: Vec<[f64; 3]> = of_piece.collect();
+        moments.resize(tree.len(), [0.0; 3]);
+        moments.iter_mut().zip(of_piece).for_each(|(sum, part)| *sum = std::array::from_fn(|i| sum[i] + part[i]));
+    }
+    let cell = |((level, band), [second, fourth, n]): ((f64, Range<f64>), [f64; 3])| {
         let kurtosis = if second > 0.0 { n * fourth / (second * second) - 2.0 } else { 0.0 };
         let bandwidth_hz = band.end - band.start;
-        let samples = bandwidth_hz * bank.counted_s();
+        let samples = bandwidth_hz * counted_s;
         Cell { level, centre_hz: 0.5 * (band.start + band.end), bandwidth_hz, kurtosis, samples }
     };
-    let cells = bank.tree(min_bandwidth_hz).into_par_iter().map(kurtosis).collect();
-    Some(Kurtogram { cells, nyquist_hz: bank.nyquist_hz() })
+    let cells: Vec<Cell> = tree.into_iter().zip(moments).map(cell).collect();
+    (!cells.is_empty()).then_some(Kurtogram { cells, nyquist_hz: 0.5 * sample_rate_hz })
 }
 
 /// Fourier transform of a recording, to cut bands from.

@@ -23,6 +23,14 @@ pub enum TachoError {
         /// Pulses found.
         found: usize,
     },
+    /// Turns of so few samples that they are none.
+    #[error("tacho: found turns of {found:.1} samples, expected {expected} or more")]
+    TooFast {
+        /// Mean length of a turn, samples.
+        found: f64,
+        /// Least length, samples.
+        expected: f64,
+    },
     /// A turn far longer or shorter than the others.
     #[error("tacho: the turn from sample {sample} lasts {found:.1} samples, expected about {expected:.1}")]
     Uneven {
@@ -58,18 +66,25 @@ impl ShaftAngle {
         Self { law: Law::Constant(shaft_hz), mean_hz: shaft_hz }
     }
 
-    /// Angle from a tachometer channel that is above one half at each turn's first sample.
+    /// Angle from a tachometer channel that rises above one half at each turn's first sample.
     ///
     /// A turn began within the sample period before its pulse; the middle of that period is its time. The law is the
     /// polynomial of least degree, up to 6, within 0.6 samples of all these times: ±0.5 is their quantisation. Without
     /// one, cubics join the times.
     ///
     /// # Errors
-    /// Fewer than three pulses, or a turn far longer or shorter than the others.
+    /// Fewer than three pulses, turns of too few samples, or one far longer or shorter than the others.
     pub fn from_tacho<S: Sample>(tacho: &[S], sample_rate_hz: f64) -> Result<Self, TachoError> {
-        let pulses: Vec<usize> = tacho.iter().enumerate().filter(|(_, v)| (**v).into() > 0.5).map(|(i, _)| i).collect();
+        let high = |i: usize| tacho.get(i).is_some_and(|v| (*v).into() > 0.5);
+        // Of a pulse that the recording begins in, the start is not known.
+        let begins = |i: &usize| high(*i) && (if *i == 0 { !high(1) } else { !high(i - 1) });
+        let pulses: Vec<usize> = (0..tacho.len()).filter(begins).collect();
         if pulses.len() < 3 {
             return Err(TachoError::TooFew { found: pulses.len() });
+        }
+        let mean_samples = (pulses[pulses.len() - 1] - pulses[0]) as f64 / (pulses.len() - 1) as f64;
+        if mean_samples < SETTINGS.min_turn_samples {
+            return Err(TachoError::TooFast { found: mean_samples, expected: SETTINGS.min_turn_samples });
         }
         let lengths: Vec<f64> = pulses.windows(2).map(|w| (w[1] - w[0]) as f64).collect();
         let expected = super::transform::median(&mut lengths.clone()).unwrap_or(0.0);

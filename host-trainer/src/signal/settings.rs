@@ -101,6 +101,8 @@ pub struct OrderSettings {
     /// Ratio of a turn to the median turn, or its inverse, above which pulses are missing or spurious. Not tuned:
     /// chosen by hand.
     pub max_turn_ratio: f64,
+    /// Least samples of a turn. Not tuned: chosen by hand.
+    pub min_turn_samples: f64,
     /// Iteration limit of the inversion of time over turns. Not tuned: chosen by hand.
     pub newton_iterations: usize,
     /// Step at which the inversion ends, turns. Not tuned: chosen by hand.
@@ -114,6 +116,7 @@ impl OrderSettings {
         pulses_per_coefficient: 3,
         pulse_tolerance_samples: 0.6,
         max_turn_ratio: 1.6,
+        min_turn_samples: 8.0,
         newton_iterations: 20,
         newton_tolerance_turns: 1e-10,
     };
@@ -138,6 +141,16 @@ pub struct SpectraSettings {
     pub min_samples: usize,
     /// Greatest segment of the power density, samples. Not tuned: chosen by hand.
     pub max_segment: usize,
+    /// Greatest piece that is transformed at once, samples: a longer recording is cut into equal ones, of which powers are
+    /// averaged. At 51.2 kHz a line of 0.03 Hz, less than speeds wander by; 100 MB of transforms.
+    pub max_piece: usize,
+    /// Multiple of which the pieces of a long recording are, samples, so that their transforms are fast.
+    pub piece_multiple: usize,
+    /// Greatest piece of the coherence, samples, and most pieces that it is averaged over, evenly spread. Chosen by their
+    /// time, which is that of all the rest.
+    pub coherence_piece: usize,
+    /// See `coherence_piece`.
+    pub coherence_pieces: usize,
     /// Harmonics of each family that are listed and that choose the band. Not tuned: chosen by hand.
     pub harmonics: u32,
     /// Sidebands to either side of each harmonic. Not tuned: chosen by hand.
@@ -168,6 +181,10 @@ impl SpectraSettings {
     pub const DEFAULT: Self = Self {
         min_samples: 256,
         max_segment: 4096,
+        max_piece: 1 << 21,
+        piece_multiple: 1024,
+        coherence_piece: 1 << 18,
+        coherence_pieces: 4,
         harmonics: 3,
         sidebands: 1,
         min_bandwidth_hz: 400.0,

@@ -4,13 +4,13 @@ use std::ops::Range;
 
 use serde::Serialize;
 
-use crate::recording::Recording;
+use crate::recording::{Recording, resample};
 use crate::signal::band::band_for_lines;
 use crate::signal::characteristic::{Characteristic, Family, Speeds, list};
 use crate::signal::coherence::coherence;
 use crate::signal::envelope::envelope_spectrum;
 use crate::signal::kinematics::Geometry;
-use crate::signal::kurtogram::{Kurtogram, kurtogram};
+use crate::signal::kurtogram::{Kurtogram, kurtogram_of_pieces};
 use crate::signal::lines::{Line, Marked};
 use crate::signal::order::{OrderSpectrum, ShaftAngle, order_spectrum};
 use crate::signal::settings::SpectraSettings;
@@ -58,6 +58,26 @@ pub enum SpectraError {
         found: usize,
         /// Least number of samples.
         least: usize,
+    },
+    /// Channel that never varies.
+    #[error("{recording}, channel `{channel}`: found {value} in all samples, expected a signal that varies")]
+    Flat {
+        /// Name of the recording.
+        recording: String,
+        /// Name of the channel.
+        channel: String,
+        /// Value of all samples.
+        value: f64,
+    },
+    /// Speed that the sample rate cannot show.
+    #[error("{recording}, shaft_hz: found {found}, expected less than half the sample rate of {sample_rate_hz} Hz")]
+    Speed {
+        /// Name of the recording.
+        recording: String,
+        /// Speed, Hz.
+        found: f64,
+        /// Sample rate, Hz.
+        sample_rate_hz: f64,
     },
     /// Band outside 0 to Nyquist's frequency.
     #[error("{recording}: found band {low}:{high} Hz, expected one between 0 and Nyquist's {nyquist} Hz")]
@@ -173,11 +193,13 @@ pub struct Analysis {
 }
 
 impl Analysis {
-    /// Analyses a recording.
+    /// Analyses a recording; one that was resampled up, at its own rate: above half of it there is only the filter's rest.
     ///
     /// # Errors
-    /// No such channel, too few samples, a band outside 0 to Nyquist's frequency.
+    /// No such channel, too few samples, a channel that never varies, a speed or a band outside 0 to Nyquist's frequency.
     pub fn analyse(recording: &Recording, wanted: &Wanted) -> Result<Self, SpectraError> {
+        let own = recording.resampled_from_hz.map(|own| resample::recording(recording.clone(), own));
+        let recording = own.as_ref().unwrap_or(recording);
         let rate = recording.sample_rate_hz;
         let channel = match &wanted.channel {
             Some(name) => recording.channel(name),
@@ -198,6 +220,15 @@ impl Analysis {
         if samples.len() < SETTINGS.min_samples {
             return Err(short());
         }
+        if let Some(value) = channel.constant() {
+            let (recording, channel) = (recording.source.to_string(), channel.name.clone());
+            return Err(SpectraError::Flat { recording, channel, value });
+        }
+        let nominal_hz = wanted.shaft_hz.or(recording.shaft_hz);
+        if let Some(found) = nominal_hz.filter(|hz| *hz >= 0.5 * rate) {
+            let recording = recording.source.to_string();
+            return Err(SpectraError::Speed { recording, found, sample_rate_hz: rate });
+        }
         if let Some(band) =
             wanted.band_hz.as_ref().filter(|b| !(b.start >= 0.0 && b.start < b.end && b.end <= 0.5 * rate))
         {
@@ -205,7 +236,10 @@ impl Analysis {
             return Err(SpectraError::Band { recording, low: band.start, high: band.end, nyquist: 0.5 * rate });
         }
         let tacho = recording.channel("tacho").map(|t| ShaftAngle::from_tacho(&t.samples[piece.clone()], rate));
-        let speed = speed(samples, rate, wanted.shaft_hz.or(recording.shaft_hz), tacho.as_ref(), wanted);
+        let pieces = pieces(samples);
+        // A speed wanders over a long recording, so that its lines are those of a piece.
+        let middle = pieces[pieces.len() / 2];
+        let speed = speed(middle, rate, nominal_hz, tacho.as_ref(), wanted);
         let slip = match (&speed.estimate, speed.source) {
             (Some(estimate), Some(SpeedSource::Estimate)) => estimate.slip.map_or(0.0, |(slip, _)| slip),
             _ => 0.0,
@@ -215,9 +249,9 @@ impl Analysis {
         let density = welch(&[samples], rate, segment).ok_or_else(short)?;
         let fastest =
             speeds.as_ref().and_then(|s| s.base_hz(Family::Inner)).map_or(SETTINGS.min_bandwidth_hz, |f| 2.0 * f);
-        let kurtogram = kurtogram(samples, rate, fastest);
-        let band = choose(samples, rate, speeds.as_ref(), kurtogram.as_ref(), wanted);
-        let envelope = envelope_spectrum(&[samples], rate, &band.band_hz).ok_or_else(short)?;
+        let kurtogram = kurtogram_of_pieces(&pieces, rate, fastest);
+        let band = choose(middle, rate, speeds.as_ref(), kurtogram.as_ref(), wanted);
+        let envelope = envelope_spectrum(&pieces, rate, &band.band_hz).ok_or_else(short)?;
         let marked = Marked::new(&envelope);
         let width = SETTINGS.envelope_share * (band.band_hz.end - band.band_hz.start);
         let listed = |s| list(s, width, SETTINGS.harmonics, SETTINGS.sidebands);
@@ -231,9 +265,10 @@ impl Analysis {
         };
         let lines = expected.into_iter().filter_map(find).collect();
         let highest = envelope_range_hz(speeds.as_ref(), &band.band_hz);
-        let coherence = coherence(samples, rate, SETTINGS.coherence_window, highest)
-            .map(|c| c.enhanced_envelope_spectrum(&band.band_hz));
+        let coherence = enhanced_envelope_spectrum(samples, rate, highest, &band.band_hz);
         let pulses = tacho.and_then(Result::ok);
+        // Angles count from the recording's start.
+        let turned = &samples[..samples.len().min(SETTINGS.max_piece)];
         let angle = pulses.clone().or_else(|| speed.used_hz.map(ShaftAngle::constant));
         Ok(Self {
             name: recording.name(),
@@ -241,8 +276,8 @@ impl Analysis {
             channel: channel.name.clone(),
             sample_rate_hz: rate,
             duration_s: samples.len() as f64 / rate,
-            orders: angle.and_then(|angle| order_spectrum(samples, rate, &angle)),
-            synchronous: pulses.and_then(|angle| average(samples, rate, &angle, 1)),
+            orders: angle.and_then(|angle| order_spectrum(turned, rate, &angle)),
+            synchronous: pulses.and_then(|angle| average(turned, rate, &angle, 1)),
             speed,
             density,
             kurtogram,
@@ -277,6 +312,31 @@ fn longest_piece(recording: &Recording) -> Range<usize> {
     let starts = std::iter::once(0).chain(recording.gaps.iter().map(|gap| gap + 1));
     let ends = recording.gaps.iter().map(|gap| gap + 1).chain([recording.len()]);
     starts.zip(ends).map(|(a, b)| a..b.max(a)).max_by_key(|piece| piece.len()).unwrap_or(0..0)
+}
+
+/// Equal pieces of a long recording; a shorter one whole.
+fn pieces(samples: &[f64]) -> Vec<&[f64]> {
+    let count = samples.len().div_ceil(SETTINGS.max_piece).max(1);
+    match count {
+        1 => vec![samples],
+        _ => samples.chunks_exact(samples.len() / count / SETTINGS.piece_multiple * SETTINGS.piece_multiple).collect(),
+    }
+}
+
+/// Enhanced envelope spectrum of a band, of a long recording the mean over some pieces.
+fn enhanced_envelope_spectrum(samples: &[f64], rate: f64, highest_hz: f64, band_hz: &Range<f64>) -> Option<Spectrum> {
+    let length = samples.len().min(SETTINGS.coherence_piece);
+    let count = (samples.len() / length.max(1)).min(SETTINGS.coherence_pieces);
+    let step = (samples.len() - length).checked_div(count.saturating_sub(1)).unwrap_or(0);
+    let mut mean: Option<Spectrum> = None;
+    for k in 0..count {
+        let piece = &samples[k * step..k * step + length];
+        let found = coherence(piece, rate, SETTINGS.coherence_window, highest_hz)?.enhanced_envelope_spectrum(band_hz);
+        let mean =
+            mean.get_or_insert_with(|| Spectrum { step_hz: found.step_hz, values: vec![0.0; found.values.len()] });
+        mean.values.iter_mut().zip(&found.values).for_each(|(m, v)| *m += v / count as f64);
+    }
+    mean
 }
 
 fn speed<E: ToString>(

@@ -29,6 +29,12 @@ pub fn with_interval(value: f64, interval95: Option<[f64; 2]>) -> (String, Strin
     (significant(value, digits), format!("{} to {}", significant(low, digits), significant(high, digits)))
 }
 
+/// A share in percent to one decimal, without a sign where it rounds to 0.
+pub fn share(share: f64) -> String {
+    let tenths = (1000.0 * share).round();
+    format!("{:.1} %", if tenths == 0.0 { 0.0 } else { 0.1 * tenths })
+}
+
 /// A p-value as text, from `< 1e−30` up.
 pub fn chance(p_value: f64) -> String {
     match p_value {
@@ -55,6 +61,7 @@ mod tests {
         let got = [95.114, -3.2, 0.0, 1.234e8, 0.00012, 20.0].map(|v| significant(v, 3));
         assert_eq!(got, ["95.1", "−3.20", "0", "1.23e8", "1.20e−4", "20.0"]);
         assert_eq!(with_interval(20.391, Some([20.25, 20.55])), ("20.39".into(), "20.25 to 20.55".into()));
+        assert_eq!([-0.0004, 0.0, 0.123].map(share), ["0.0 %", "0.0 %", "12.3 %"]);
         assert_eq!(with_interval(7.0, None), ("7.000".into(), "–".into()));
         assert_eq!(with_interval(7.0, Some([f64::NEG_INFINITY, 1.0])).1, "–");
         assert_eq!([by_chance(0.0002), by_chance(0.0)], ["p = 0.0002", "p < 1e−30"]);

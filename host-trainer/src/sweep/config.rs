@@ -9,6 +9,7 @@ use super::method::Method;
 use super::preset::Preset;
 use crate::model::fit::choice::{AlignmentKind, EstimatorKind};
 use crate::model::sindy_nn::gradient::SparsityNorm;
+use crate::recording::bounded;
 use crate::signal::surrogate::SurrogateKind;
 use crate::signal::wavelet::Wavelet;
 
@@ -177,7 +178,8 @@ impl Config {
     /// # Errors
     /// [`ConfigError`].
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
-        let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Io { path: path.to_owned(), source })?;
+        let bytes = bounded::settings(path).map_err(|source| ConfigError::Io { path: path.to_owned(), source })?;
+        let text = String::from_utf8_lossy(&bytes);
         let mut config: Self = toml::from_str(&text)
             .map_err(|source| ConfigError::Toml { path: path.to_owned(), source: Box::new(source) })?;
         let refuse =

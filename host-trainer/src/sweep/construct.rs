@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::config::Sizes;
 use super::job::Row;
+use crate::model::fit::settings::LibrarySettings;
 
 /// Limits of the construction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -51,8 +52,8 @@ pub struct Construction {
     pub why: String,
 }
 
-/// Most functions of a library that is tried: more take gigabytes, whatever the time. The paper's widest has 2,528.
-const MAX_FUNCTIONS: usize = 3000;
+/// Most functions of a library that is tried.
+const MAX_FUNCTIONS: usize = LibrarySettings::DEFAULT.max_functions;
 
 /// Most dimensions that are kept of each degree: the paper's Table 3 has two.
 const DIMENSIONS_KEPT: usize = 2;

@@ -128,7 +128,7 @@ fn options() {
         let options = LoadOptions { sample_rate_hz: Some(rate), ..strict() };
         let error = folder.load("", &options).unwrap_err().to_string();
         let rate = rate.to_string();
-        assert_eq!(error, format!("sample_rate_hz: found {rate}, expected a positive number of Hz"));
+        assert_eq!(error, format!("sample_rate_hz: found {rate}, expected 0.01 to 1e8 Hz"));
     }
     let options = LoadOptions { recordings: Some(1..4), ..strict() };
     let error = folder.load("", &options).unwrap_err().to_string();
@@ -154,8 +154,8 @@ fn manifests() {
             "[[recording]]\nfile=\"a.csv\"\n[[recording]]\nfile=\"b.csv\"\nunit=\"mg\"",
             "recording[2].unit: found \\\"mg\\\", expected \"m/s^2\" or \"g\"",
         ),
-        ("[defaults]\nsample_rate_hz = 0", "defaults.sample_rate_hz: found 0, expected a positive number of Hz"),
-        ("[defaults]\nshaft_hz = nan", "defaults.shaft_hz: found nan, expected a number of Hz, not negative"),
+        ("[defaults]\nsample_rate_hz = 0", "defaults.sample_rate_hz: found 0, expected 0.01 to 1e8 Hz"),
+        ("[defaults]\nshaft_hz = nan", "defaults.shaft_hz: found nan, expected 0 to 17000 Hz, turns a second"),
         ("[defaults]\nchannels = { ax = 3 }", "defaults.channels.ax: found 3, expected the name of a location"),
         ("recording = 3", "recording: found 3, expected at least one [[recording]]"),
     ] {

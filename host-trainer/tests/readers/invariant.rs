@@ -15,7 +15,7 @@ fn channel(name: &str, location: Option<&str>, samples: &[f64]) -> Channel {
 }
 
 fn recordings() -> Vec<Recording> {
-    let hard = [0.1 + 0.2, -0.0, 5e-324, f64::MAX, -1.0 / 3.0, 1e-7];
+    let hard = [0.1 + 0.2, -0.0, 5e-324, -1e30, -1.0 / 3.0, 1e-7];
     let one = Recording {
         channels: vec![
             channel("ax", Some("outer-x"), &hard),
@@ -62,7 +62,9 @@ fn what_could_not_be_read_back_is_not_written() {
         write::csv(&path, &recording).unwrap_err()
     };
     let error = with(|r| r.channels[1].samples[2] = f64::NAN);
-    assert!(matches!(error, WriteError::NotFinite { row: 4, .. }), "{error}");
+    assert!(matches!(error, WriteError::NotASample { row: 4, .. }), "{error}");
+    let error = with(|r| r.channels[1].samples[2] = 1e31);
+    assert!(matches!(error, WriteError::NotASample { row: 4, .. }), "{error}");
     let error = with(|r| _ = r.channels[2].samples.pop());
     assert!(matches!(error, WriteError::UnequalLengths { found: 5, expected: 6, .. }), "{error}");
     for name in ["", "ax", "a,b", " a", "#a", "1.5", "nan"] {

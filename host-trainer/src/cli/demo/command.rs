@@ -2,9 +2,12 @@
 
 use std::path::PathBuf;
 
-use crate::cli::demo::{self, Config};
+use crate::cli::demo::job::RIG;
+use crate::cli::demo::{self, Config, generator};
 use crate::cli::input::bar;
+use crate::cli::output::{Force, Outputs};
 use crate::cli::{Failure, json, line};
+use crate::recording::write::files;
 
 /// Simulate a machine that differs from its rig, diagnose it, and correct the model on the device
 ///
@@ -28,8 +31,19 @@ pub struct Args {
 
 /// Runs `demo`.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    let outputs = Outputs::new(Force::default(), []);
+    let (config, recordings) = (Config::new(args.seed), args.out.join("recordings"));
+    outputs.folder("out", &args.out, &[])?;
+    outputs.recordings("out", &recordings, &files(&recordings, config.scenario.recordings))?;
+    let rig = args.out.join(RIG);
+    if std::fs::read(&rig).is_ok_and(|text| text != generator::RIG.as_bytes()) {
+        let rig = rig.display();
+        return Err(Failure::Input(format!(
+            "--out: found {rig}, which is not the demo's, expected a folder of its own"
+        )));
+    }
     let bar = bar("demo");
-    let outcome = demo::run(&Config::new(args.seed), &args.out, &|stage, share| {
+    let outcome = demo::run(&config, &args.out, &|stage, share| {
         bar.set_message(stage.to_owned());
         bar.set_position((100.0 * share) as u64);
     });

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use serde_json::json;
 
 use super::input::{Recordings, bar};
+use super::output::{Force, Outputs};
 use super::{Failure, line, write};
 use crate::recording::input::Input;
 use crate::sweep::config::Config;
@@ -52,9 +53,16 @@ pub struct Args {
 
 /// Runs `sweep`.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    let check = |recordings: &[PathBuf]| {
+        let outputs = Outputs::new(Force::default(), &args.config).beside(recordings);
+        let files = ["sweep.csv", "sweep.parquet", "paper.html", "best.json"].map(|name| args.out.join(name));
+        outputs.folder("out", &args.out, &files)
+    };
+    check(&args.bearings)?;
     let rows = match (&args.config, args.preset) {
         (Some(config), _) => {
             let config = Config::read(config).map_err(Failure::input)?;
+            check(&config.recordings)?;
             let material = material(&config)?;
             fitted(&config.jobs(&material), &material, args)?
         }

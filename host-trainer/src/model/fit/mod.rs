@@ -20,7 +20,7 @@ pub mod verdict;
 use ballrace_core::library::Library;
 use ballrace_core::model::ModelError;
 use ballrace_core::network::{Arithmetic, FixedError};
-use ballrace_core::states::{Alignment, Estimator, Orders, SpecError, StateSpec};
+use ballrace_core::states::{Alignment, Estimator, MAX_DIMENSION, Orders, SpecError, StateSpec};
 
 use crate::model::OwnedModel;
 use crate::model::sindy_nn::train::TrainConfig;
@@ -30,7 +30,7 @@ use crate::signal::surrogate::SurrogateKind;
 use report::{Report, Training};
 use scored::{Scored, scored};
 pub use scored::{ScoredModel, score_fit};
-use settings::RowSettings;
+use settings::{LibrarySettings, RowSettings};
 pub use single_fit::Split;
 
 /// Solver for Ξ.
@@ -101,6 +101,30 @@ pub enum FitError {
         degree: usize,
         /// Harmonics.
         harmonics: usize,
+    },
+    /// Recordings most of which the sensor cannot hold.
+    #[error("full scale {full_scale} m/s²: found {found} of {total} samples at or beyond it, expected few")]
+    Saturated {
+        /// Full scale, m/s².
+        full_scale: f32,
+        /// Samples at or beyond it.
+        found: usize,
+        /// All samples.
+        total: usize,
+    },
+    /// Library of too many functions.
+    #[error("library of {found} functions: expected at most {most}; more take gigabytes and hours")]
+    Functions {
+        /// Functions found.
+        found: usize,
+        /// Most functions.
+        most: usize,
+    },
+    /// Latent variables out of range.
+    #[error("latent: found {found}, expected 1 to 16 variables")]
+    Latent {
+        /// Latent variables found.
+        found: usize,
     },
     /// Dimension out of range.
     #[error("n_MD {found}: expected 1 to 16")]
@@ -256,8 +280,15 @@ fn check(recordings: &[Series], config: &FitConfig) -> Result<(), FitError> {
         error => FitError::States(error),
     })?;
     let variables = config.variables();
-    if Library::new(variables, config.degree, config.harmonics).is_none() {
+    if let Some(found) = config.latent.filter(|latent| !(1..=MAX_DIMENSION).contains(latent)) {
+        return Err(FitError::Latent { found });
+    }
+    let Some(library) = Library::new(variables, config.degree, config.harmonics) else {
         return Err(FitError::Library { variables, degree: config.degree, harmonics: config.harmonics });
+    };
+    let (found, most) = (library.len(), LibrarySettings::DEFAULT.max_functions);
+    if found > most {
+        return Err(FitError::Functions { found, most });
     }
     if let Solver::SindyNn { hidden, .. } = &config.solver {
         let in_range = |w: &usize| (1..=ballrace_core::network::MAX_WIDTH).contains(w);
@@ -293,6 +324,11 @@ fn check(recordings: &[Series], config: &FitConfig) -> Result<(), FitError> {
         if let Some(index) = series.samples.iter().position(|v| !v.is_finite()) {
             return Err(FitError::NotFinite { name: series.name.clone(), index, found: series.samples[index] });
         }
+    }
+    let saturated = |v: &&f32| config.full_scale > 0.0 && v.abs() >= config.full_scale;
+    let found = recordings.iter().flat_map(|s| &s.samples).filter(saturated).count();
+    if found as f64 > RowSettings::DEFAULT.max_saturated * total as f64 {
+        return Err(FitError::Saturated { full_scale: config.full_scale, found, total });
     }
     let rows = |series: &Series| (series.samples.len() + 1).saturating_sub(config.spec.warm_up());
     let (found, rows) = (recordings.iter().map(|s| s.samples.len()).sum(), recordings.iter().map(rows).sum());

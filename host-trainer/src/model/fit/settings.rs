@@ -9,11 +9,27 @@ pub struct RowSettings {
     pub split_rows_per_dimension: usize,
     /// Least dimension that counts for both. Not tuned: chosen by hand.
     pub min_dimension: usize,
+    /// Greatest share of saturated samples: of a machine that runs at the end of its sensor's range, no model can be made. Not
+    /// tuned: chosen by hand.
+    pub max_saturated: f64,
 }
 
 impl RowSettings {
     /// Default settings.
-    pub const DEFAULT: Self = Self { rows_per_dimension: 10, split_rows_per_dimension: 2, min_dimension: 10 };
+    pub const DEFAULT: Self =
+        Self { rows_per_dimension: 10, split_rows_per_dimension: 2, min_dimension: 10, max_saturated: 0.1 };
+}
+
+/// Greatest library.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LibrarySettings {
+    /// Most functions of a library: more take gigabytes, whatever the time. The paper's widest has 2,528.
+    pub max_functions: usize,
+}
+
+impl LibrarySettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self { max_functions: 3000 };
 }
 
 /// Settings of the split.

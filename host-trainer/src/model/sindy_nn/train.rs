@@ -153,7 +153,8 @@ pub fn train(
     standardise_latent(layout, &mut parameters, train);
     let rates = scale_terms(layout, &mut parameters, train);
     let mut run = Run {
-        engine: Engine::new(layout.clone(), config.batch.max(1)),
+        // Room for no more than there are.
+        engine: Engine::new(layout.clone(), config.batch.clamp(1, train.len().max(1))),
         adam: Adam::new(parameters.len()),
         rates,
         parameters,
@@ -164,7 +165,7 @@ pub fn train(
         steps: 0,
     };
     let per_epoch = train.len().div_ceil(config.batch.max(1));
-    let planned = (config.epochs * per_epoch).min(config.max_steps);
+    let planned = config.epochs.saturating_mul(per_epoch).min(config.max_steps);
     let thresholds = thresholds(config.threshold, others.validation.is_empty());
     let refine = if thresholds.is_empty() { 0 } else { ((planned as f64 * config.refine) as usize).max(1) };
     let of = planned + thresholds.len() * refine;
@@ -256,7 +257,7 @@ impl Run {
         if self.at == 0 {
             self.order.shuffle(&mut self.rng);
         }
-        let end = (self.at + config.batch).min(self.order.len());
+        let end = self.at.saturating_add(config.batch).min(self.order.len());
         let chosen = &self.order[self.at..end];
         self.last = self.engine.evaluate(&self.parameters, samples, chosen, lambdas);
         self.adam.step(&mut self.parameters, &self.engine.gradient, &self.rates, config.learning_rate);

@@ -28,7 +28,7 @@ pub(crate) fn read(bytes: &[u8], path: &Path, selection: &Selection, skip_bad: b
     }
     let bad = |(part, found, expected): Bad| ReadError::BadNpy { path: path.into(), part, found, expected };
     let array = parse(bytes).map_err(bad)?;
-    let values = array.to_f64().map_err(bad)?;
+    let mut values = array.to_f64().map_err(bad)?;
     let (first, second) = match array.shape[..] {
         [samples] => (samples, 1),
         [first, second] => (first, second),
@@ -50,7 +50,11 @@ pub(crate) fn read(bytes: &[u8], path: &Path, selection: &Selection, skip_bad: b
     selection.check(path, &names.iter().map(String::as_str).collect::<Vec<_>>())?;
     let mut raw = Raw::default();
     for (channel, name) in names.into_iter().enumerate().filter(|(_, n)| selection.takes(n)) {
-        let samples = (0..samples).map(|i| values[channel * channel_step + i * step]).collect();
+        // One channel is all values in their order, which need no second copy.
+        let samples = match channels {
+            1 => std::mem::take(&mut values),
+            _ => (0..samples).map(|i| values[channel * channel_step + i * step]).collect(),
+        };
         raw.columns.push(Column { name, samples });
     }
     raw.drop_non_finite(path, skip_bad)?;

@@ -20,15 +20,15 @@ use parquet::{
 use crate::recording::{
     ReadError,
     assemble::{Column, Raw, Selection, TimeColumn},
+    bounded,
+    settings::SizeSettings,
     time_axis,
 };
 
 /// Reads one file.
 pub(crate) fn read(path: &Path, selection: &Selection, skip_bad: bool) -> Result<Raw, ReadError> {
-    let file = File::open(path).map_err(|source| match source.kind() {
-        std::io::ErrorKind::NotFound => ReadError::NotFound { path: path.into() },
-        _ => ReadError::Io { path: path.into(), source },
-    })?;
+    let file = bounded::check_samples(path).and_then(|()| File::open(path));
+    let file = file.map_err(|source| ReadError::of(path, source))?;
     if file.metadata().is_ok_and(|m| m.len() == 0) {
         return Err(ReadError::Empty { path: path.into() });
     }
@@ -70,6 +70,12 @@ fn columns(file: File, path: &Path, selection: &Selection) -> Result<Raw, ReadEr
         return Err(ReadError::Empty { path: path.into() });
     }
     selection.check(path, &channels)?;
+    // A row that repeats takes next to nothing in the file.
+    let rows = usize::try_from(metadata.file_metadata().num_rows()).unwrap_or_default();
+    let most = SizeSettings::DEFAULT.samples;
+    if rows.checked_mul(numeric.len()).is_none_or(|samples| samples > most) {
+        return Err(ReadError::TooMany { path: path.into(), most });
+    }
 
     let mut raw = Raw::default();
     for (index, column) in numeric {
@@ -99,6 +105,9 @@ fn columns(file: File, path: &Path, selection: &Selection) -> Result<Raw, ReadEr
                 _ => Ok(()),
             }
             .map_err(part)?;
+            if samples.len() > rows {
+                break;
+            }
         }
         if is_time {
             raw.time = Some(TimeColumn { name, time_s: samples });
@@ -108,7 +117,6 @@ fn columns(file: File, path: &Path, selection: &Selection) -> Result<Raw, ReadEr
     }
     let lengths = raw.columns.iter().map(|c| c.samples.len());
     let lengths = lengths.chain(raw.time.iter().map(|t| t.time_s.len()));
-    let rows = usize::try_from(metadata.file_metadata().num_rows()).unwrap_or_default();
     for found in lengths {
         if found != rows {
             return Err(ReadError::RowWidth { path: path.into(), row: found + 1, found: 0, expected: rows });

@@ -92,7 +92,7 @@ impl EffectEntry {
     /// Equation of the term that the effect adds to a rig of this kind, in that rig's symbols; empty where such a rig
     /// cannot have the effect.
     pub fn equation(&self, kind: RigKind) -> String {
-        Values::new(self, kind).map_or_else(String::new, |values| (values.definition().equation)(&values))
+        Values::new(self, kind).map_or_else(String::new, |values| values.equation())
     }
 
     /// Definition of the effect.

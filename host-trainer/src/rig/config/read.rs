@@ -1,12 +1,13 @@
 //! `rig.toml` to [`Rig`].
 
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{collections::BTreeMap, path::Path};
 
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
 use super::effects::parameter_names;
 use super::key::default_text;
 use super::{EffectEntry, Machine, Rig, RigKind, Value, paths};
+use crate::recording::bounded;
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{error::RigError, transfer_path::TransmissionPath};
 
@@ -19,7 +20,7 @@ impl Rig {
     ///
     /// Unknown and missing keys, wrong types, impossible values.
     pub fn read(path: &Path) -> Result<Self, RigError> {
-        let bytes = fs::read(path).map_err(|source| RigError::Io { path: path.into(), source })?;
+        let bytes = bounded::settings(path).map_err(|source| RigError::Io { path: path.into(), source })?;
         Self::parse(&String::from_utf8_lossy(&bytes), path)
     }
 

@@ -1,10 +1,11 @@
 //! [`Rig`] to `rig.toml`. What was read keeps its comments and layout; only what has changed is written anew.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use toml_edit::{ArrayOfTables, Item, Table, TableLike, Value as Toml};
 
 use super::{Machine, Rig, Value};
+use crate::recording::atomic_write;
 use crate::rig::error::RigError;
 
 impl Rig {
@@ -54,12 +55,8 @@ impl Rig {
     ///
     /// Errors of the operating system.
     pub fn write(&self, path: &Path) -> Result<(), RigError> {
-        let error = |source| RigError::Io { path: path.into(), source };
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let file = tempfile::NamedTempFile::new_in(folder).map_err(error)?;
-        fs::write(file.path(), self.to_toml()).map_err(error)?;
-        file.persist(path).map_err(|refused| error(refused.error))?;
-        Ok(())
+        atomic_write::write_atomically(path, self.to_toml().as_bytes())
+            .map_err(|source| RigError::Io { path: path.into(), source })
     }
 
     /// Rig as it was read.

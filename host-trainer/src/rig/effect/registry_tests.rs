@@ -62,7 +62,7 @@ fn all_for(rig: RigKind) -> impl Iterator<Item = EffectKind> {
 fn invariant_plausible_effects_run_and_state_their_term() {
     for kind in all_for(RigKind::Bearing5Dof) {
         let entry = middle(kind, RigKind::Bearing5Dof);
-        let text = (kind.definition().equation)(&Values::new(&entry, RigKind::Bearing5Dof).unwrap());
+        let text = Values::new(&entry, RigKind::Bearing5Dof).unwrap().equation();
         assert!(text.contains(|c: char| c.is_ascii_digit()) && !text.contains("NaN"), "{text}");
         let rig = nominal().with_effect(entry);
         let start = Start { settle_s: 0.01, ..Start::seeded(1) };
@@ -75,7 +75,7 @@ fn invariant_plausible_effects_run_and_state_their_term() {
 fn invariant_sdof_effects_run_and_state_their_term() {
     for kind in all_for(RigKind::Sdof) {
         let entry = middle(kind, RigKind::Sdof);
-        let text = (kind.definition().equation)(&Values::new(&entry, RigKind::Sdof).unwrap());
+        let text = Values::new(&entry, RigKind::Sdof).unwrap().equation();
         assert!(text.contains(|c: char| c.is_ascii_digit()) && !text.contains("NaN"), "{text}");
         let input: Vec<f64> = (0..400).map(|k| (k as f64 * 0.05).sin()).collect();
         let drive = crate::rig::sdof::Drive { input: &input, sample_rate_hz: 1000.0, ..Default::default() };
@@ -135,4 +135,11 @@ fn null_zero_strength_is_no_effect_to_the_bit() {
         entry.set_number(key, value);
         assert_eq!(run(&nominal.clone().with_effect(entry)), expected, "{kind}");
     }
+}
+
+#[test]
+fn a_negative_term_is_subtracted() {
+    let bias = EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, -18.791)]);
+    let equation = Values::new(&bias, RigKind::Sdof).unwrap().equation();
+    assert!(equation.contains("… − 1.8791e1"), "{equation}");
 }

@@ -23,6 +23,11 @@ impl<'a> Values<'a> {
         self.definition
     }
 
+    /// The term that the effect adds to the rig's equations, with its numbers; what is added negative is subtracted.
+    pub fn equation(&self) -> String {
+        (self.definition.equation)(self).replace("+ -", "− ")
+    }
+
     /// The kind of rig.
     pub fn kind(&self) -> RigKind {
         self.kind

@@ -5,6 +5,8 @@
 
 use std::{borrow::Cow, io::Read};
 
+use crate::recording::settings::SizeSettings;
+
 /// Error with its offset; the caller adds the file.
 #[derive(Debug)]
 pub(super) struct Bad {
@@ -103,12 +105,15 @@ type Matrices<'a> = (Order, Vec<Cow<'a, [u8]>>);
 pub(super) fn matrices(file: &[u8]) -> Result<Matrices<'_>, Bad> {
     let order = order(file)?;
     let mut matrices = Vec::new();
+    // Bytes that compressed elements may still take: a small file can unpack to any size.
+    let mut left = SizeSettings::DEFAULT.recording_bytes;
     let mut elements = Elements::new(&file[HEADER..], order);
     while let Some(element) = elements.next().map_err(|bad| bad.moved(HEADER))? {
         match element.kind {
             MATRIX => matrices.push(Cow::Borrowed(element.data)),
             COMPRESSED => {
-                let matrix = inflate(element, order).map_err(|bad| bad.moved(HEADER))?;
+                let matrix = inflate(element, order, left).map_err(|bad| bad.moved(HEADER))?;
+                left -= matrix.len() as u64;
                 matrices.push(Cow::Owned(matrix));
             }
             // The format reserves other types at this level; they hold no variable.
@@ -144,7 +149,7 @@ fn order(file: &[u8]) -> Result<Order, Bad> {
 }
 
 /// Unpacks a compressed element, which must hold one matrix, and returns the matrix's data.
-fn inflate(element: Element, order: Order) -> Result<Vec<u8>, Bad> {
+fn inflate(element: Element, order: Order, most: u64) -> Result<Vec<u8>, Bad> {
     let Element { data, offset, .. } = element;
     let expected = "an intact compressed matrix";
     let bad = |found: String| Bad { offset, found, expected };
@@ -155,6 +160,9 @@ fn inflate(element: Element, order: Order) -> Result<Vec<u8>, Bad> {
     let (kind, size) = (word(0), word(4) as usize);
     if kind != MATRIX {
         return Err(bad(format!("an element of type {kind}")));
+    }
+    if size as u64 > most {
+        return Err(Bad { offset, found: format!("{size} bytes unpacked"), expected: "less data in one file" });
     }
     // The vector grows with the stream (deflate packs 1032 to 1 at most), not to the size that the tag claims. Reading
     // to the end makes the decoder verify its checksum.

@@ -79,13 +79,16 @@ pub(crate) fn read(
     selection.check(path, &names.iter().map(String::as_str).collect::<Vec<_>>())?;
     let mut raw = Raw::default();
     for (leaf, numbers) in &chosen {
-        let samples = numbers.to_f64();
-        let columns = samples.chunks(numbers.rows().max(1));
-        for (name, samples) in column_names(&leaf.name, numbers).into_iter().zip(columns) {
+        let mut samples = numbers.to_f64();
+        // Columns are split off from the last one on, so that none is copied twice.
+        let mut columns = Vec::new();
+        for (column, name) in column_names(&leaf.name, numbers).into_iter().enumerate().rev() {
+            let samples = samples.split_off(column * numbers.rows());
             if selection.takes(&name) {
-                raw.columns.push(Column { name, samples: samples.to_vec() });
+                columns.push(Column { name, samples });
             }
         }
+        raw.columns.extend(columns.into_iter().rev());
     }
     if let Some((leaf, numbers)) = chosen.first() {
         describe(&mut raw, &leaf.name, numbers.rows(), &leaves);
