@@ -3,14 +3,17 @@
 mod bearings;
 mod budget;
 mod calibrate;
+mod completions;
 mod demo;
 mod diagnose;
 mod evaluate;
 mod export;
 mod features;
 mod fit;
+mod init;
 mod input;
 mod library;
+mod man;
 mod monitor;
 mod output;
 mod phases;
@@ -33,6 +36,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    Init(init::Args),
     Demo(demo::command::Args),
     Fit(fit::Args),
     Export(export::Args),
@@ -50,6 +54,8 @@ enum Command {
     Evaluate(evaluate::Args),
     Spectra(spectra::Args),
     Sweep(sweep::Args),
+    Completions(completions::Args),
+    Man(man::Args),
 }
 
 /// Failure of a command, with its exit status.
@@ -76,6 +82,7 @@ impl Failure {
 /// Runs the command given by the arguments of the process.
 pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
+        Command::Init(args) => init::run(&args),
         Command::Demo(args) => demo::command::run(&args),
         Command::Fit(args) => fit::run(&args),
         Command::Export(args) => export::run(&args),
@@ -91,6 +98,8 @@ pub fn run() -> ExitCode {
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Spectra(args) => spectra::run(&args),
         Command::Sweep(args) => sweep::run(&args),
+        Command::Completions(args) => completions::run(&args),
+        Command::Man(args) => man::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

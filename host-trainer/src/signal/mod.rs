@@ -8,6 +8,7 @@
 //! | [`band`] | the band that shows given lines best |
 //! | [`coherence`] | cyclic coherence, enhanced envelope spectrum |
 //! | [`kinematics`], [`characteristic`] | characteristic frequencies and their names |
+//! | [`bearings`] | catalogue of bearings by designation |
 //! | [`lines`] | lines and their significance |
 //! | [`order`] | the shaft's angle over time, order spectra |
 //! | [`synchronous`] | synchronous average and residual |
@@ -21,6 +22,7 @@
 //! Samples are `f32` or `f64`, results `f64`; frequencies are in Hz, times in s, angles in turns.
 
 pub mod band;
+pub mod bearings;
 pub mod characteristic;
 pub mod coherence;
 pub mod envelope;
