@@ -33,6 +33,7 @@ const PAPER: Sizes = Sizes {
     orders: Orders::Even,
     alignment: Alignment::Half,
     estimator: Estimator::Differences,
+    full_scale: common::FULL_SCALE,
 };
 const FAULTS: &str = "drop:1e-3,stuck:3e-3x20,nan:2e-3,flip:1e-2,saturate:50";
 

@@ -225,7 +225,7 @@ fn invariant_no_flipped_bit_is_run() {
     let (old, new) = (blob(1), blob(2));
     let confirmed = after(&[old.clone(), new.clone()]);
     let on_trial = {
-        let (mut slots, _) = powered(&after(&[old.clone()]), None);
+        let (mut slots, _) = powered(&after(core::slice::from_ref(&old)), None);
         start(&mut slots).unwrap();
         install(&mut slots, &new).unwrap();
         images(slots)
@@ -247,7 +247,7 @@ fn invariant_no_flipped_bit_is_run() {
 #[test]
 fn invariant_no_flipped_bit_is_taken() {
     let (old, new) = (blob(1), blob(2));
-    let before = after(&[old.clone()]);
+    let before = after(core::slice::from_ref(&old));
     for bit in 0..8 * new.len() {
         let mut flipped = new.clone();
         flipped[bit / 8] ^= 1 << (bit % 8);
@@ -261,7 +261,7 @@ fn invariant_no_flipped_bit_is_taken() {
 #[test]
 fn a_trial_is_given_up_after_its_attempts_and_what_it_falls_back_to_is_kept() {
     let (old, new) = (blob(1), blob(2));
-    let (mut slots, _) = powered(&after(&[old.clone()]), None);
+    let (mut slots, _) = powered(&after(core::slice::from_ref(&old)), None);
     start(&mut slots).unwrap();
     install(&mut slots, &new).unwrap();
     for _ in 0..ATTEMPTS {

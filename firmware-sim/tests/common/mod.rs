@@ -55,6 +55,8 @@ pub struct Sizes {
     pub orders: Orders,
     pub alignment: Alignment,
     pub estimator: Estimator,
+    /// Full scale of the sensor, m/s².
+    pub full_scale: f32,
 }
 
 pub const SMALL: Sizes = Sizes {
@@ -71,6 +73,7 @@ pub const SMALL: Sizes = Sizes {
     orders: Orders::Even,
     alignment: Alignment::Half,
     estimator: Estimator::Differences,
+    full_scale: FULL_SCALE,
 };
 
 /// The binary form of a random model for which `healthy` is healthy.
@@ -143,7 +146,7 @@ fn build(sizes: Sizes, monitor: MonitorConfig) -> Vec<u8> {
         library,
         dynamics: Dynamics { terms: &terms, ends: &ends, equations: &equations, coefficients: Floats(&coefficients) },
         residual_spread: Floats(&ones),
-        screen: ScreenConfig { full_scale: FULL_SCALE, stuck_after: STUCK_AFTER },
+        screen: ScreenConfig { full_scale: sizes.full_scale, stuck_after: STUCK_AFTER },
         monitor,
     })
     .unwrap();

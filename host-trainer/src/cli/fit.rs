@@ -121,7 +121,8 @@ pub struct Args {
     /// Trainings of sindy-nn from different seeds; the best on the validation recordings is the model
     #[arg(long, default_value_t = 3, value_name = "N")]
     trainings: usize,
-    /// Full scale of the sensor in m/s²: samples at or beyond it count as saturated
+    /// Full scale of the sensor in m/s²: samples at or beyond it count as saturated [0: 64 times the greatest magnitude of the
+    /// healthy recordings]
     #[arg(long, default_value_t = 0.0, value_name = "A")]
     full_scale: f32,
     /// False alarms a day for which the monitor's limit is set. A day holds the recordings that their starts say (FEMTO: one
