@@ -77,22 +77,7 @@ pub const SMALL: Sizes = Sizes {
 };
 
 /// The paper's best model, Machines 2026, 14(6), 620, with 40 terms of its library in use.
-pub const PAPER: Sizes = Sizes {
-    dimension: 8,
-    latent: 8,
-    hidden: 256,
-    arithmetic: Arithmetic::Float,
-    degree: 2,
-    harmonics: 2,
-    nonzeros: 40,
-    equations: 1,
-    depth: 1,
-    powers: false,
-    orders: Orders::Even,
-    alignment: Alignment::Half,
-    estimator: Estimator::Differences,
-    full_scale: FULL_SCALE,
-};
+pub const PAPER: Sizes = Sizes { dimension: 8, latent: 8, hidden: 256, degree: 2, harmonics: 2, nonzeros: 40, ..SMALL };
 /// The binary form of a random model for which `healthy` is healthy.
 pub fn model(sizes: Sizes, healthy: &[f32]) -> Vec<u8> {
     let bytes = build(sizes, MonitorConfig::new(BLOCK, 0.0, 1.0));
