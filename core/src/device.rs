@@ -99,12 +99,7 @@ impl<'a, 's> Device<'a, 's> {
         if quality != Quality::Good {
             // The next sample does not continue the last good one.
             self.evaluator.reset();
-            if quality == Quality::Stuck {
-                // The first samples of the run were counted as good.
-                self.monitor.discard();
-            }
-            let block = self.monitor.broken(1);
-            return SampleResult { quality, step: None, block };
+            return SampleResult { quality, step: None, block: self.broken(quality) };
         }
         let step = self.evaluator.step(sample);
         let block = match &step {
@@ -112,6 +107,29 @@ impl<'a, 's> Device<'a, 's> {
             _ => self.monitor.idle(),
         };
         SampleResult { quality, step, block }
+    }
+
+    /// Takes a sample that was screened and evaluated elsewhere, as a host does for many at once: its quality, and its
+    /// normalised residuals if it has any.
+    pub fn judge(
+        &mut self,
+        quality: Quality,
+        residuals: Option<impl ExactSizeIterator<Item = f32>>,
+    ) -> Option<BlockReport> {
+        self.screen.count(quality);
+        match residuals {
+            _ if quality != Quality::Good => self.broken(quality),
+            Some(residuals) => self.monitor.residual(residuals),
+            None => self.monitor.idle(),
+        }
+    }
+
+    fn broken(&mut self, quality: Quality) -> Option<BlockReport> {
+        if quality == Quality::Stuck {
+            // The first samples of the run were counted as good.
+            self.monitor.discard();
+        }
+        self.monitor.broken(1)
     }
 
     /// Takes the number of samples not received; returns a report at the end of a block.

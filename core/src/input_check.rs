@@ -72,17 +72,29 @@ impl Screen {
         self.run = if sample == self.last { self.run.saturating_add(1) } else { 1 };
         self.last = sample;
         let full_scale = self.config.full_scale;
-        let (quality, count) = if !sample.is_finite() {
-            (Quality::NonFinite, &mut self.counts.non_finite)
+        let quality = if !sample.is_finite() {
+            Quality::NonFinite
         } else if full_scale > 0.0 && sample.abs() >= full_scale {
-            (Quality::Saturated, &mut self.counts.saturated)
+            Quality::Saturated
         } else if self.config.stuck_after > 0 && self.run >= self.config.stuck_after {
-            (Quality::Stuck, &mut self.counts.stuck)
+            Quality::Stuck
         } else {
             return Quality::Good;
         };
-        *count = count.saturating_add(1);
+        self.count(quality);
         quality
+    }
+
+    /// Counts a sample of a quality.
+    pub(crate) fn count(&mut self, quality: Quality) {
+        let count = match quality {
+            Quality::Good => return,
+            Quality::NonFinite => &mut self.counts.non_finite,
+            Quality::Saturated => &mut self.counts.saturated,
+            Quality::Stuck => &mut self.counts.stuck,
+            Quality::Missing => &mut self.counts.missing,
+        };
+        *count = count.saturating_add(1);
     }
 
     /// Ends a recording: the next sample begins a new run of equal ones.

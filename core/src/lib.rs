@@ -16,6 +16,7 @@
 //! | [`input_check`] | non-finite, saturated, stuck and missing samples, counted | sample → quality |
 //! | [`monitor`] | EWMA of the logarithm of the normalised residual's level, limit, hysteresis | residual → status |
 //! | [`device`] | screen, evaluator and monitor in one call per sample | sample → result, status |
+//! | [`update`] | two slots of flash: an update is validated, on trial, confirmed or rolled back | flash → model |
 //!
 //! The arithmetic is plain `f32` multiplications and additions in a stated order and the functions of
 //! [`math`], so a host and a Cortex-M agree to the bit; what is found once, the weights and gains of
@@ -41,6 +42,7 @@ pub mod network;
 pub mod states;
 #[cfg(test)]
 mod testing;
+pub mod update;
 
 /// A 32-bit little-endian word in flash; `f32` and `u32` are read from it at any alignment, so that a model is used in
 /// place without `unsafe`.

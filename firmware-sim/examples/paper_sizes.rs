@@ -10,30 +10,15 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use ballrace_core::network::Arithmetic;
-use ballrace_core::states::{Alignment, Estimator, Orders};
+use ballrace_core::states::{Alignment, Estimator};
 use ballrace_firmware_sim::faults::Injector;
 use ballrace_firmware_sim::source::{Arrival, in_memory};
 
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use common::{KALMAN, SAVITZKY_GOLAY, Sizes, model, signal};
+use common::{KALMAN, PAPER, SAVITZKY_GOLAY, Sizes, model, signal};
 
-const PAPER: Sizes = Sizes {
-    dimension: 8,
-    latent: 8,
-    hidden: 256,
-    arithmetic: Arithmetic::Float,
-    degree: 2,
-    harmonics: 2,
-    nonzeros: 40,
-    equations: 1,
-    depth: 1,
-    powers: false,
-    orders: Orders::Even,
-    alignment: Alignment::Half,
-    estimator: Estimator::Differences,
-};
 const FAULTS: &str = "drop:1e-3,stuck:3e-3x20,nan:2e-3,flip:1e-2,saturate:50";
 
 fn main() -> Result<(), Box<dyn Error>> {

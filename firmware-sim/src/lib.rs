@@ -6,6 +6,7 @@
 //! |---|---|---|
 //! | [`source`] | samples and notices of missing ones, from memory, paced or not | recording → arrivals |
 //! | [`faults`] | injection of broken and lost samples | arrivals → arrivals |
+//! | [`batch`] | the device up to its monitor, many samples and recordings side by side | arrivals → residuals |
 //! | [`runner`] | the device itself ([`ballrace_core::device`]) | arrivals → events |
 //! | [`event`] | status changes, blocks, faults, totals | |
 //! | [`intermediates`] | CRC-32 over all numbers of a run, to compare host and device | samples → report |
@@ -29,6 +30,8 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+#[cfg(feature = "std")]
+pub mod batch;
 #[cfg(feature = "std")]
 pub mod event;
 #[cfg(feature = "std")]

@@ -7,6 +7,7 @@ use ballrace_core::input_check::Quality;
 use ballrace_core::model::{Input, Model};
 use ballrace_core::monitor::{BlockReport, Status};
 
+use crate::batch::Evaluated;
 use crate::event::{Alarm, BlockEnd, Event, FaultStart, Place, StatusChange, Summary};
 use crate::source::{Arrival, SampleSource};
 
@@ -42,6 +43,14 @@ pub struct Recording<'n> {
     pub name: &'n str,
     /// Sample rate, Hz, for the times of events.
     pub sample_rate_hz: f64,
+}
+
+/// What the device made of an arrival.
+struct Taken {
+    arrival: Arrival,
+    quality: Quality,
+    evaluated: bool,
+    block: Option<BlockReport>,
 }
 
 /// Runner of one device over recordings, with its totals.
@@ -90,6 +99,48 @@ impl<'a, 's> Runner<'a, 's> {
         &mut self,
         recording: &Recording<'_>,
         source: impl SampleSource,
+        on_event: impl FnMut(Event<'_>),
+    ) -> &mut Self {
+        let mut arrivals = source;
+        let next = |device: &mut Device<'_, '_>| {
+            let arrival = arrivals.find(|arrival| *arrival != Arrival::Missing(0))?;
+            let (quality, evaluated, block) = match arrival {
+                Arrival::Sample(sample) => {
+                    let outcome = device.push(sample);
+                    (outcome.quality, outcome.step.is_some(), outcome.block)
+                }
+                Arrival::Missing(count) => (Quality::Missing, false, device.missing(count)),
+            };
+            Some(Taken { arrival, quality, evaluated, block })
+        };
+        self.take(recording, next, on_event)
+    }
+
+    /// Runs one recording that [`Batch::evaluate`](crate::batch::Batch::evaluate) has evaluated by the same model: the events
+    /// are those of [`run`](Self::run).
+    pub fn run_evaluated(
+        &mut self,
+        recording: &Recording<'_>,
+        evaluated: &Evaluated,
+        on_event: impl FnMut(Event<'_>),
+    ) -> &mut Self {
+        let mut taken = evaluated.iter();
+        let next = |device: &mut Device<'_, '_>| {
+            let (arrival, quality, evaluated, residuals) = taken.next()?;
+            let block = match arrival {
+                Arrival::Sample(_) => device.judge(quality, residuals.map(|residuals| residuals.iter().copied())),
+                Arrival::Missing(count) => device.missing(count),
+            };
+            Some(Taken { arrival, quality, evaluated, block })
+        };
+        self.take(recording, next, on_event)
+    }
+
+    /// Takes what the device makes of each arrival, and says what happened.
+    fn take(
+        &mut self,
+        recording: &Recording<'_>,
+        mut next: impl FnMut(&mut Device<'a, 's>) -> Option<Taken>,
         mut on_event: impl FnMut(Event<'_>),
     ) -> &mut Self {
         let recording_index = self.recordings;
@@ -106,17 +157,9 @@ impl<'a, 's> Runner<'a, 's> {
         self.recordings += 1;
         let mut position = 0;
         let mut before = Quality::Good;
-        for arrival in source {
-            let (quality, block) = match arrival {
-                Arrival::Sample(sample) => {
-                    let outcome = self.device.push(sample);
-                    self.samples += 1;
-                    self.evaluated += u64::from(outcome.step.is_some());
-                    (outcome.quality, outcome.block)
-                }
-                Arrival::Missing(0) => continue,
-                Arrival::Missing(count) => (Quality::Missing, self.device.missing(count)),
-            };
+        while let Some(Taken { arrival, quality, evaluated, block }) = next(&mut self.device) {
+            self.samples += u64::from(matches!(arrival, Arrival::Sample(_)));
+            self.evaluated += u64::from(evaluated);
             if quality != before && quality != Quality::Good {
                 let value = match arrival {
                     Arrival::Sample(sample) => Some(sample),

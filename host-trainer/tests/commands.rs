@@ -137,6 +137,31 @@ fn exported_c_and_rust_hold_the_bytes_of_the_binary_form() {
 }
 
 #[test]
+fn a_fit_and_an_export_keep_to_a_budget_of_cycles() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    recordings(&folder.join("data"));
+    let networks = FIT.into_iter().filter(|argument| !["--solver", "stlsq"].contains(argument));
+    let short = ["--null", "0", "--trainings", "1", "--max-steps", "50", "--hidden", "64"];
+    let fit: Vec<_> = networks.chain(short).collect();
+    let fitted = |more: &[&str]| done(folder, &[&fit[..], more].concat());
+    let worst = || {
+        let json = done(folder, &["budget", "--model", "model.json", "--json"]);
+        let json: serde_json::Value = serde_json::from_str(&json).expect("one document");
+        json["worst_cycles"].as_f64().expect("a number")
+    };
+    fitted(&[]);
+    let float = worst();
+    done(folder, &["export", "model.json", "--format", "bin", "--out", "m.bin", "--budget-cycles", "12000"]);
+    assert!(float > 12000.0 && std::fs::metadata(folder.join("m.bin")).expect("written").len() > 0, "{float}");
+    let text = fitted(&["--budget-cycles", "4000"]);
+    assert!(worst() <= 4000.0 && worst() > 3500.0, "{} {text}", worst());
+    assert!(text.contains(" of 4000 cycles for the most expensive sample, with "), "{text}");
+    let error = refused(folder, &[&fit[..], &["--budget-cycles", "100"]].concat());
+    assert!(error.contains("cycle limit") && error.contains("hidden units in fixed point"), "{error}");
+}
+
+#[test]
 fn a_budget_is_predicted_from_the_model_alone() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
@@ -154,6 +179,13 @@ fn a_budget_is_predicted_from_the_model_alone() {
     for name in ["encoder", "xi", "total", "flash", "static RAM", "stack"] {
         assert!(text.contains(name), "{name} in {text}");
     }
+    std::fs::copy(folder.join("model.json"), folder.join("again.json")).expect("copied");
+    let table = done(folder, &["budget", "--model", "model.json", "again.json", "--plot", "frontier.svg"]);
+    assert!(table.contains("| model | R² held out") && table.contains("\n| again | "), "{table}");
+    assert!(std::fs::read_to_string(folder.join("frontier.svg")).expect("written").contains("<svg"));
+    done(folder, &["export", "model.json", "--format", "bin", "--out", "m.bin"]);
+    let error = refused(folder, &["budget", "--model", "model.json", "m.bin"]);
+    assert!(error.contains("m.bin: found a model without scores"), "{error}");
     let error = refused(folder, &["budget", "--model", "model.json", "--clock-hz", "0"]);
     assert!(error.contains("--clock-hz: found 0, expected a positive frequency"), "{error}");
     assert!(refused(folder, &["budget", "--model", "model.json", "--target", "z80"]).contains("cortex-m4f"));

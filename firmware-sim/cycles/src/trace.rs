@@ -65,6 +65,8 @@ pub struct Trace {
     sample: Sample,
     clocks: Vec<Clock>,
     calls: Vec<Frame>,
+    /// Calls that the function to time lies in.
+    depth: usize,
     pending: Option<(usize, Stage)>,
     accesses: Vec<Access>,
     /// Stage of the last floating-point division.
@@ -89,6 +91,7 @@ impl Trace {
             sample,
             clocks,
             calls,
+            depth: 0,
             pending: None,
             accesses,
             dividing: Stage::Other,
@@ -160,12 +163,13 @@ impl Trace {
         let after = before.address.wrapping_add(before.size);
         match before.flow {
             Flow::Call => {
-                self.calls.push(Frame { back: after, stage });
                 if self.sample == Sample::Function(to) {
+                    self.depth = self.calls.len();
                     // The call itself belongs to the caller.
                     self.current = Counts::new(self.clocks.len());
                     (self.running, self.length) = (true, 0);
                 }
+                self.calls.push(Frame { back: after, stage });
             }
             Flow::Return if to != after => {
                 if let Some(at) = self.calls.iter().rposition(|frame| frame.back == to) {
@@ -173,7 +177,7 @@ impl Trace {
                 }
                 if let Sample::Function(_) = self.sample
                     && self.running
-                    && self.calls.is_empty()
+                    && self.calls.len() <= self.depth
                 {
                     self.end_sample();
                     self.running = false;
@@ -239,10 +243,19 @@ mod tests {
     #[test]
     fn a_function_counts_from_its_first_to_its_last_instruction() {
         let none = Place::default();
-        let lines = [(0, "bl #20"), (2, "nop"), (20, "adds r0, r1"), (22, "bx lr")];
+        let lines = [
+            (0, "bl #40"),
+            (2, "nop"),
+            (20, "adds r0, r1"),
+            (22, "bx lr"),
+            (40, "push {lr}"),
+            (42, "bl #20"),
+            (44, "pop {pc}"),
+        ];
         let code = code(&lines.map(|(address, text)| (address, text, none.clone())));
         let mut trace = Trace::new(Sample::Function(20), 0, Flash::Plain);
-        [0, 2, 3, 1].into_iter().for_each(|next| trace.execute(&code, next));
+        // Called by a function that was called itself.
+        [0, 4, 5, 2, 3, 6, 1].into_iter().for_each(|next| trace.execute(&code, next));
         assert_eq!(trace.samples().len(), 1);
         assert_eq!(trace.samples()[0].total(0), 4);
     }

@@ -55,6 +55,8 @@ pub struct Sizes {
     pub orders: Orders,
     pub alignment: Alignment,
     pub estimator: Estimator,
+    /// Full scale of the sensor, m/s².
+    pub full_scale: f32,
 }
 
 pub const SMALL: Sizes = Sizes {
@@ -71,8 +73,11 @@ pub const SMALL: Sizes = Sizes {
     orders: Orders::Even,
     alignment: Alignment::Half,
     estimator: Estimator::Differences,
+    full_scale: FULL_SCALE,
 };
 
+/// The paper's best model, Machines 2026, 14(6), 620, with 40 terms of its library in use.
+pub const PAPER: Sizes = Sizes { dimension: 8, latent: 8, hidden: 256, degree: 2, harmonics: 2, nonzeros: 40, ..SMALL };
 /// The binary form of a random model for which `healthy` is healthy.
 pub fn model(sizes: Sizes, healthy: &[f32]) -> Vec<u8> {
     let bytes = build(sizes, MonitorConfig::new(BLOCK, 0.0, 1.0));
@@ -143,7 +148,7 @@ fn build(sizes: Sizes, monitor: MonitorConfig) -> Vec<u8> {
         library,
         dynamics: Dynamics { terms: &terms, ends: &ends, equations: &equations, coefficients: Floats(&coefficients) },
         residual_spread: Floats(&ones),
-        screen: ScreenConfig { full_scale: FULL_SCALE, stuck_after: STUCK_AFTER },
+        screen: ScreenConfig { full_scale: sizes.full_scale, stuck_after: STUCK_AFTER },
         monitor,
     })
     .unwrap();

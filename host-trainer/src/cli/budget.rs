@@ -1,14 +1,16 @@
 //! Command `ballrace budget`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use ballrace_core::model::Input;
 use clap::ValueEnum;
 use serde::Serialize;
 
-use super::{Failure, json, line};
+use super::{Failure, json, line, write};
+use crate::model::OwnedModel;
 use crate::model::budget::{self, Budget, BudgetConfig, Functions, Target};
 use crate::model::file;
+use crate::report::plot::frontier::{self, Point};
 
 /// Predict a model's flash, RAM, stack, and cycles by stage on a microcontroller
 ///
@@ -16,13 +18,19 @@ use crate::model::file;
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Example:\n  ballrace budget --model model.bin --target cortex-m4f --clock-hz 168e6 --wait-states 5\n  \
-    says which share of the time between two samples an STM32F4 at 168 MHz needs, and for what\n\n\
+    says which share of the time between two samples an STM32F4 at 168 MHz needs, and for what\n  \
+    ballrace budget --model f32_256.json fixed_24.json --plot frontier.svg\n  \
+    puts scores beside cycles, flash and RAM\n\n\
     Cycles are those of the Cortex-M4's manual for each instruction; `worst` is the most expensive sample"
 )]
 pub struct Args {
-    /// Model written by `fit`, or its binary or JSON form written by `export`
-    #[arg(long)]
-    model: PathBuf,
+    /// Model written by `fit`, or its binary or JSON form written by `export`; several, written by `fit`, give a table with their
+    /// scores
+    #[arg(long, required = true, num_args = 1..)]
+    model: Vec<PathBuf>,
+    /// Write a picture of the scores of several models against their cycles
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
     #[command(flatten)]
     device: DeviceArgs,
     /// Clock of the processor, Hz
@@ -85,14 +93,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if !(clock_hz.is_finite() && clock_hz > 0.0) {
         return Err(Failure::Input(format!("--clock-hz: found {clock_hz}, expected a positive frequency")));
     }
-    let (model, _) = file::read(&args.model).map_err(Failure::input)?;
-    let view = model.view();
-    if let Input::Direct(_) = view.input {
-        let path = args.model.display();
-        return Err(Failure::Input(format!("{path}: the model takes states, expected one that takes samples")));
+    let [path] = &args.model[..] else { return several(args) };
+    if args.plot.is_some() {
+        return Err(Failure::Input("--plot: found one model, expected several".into()));
     }
-    let budget = budget::budget(&view, args.device.config());
-    let sample_rate_hz = f64::from(view.sample_rate_hz);
+    let (model, _) = file::read(path).map_err(Failure::input)?;
+    let (budget, sample_rate_hz) = budget_of(path, &model, args)?;
     let period_cycles = Budget::period_cycles(clock_hz, sample_rate_hz);
     let (share, worst_share) = (budget.cycles / period_cycles, budget.worst_cycles / period_cycles);
     if args.json {
@@ -128,4 +134,72 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         clock_hz / 1e6,
         100.0 * worst_share
     ))
+}
+
+/// Budget of a model, and its sample rate, Hz.
+fn budget_of(path: &Path, model: &OwnedModel, args: &Args) -> Result<(Budget, f64), Failure> {
+    let view = model.view();
+    if let Input::Direct(_) = view.input {
+        let path = path.display();
+        return Err(Failure::Input(format!("{path}: the model takes states, expected one that takes samples")));
+    }
+    Ok((budget::budget(&view, args.device.config()), f64::from(view.sample_rate_hz)))
+}
+
+/// A model among several.
+#[derive(Serialize)]
+struct Row {
+    model: String,
+    /// Mean R² of the derivatives, held out.
+    held_out: f64,
+    /// R² of the next sample.
+    next_sample: Option<f64>,
+    #[serde(flatten)]
+    budget: Budget,
+}
+
+/// Table, and picture, of several models.
+fn several(args: &Args) -> Result<(), Failure> {
+    let (mut rows, mut rates) = (Vec::new(), Vec::new());
+    for path in &args.model {
+        let (model, report) = file::read(path).map_err(Failure::input)?;
+        let report = report.ok_or_else(|| {
+            Failure::Input(format!("{}: found a model without scores, expected one written by `fit`", path.display()))
+        })?;
+        let (budget, rate) = budget_of(path, &model, args)?;
+        rates.push(rate);
+        rows.push(Row {
+            model: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            held_out: report.scores.held_out.mean(),
+            next_sample: report.scores.causal.next_sample,
+            budget,
+        });
+    }
+    if let Some(path) = &args.plot {
+        let points: Vec<Point> = rows
+            .iter()
+            .map(|row| Point {
+                name: row.model.clone(),
+                cycles: row.budget.worst_cycles,
+                held_out: row.held_out,
+                next_sample: row.next_sample,
+            })
+            .collect();
+        let period_cycles = Budget::period_cycles(args.clock_hz, rates[0]);
+        write(path, frontier::svg(&points, period_cycles).map_err(Failure::other)?.as_bytes())?;
+    }
+    if args.json {
+        return json(&rows);
+    }
+    line("| model | R² held out | R² next sample | cycles | worst | flash, bytes | RAM with stack, bytes |")?;
+    line("|---|---|---|---|---|---|---|")?;
+    for Row { model, held_out, next_sample, budget: b } in &rows {
+        let next = next_sample.map_or("–".into(), |score| format!("{score:.4}"));
+        let ram = b.static_bytes + b.stack_bytes;
+        line(format_args!(
+            "| {model} | {held_out:.4} | {next} | {:.0} | {:.0} | {} | {ram} |",
+            b.cycles, b.worst_cycles, b.flash_bytes
+        ))?;
+    }
+    Ok(())
 }

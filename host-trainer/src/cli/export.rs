@@ -7,6 +7,7 @@ use clap::ValueEnum;
 use super::budget::DeviceArgs;
 use super::output::{Force, Outputs};
 use super::{Failure, json, line, write};
+use crate::model::OwnedModel;
 use crate::model::budget;
 use crate::model::export::{self, Format, Limits};
 use crate::model::file;
@@ -39,7 +40,8 @@ pub struct Args {
     /// RAM limit of the evaluator, bytes
     #[arg(long, default_value_t = Limits::default().ram_bytes, value_name = "BYTES")]
     max_ram: usize,
-    /// Cycle limit of a sample, by the prediction of `budget` [default: none]
+    /// Cycle limit of a sample, by the prediction of `budget`; a model over it goes into fixed point if that is enough, unless
+    /// --arithmetic is given, else it is refused [default: none]
     #[arg(long, value_name = "CYCLES")]
     budget_cycles: Option<usize>,
     #[command(flatten)]
@@ -69,12 +71,23 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             .map_err(|error| Failure::Input(format!("{}, --arithmetic: {error}", args.model.display())))?,
         None => model,
     };
+    let over = |model: &OwnedModel| match args.budget_cycles {
+        Some(most) => budget::budget(&model.view(), args.device.config()).check_cycles(most),
+        None => Ok(()),
+    };
+    let model = match (over(&model), args.arithmetic, model.with_arithmetic(ArithmeticKind::Fixed.into())) {
+        (Err(broken), None, Ok(fixed)) if over(&fixed).is_ok() => {
+            eprintln!(
+                "{broken} as it is; its networks were put in fixed point (`fit --arithmetic fixed` finds the healthy level anew)"
+            );
+            fixed
+        }
+        _ => model,
+    };
     let limits = Limits { flash_bytes: args.max_flash, ram_bytes: args.max_ram };
     let sizes = export::sizes(&model.view());
     limits.check(&sizes).map_err(Failure::input)?;
-    if let Some(most) = args.budget_cycles {
-        budget::budget(&model.view(), args.device.config()).check_cycles(most).map_err(Failure::input)?;
-    }
+    over(&model).map_err(Failure::input)?;
     let format = match args.format {
         FormatName::Json => Format::Json,
         FormatName::Bin => Format::Bin,

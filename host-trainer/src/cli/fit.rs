@@ -5,14 +5,17 @@ use std::path::PathBuf;
 use ballrace_core::states::{Orders, StateSpec};
 use clap::ValueEnum;
 
+use super::budget::DeviceArgs;
 use super::input::{Recordings, bar};
 use super::output::{Force, Outputs};
 use super::settings::CliSettings;
 use super::{Failure, json, line, write};
 use crate::diagnose::causes;
+use crate::model::budget::budget;
+use crate::model::budget::within::{CycleLimit, fit_within};
 use crate::model::file;
 use crate::model::fit::choice::{AlignmentKind, ArithmeticKind, EstimatorKind, SolverKind};
-use crate::model::fit::{FitConfig, Fitted, Solver, fit, terms, text};
+use crate::model::fit::{FitConfig, Fitted, Solver, Stage, fit, terms, text};
 use crate::model::sindy_nn::gradient::{Lambdas, SparsityNorm};
 use crate::model::sindy_nn::train::TrainConfig;
 use crate::model::stlsq::StlsqConfig;
@@ -85,6 +88,12 @@ pub struct Args {
     /// Arithmetic of the networks on the device
     #[arg(long, value_enum, default_value_t = ArithmeticKind::Float)]
     arithmetic: ArithmeticKind,
+    /// Cycle limit of a sample, by the prediction of `budget`: where --hidden and --arithmetic take more, the fit takes as many
+    /// units in fixed point as keep to it [default: none]
+    #[arg(long, value_name = "CYCLES")]
+    budget_cycles: Option<usize>,
+    #[command(flatten)]
+    device: DeviceArgs,
     /// λ1, λ2, λ3 of the losses
     #[arg(long, value_delimiter = ',', default_value = "0.5,0.01,0.01")]
     lambda: Vec<f64>,
@@ -122,7 +131,8 @@ pub struct Args {
     /// Trainings of sindy-nn from different seeds; the best on the validation recordings is the model
     #[arg(long, default_value_t = 3, value_name = "N")]
     trainings: usize,
-    /// Full scale of the sensor in m/s²: samples at or beyond it count as saturated
+    /// Full scale of the sensor in m/s²: samples at or beyond it count as saturated [0: 64 times the greatest magnitude of the
+    /// healthy recordings]
     #[arg(long, default_value_t = 0.0, value_name = "A")]
     full_scale: f32,
     /// False alarms a day for which the monitor's limit is set. A day holds the recordings that their starts say (FEMTO: one
@@ -299,12 +309,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let series = input.continuous(healthy);
     // Of a recording cut at its gaps each part is a series.
     config.interval_s = input.interval_s.map(|interval| interval * healthy as f64 / series.len().max(1) as f64);
-    let fitted = fit(&series, input.sample_rate_hz, &config, &|stage| {
+    let progress = |stage: Stage| {
         bar.set_message(stage.name);
         bar.set_position((100.0 * stage.done) as u64);
-    });
+    };
+    let fitted = match args.budget_cycles {
+        Some(most) => {
+            let limit = CycleLimit { device: args.device.config(), most };
+            fit_within(&series, input.sample_rate_hz, &config, &limit, &progress).map_err(Failure::input)
+        }
+        None => fit(&series, input.sample_rate_hz, &config, &progress).map_err(Failure::input),
+    };
     bar.finish_and_clear();
-    let mut fitted = fitted.map_err(Failure::input)?;
+    let mut fitted = fitted?;
     fitted.report.training.channel = Some(input.channel.clone());
     fitted.report.training.entered = entered;
     file::write(&args.out, &fitted.model, &fitted.report).map_err(Failure::other)?;
@@ -321,5 +338,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         line("the diagnosis names no cause, so the library is unchanged")?;
     }
     line(text::report(report, if args.all_terms { usize::MAX } else { SETTINGS.terms }))?;
+    if let Some(most) = args.budget_cycles {
+        let worst = budget(&model.view(), args.device.config()).worst_cycles;
+        let units = model.view().encoder.hidden_width();
+        line(format_args!("{worst:.0} of {most} cycles for the most expensive sample, with {units} hidden units"))?;
+    }
     line(format_args!("wrote {} ({} bytes on the device)", args.out.display(), model.bytes().len()))
 }

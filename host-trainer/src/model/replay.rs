@@ -1,13 +1,18 @@
 //! Replay of recordings through the device's own code.
 
 use ballrace_core::monitor::Status;
+use ballrace_firmware_sim::batch::Batch;
 use ballrace_firmware_sim::event::{Event, Statistics, Summary};
 use ballrace_firmware_sim::faults::{FaultPlan, Injected, Injector};
 use ballrace_firmware_sim::runner::{Recording, Runner, RunnerError};
 use ballrace_firmware_sim::source::{Arrival, SampleSource};
+use rayon::prelude::*;
 
 use crate::model::OwnedModel;
 use crate::recording::input::Input;
+
+/// Recordings evaluated side by side, for what their residuals take of memory.
+const SIDE_BY_SIDE: usize = 64;
 
 /// Options of a replay.
 #[derive(Clone, Debug, Default)]
@@ -103,17 +108,36 @@ pub fn replay(
         }
         on_event(event, done);
     };
-    for (done, series) in input.series.iter().enumerate() {
-        let recording = Recording { name: &series.name, sample_rate_hz: input.sample_rate_hz };
-        let gaps = input.gaps.get(done).map_or(&[][..], Vec::as_slice);
-        let source = injector.over(with_gaps(&series.samples, gaps)).inspect(|arrival| match arrival {
-            Arrival::Sample(sample) if options.keep_samples => samples.push(*sample),
-            _ => {}
-        });
-        match options.pace {
-            Some(factor) => runner.run(&recording, source.paced(factor * input.sample_rate_hz), |e| see(&e, done)),
-            None => runner.run(&recording, source, |e| see(&e, done)),
-        };
+    let recording = |index: usize| Recording { name: &input.series[index].name, sample_rate_hz: input.sample_rate_hz };
+    let mut arrivals = |index: usize, injector: &mut Injector| -> Vec<Arrival> {
+        let gaps = input.gaps.get(index).map_or(&[][..], Vec::as_slice);
+        let arrivals: Vec<_> = injector.over(with_gaps(&input.series[index].samples, gaps)).collect();
+        if options.keep_samples {
+            samples.extend(arrivals.iter().filter_map(|arrival| match arrival {
+                Arrival::Sample(sample) => Some(*sample),
+                Arrival::Missing(_) => None,
+            }));
+        }
+        arrivals
+    };
+    let indices: Vec<usize> = (0..input.series.len()).collect();
+    match (options.pace, Batch::new(&model)) {
+        (None, Some(batch)) => {
+            for indices in indices.chunks(SIDE_BY_SIDE) {
+                let arrivals: Vec<_> = indices.iter().map(|index| arrivals(*index, &mut injector)).collect();
+                let evaluated: Vec<_> = arrivals.into_par_iter().map(|arrivals| batch.evaluate(arrivals)).collect();
+                for (index, evaluated) in indices.iter().zip(&evaluated) {
+                    runner.run_evaluated(&recording(*index), evaluated, |event| see(&event, *index));
+                }
+            }
+        }
+        (pace, _) => {
+            let rate_hz = pace.map_or(f64::INFINITY, |factor| factor * input.sample_rate_hz);
+            for index in indices {
+                let source = arrivals(index, &mut injector).into_iter().paced(rate_hz);
+                runner.run(&recording(index), source, |event| see(&event, index));
+            }
+        }
     }
     let done = input.series.len();
     let summary = runner.finish(|event| see(&event, done));

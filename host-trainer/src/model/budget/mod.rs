@@ -6,6 +6,7 @@
 //! sizes (`firmware-sim/cycles/budget.sh`) and checked on others.
 
 pub mod settings;
+pub mod within;
 pub mod work;
 
 use ballrace_core::device::Device;

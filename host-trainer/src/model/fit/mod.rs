@@ -78,7 +78,7 @@ pub struct FitConfig {
     pub seed: u64,
     /// Samples per block of the monitor; `None`: a tenth of a second, less in short recordings.
     pub block: Option<u32>,
-    /// Full scale of the sensor, m/s²; 0 if unknown.
+    /// Full scale of the sensor, m/s²; 0: derived from the healthy recordings.
     pub full_scale: f32,
     /// False alarms a day for which the monitor's limit is set; positive.
     pub false_alarms_per_day: f64,
@@ -165,7 +165,7 @@ pub enum FitError {
         found: f32,
     },
     /// Full scale out of range.
-    #[error("full scale: found {found} m/s², expected a positive number, or 0 where it is unknown")]
+    #[error("full scale: found {found} m/s², expected a positive number, or 0 to derive it")]
     FullScale {
         /// Full scale found, m/s².
         found: f32,

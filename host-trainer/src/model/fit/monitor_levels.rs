@@ -42,7 +42,7 @@ pub fn monitor(
     let shortest = SETTINGS.min_stuck_run;
     let longest = (block / SETTINGS.stuck_block_divisor).max(shortest);
     let stuck_after = (SETTINGS.stuck_run_factor * longest_run).max(shortest).min(longest);
-    let screen = ScreenConfig { full_scale: config.full_scale, stuck_after };
+    let screen = ScreenConfig { full_scale: full_scale(config, recordings), stuck_after };
 
     let mut parts = once.parts.clone();
     parts.screen = screen;
@@ -151,6 +151,16 @@ fn shift(blocks: &[HealthyBlock]) -> f64 {
         weight += run.len() as f64;
     }
     if weight > 0.0 { (sum / weight).max(0.0) } else { 0.0 }
+}
+
+/// Full scale of the sensor, m/s²: as stated, else far above what any machine does, so that only a flipped bit reaches it.
+fn full_scale(config: &FitConfig, recordings: &[Series]) -> f32 {
+    if config.full_scale > 0.0 {
+        return config.full_scale;
+    }
+    let greatest =
+        recordings.iter().flat_map(|s| &s.samples).fold(0.0f32, |greatest, sample| greatest.max(sample.abs()));
+    (SETTINGS.full_scale_factor * greatest).min(f32::MAX)
 }
 
 fn longest_equal_run(samples: &[f32]) -> u32 {

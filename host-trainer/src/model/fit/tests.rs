@@ -203,6 +203,16 @@ fn what_cannot_be_fitted_is_refused_before_anything_long() {
 }
 
 #[test]
+fn a_full_scale_that_is_not_stated_is_far_above_the_healthy_recordings() {
+    let made = recordings(|k| noise(2000, 40 + k));
+    let greatest = made.iter().flat_map(|s| &s.samples).fold(0.0f32, |greatest, sample| greatest.max(sample.abs()));
+    for (stated, expected) in [(0.0, 64.0 * greatest), (7.5, 7.5)] {
+        let config = FitConfig { full_scale: stated, null_fits: 0, ..config(stlsq()) };
+        assert_eq!(fit(&made, 25_600.0, &config, &|_| ()).unwrap().model.view().screen.full_scale, expected);
+    }
+}
+
+#[test]
 fn fixed_point_scores_as_single_precision_does() {
     let made = recordings(|k| {
         let noise = noise(2000, 20 + k);

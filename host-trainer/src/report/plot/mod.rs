@@ -5,6 +5,7 @@ pub mod cycle;
 pub mod density;
 pub mod derivative;
 pub mod envelope;
+pub mod frontier;
 pub mod kurtogram;
 pub mod life;
 pub mod lines;
