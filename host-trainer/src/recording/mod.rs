@@ -38,7 +38,7 @@ pub mod write;
 pub use error::ReadError;
 pub use load::{Loaded, load, load_all};
 pub use options::{LoadOptions, Progress, ProgressFn};
-pub use unit::{STANDARD_GRAVITY, Unit};
+pub use unit::{STANDARD_GRAVITY, Unit, is_acceleration};
 
 /// Source of a recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -7,6 +7,7 @@
 //! | [`kurtogram`] | the band that holds impacts, by kurtosis alone |
 //! | [`band`] | the band that shows given lines best |
 //! | [`coherence`] | cyclic coherence, enhanced envelope spectrum |
+//! | [`indicators`] | RMS, peak, crest factor, kurtosis, vibration velocity and its zones |
 //! | [`kinematics`], [`characteristic`] | characteristic frequencies and their names |
 //! | [`lines`] | lines and their significance |
 //! | [`order`] | the shaft's angle over time, order spectra |
@@ -24,6 +25,7 @@ pub mod band;
 pub mod characteristic;
 pub mod coherence;
 pub mod envelope;
+pub mod indicators;
 pub(crate) mod interpolate;
 pub mod kinematics;
 pub mod kurtogram;

@@ -5,6 +5,7 @@ pub mod cycle;
 pub mod density;
 pub mod derivative;
 pub mod envelope;
+pub mod indicators;
 pub mod kurtogram;
 pub mod life;
 pub mod lines;
@@ -12,6 +13,7 @@ pub mod ratings;
 pub mod residual;
 pub mod settings;
 pub mod style;
+pub mod time_axis;
 pub mod trend;
 
 /// Error of the drawing library, or nothing to draw.
