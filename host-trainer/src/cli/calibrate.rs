@@ -13,7 +13,7 @@ use crate::recording::{Recording, load_all};
 use crate::report;
 use crate::report::Document;
 use crate::rig::{Machine, Rig};
-use crate::stats::format::{significant, with_interval};
+use crate::stats::format::{fixed, significant, with_interval};
 
 /// Fit a rig's uncertain parameters to recordings of the healthy machine
 ///
@@ -165,9 +165,9 @@ fn lines(calibration: &Calibration) -> Vec<String> {
     }
     for e in &calibration.explained {
         out.push(format!(
-            "{}: {:.1} % of the power is deterministic; the residual is within {:.2} dB of the rig's noise",
+            "{}: {} % of the power is deterministic; the residual is within {:.2} dB of the rig's noise",
             e.channel,
-            100.0 * e.deterministic,
+            fixed(100.0 * e.deterministic, 1),
             e.residual_db
         ));
     }

@@ -74,8 +74,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let vibration = Vibration { indicators: &indicators, class: args.iso_class };
     let mut events = Vec::new();
     let mut failed = None;
-    // Recordings whose indicators are out, and the EWMA at the end of the present one.
-    let (mut told, mut ewma) = (0, None);
+    // Number of recordings whose indicators are emitted, and the EWMA at the end of the present one.
+    let (mut emitted, mut ewma) = (0, None);
     let bar = bar("monitor");
     bar.set_length(input.series.len() as u64);
     let options = Options { plan, seed: args.seed, pace: args.pace, keep_samples: args.samples_out.is_some() };
@@ -88,11 +88,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 failed.get_or_insert(error);
             }
         };
-        while told < done.min(indicators.len()) {
+        while emitted < done.min(indicators.len()) {
             if args.json || args.blocks {
-                print(recording(&input, &vibration, told, ewma));
+                print(recording(&input, &vibration, emitted, ewma));
             }
-            told += 1;
+            emitted += 1;
         }
         if let Event::Block(block) = event {
             ewma = Some(block.statistics.ewma);

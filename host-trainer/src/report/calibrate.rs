@@ -11,6 +11,7 @@ use crate::report::plot::lines::Mark;
 use crate::report::plot::style::{EARLY, LATE, MEASURED};
 use crate::rig::Rig;
 use crate::signal::spectrum::welch;
+use crate::stats::format::fixed;
 
 const SETTINGS: ReportSettings = ReportSettings::DEFAULT;
 
@@ -169,10 +170,10 @@ fn parameters(done: &Calibration) -> Section {
     }
     for e in &done.explained {
         section = section.paragraph(format!(
-            "{}: the deterministic part, fixed by the initial angles, is {:.1} % of the power; the power of the residual is \
+            "{}: the deterministic part, fixed by the initial angles, is {} % of the power; the power of the residual is \
              within {:.2} dB of that of process force and sensor noise (RMS over bands).",
             e.channel,
-            100.0 * e.deterministic,
+            fixed(100.0 * e.deterministic, 1),
             e.residual_db
         ));
     }

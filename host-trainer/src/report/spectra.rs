@@ -5,7 +5,7 @@ use crate::report::plot::lines::{Labels, Mark};
 use crate::report::plot::{DrawError, cycle, density, kurtogram, lines};
 use crate::signal::characteristic::{Characteristic, Family};
 use crate::signal::spectra::{Analysis, BandChoice, MarkedLine, SpeedSource};
-use crate::stats::format::chance;
+use crate::stats::format::{by_chance, chance, fixed};
 
 /// Report of the analyses of some recordings.
 ///
@@ -58,9 +58,9 @@ fn why(analysis: &Analysis) -> String {
     match (analysis.band.choice, analysis.band.log_p_value) {
         (BandChoice::Stated, _) => "as stated".into(),
         (BandChoice::Lines(family), Some(p)) => format!(
-            "chosen because its squared envelope shows {} and its harmonics with the smallest p-value (10^−{:.0})",
+            "chosen because its squared envelope shows {} and its harmonics with the smallest p-value ({})",
             family.name(),
-            -p / std::f64::consts::LN_10
+            by_chance(p.exp())
         ),
         (BandChoice::Lines(family), None) => format!("chosen because it shows {}", family.name()),
         (BandChoice::Kurtosis, _) => "chosen for the largest kurtosis".into(),
@@ -193,7 +193,7 @@ fn envelope(analysis: &Analysis, section: Section) -> Result<Section, DrawError>
                 Cell::number(format!("{:.2}", l.characteristic.frequency_hz)),
                 Cell::number(format!("{:.2}", l.line.frequency_hz)),
                 Cell::number(format!("{:.4}", l.line.amplitude)),
-                Cell::number(format!("{:.1}", decibels(l))),
+                Cell::number(fixed(decibels(l), 1)),
                 Cell::number(if l.line.p_value < 1e-6 { "< 1e−6".into() } else { chance(l.line.p_value) }),
             ]
         })

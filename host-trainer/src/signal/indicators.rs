@@ -216,6 +216,11 @@ mod tests {
             let found = velocity_mm_per_s(&sine(1.0, hz, seconds, RATE), RATE).unwrap();
             assert!((found / of_sine(1.0, hz) - 1.0).abs() < 0.01, "{hz} Hz: {found}");
         }
+        // The shortest recording that has a velocity.
+        for hz in [12.0, 12.7, 14.0, 17.3, 29.0] {
+            let found = velocity_mm_per_s(&sine(1.0, hz, 0.5, RATE), RATE).unwrap();
+            assert!((found / of_sine(1.0, hz) - 1.0).abs() < 0.02, "{hz} Hz: {found}, {}", of_sine(1.0, hz));
+        }
         for hz in [3.0, 1500.0] {
             let found = velocity_mm_per_s(&sine(1.0, hz, 4.0, RATE), RATE).unwrap();
             assert!(found < 1e-3 * of_sine(1.0, hz), "{hz} Hz: {found}");

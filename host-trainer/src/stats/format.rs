@@ -17,6 +17,19 @@ pub fn significant(value: f64, digits: usize) -> String {
     text.replace('-', "−")
 }
 
+/// A number with `digits` decimals and a typographic minus, never that of a negative zero.
+pub fn fixed(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    let is_zero = text.starts_with('-') && text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
+    if is_zero { text[1..].to_owned() } else { text.replace('-', "−") }
+}
+
+/// An equation with the signs of its numbers as they are written by hand: `a + -18.8` becomes `a − 18.8`, `e-6` becomes
+/// `e−6`.
+pub fn written_signs(equation: &str) -> String {
+    equation.replace("+ -", "− ").replace("− -", "+ ").replace('-', "−")
+}
+
 /// A value and its 95 % interval as texts, both to two digits of the half-width; "–" for no finite interval.
 pub fn with_interval(value: f64, interval95: Option<[f64; 2]>) -> (String, String) {
     let Some([low, high]) = interval95.filter(|i| i.iter().all(|v| v.is_finite())) else {
@@ -57,6 +70,8 @@ mod tests {
         assert_eq!(with_interval(20.391, Some([20.25, 20.55])), ("20.39".into(), "20.25 to 20.55".into()));
         assert_eq!(with_interval(7.0, None), ("7.000".into(), "–".into()));
         assert_eq!(with_interval(7.0, Some([f64::NEG_INFINITY, 1.0])).1, "–");
+        assert_eq!([-0.04, -1.26, 0.0].map(|v| fixed(v, 1)), ["0.0", "−1.3", "0.0"]);
+        assert_eq!(written_signs("a = … + -1.8e-6 · cos(φ − -0.3)"), "a = … − 1.8e−6 · cos(φ + 0.3)");
         assert_eq!([by_chance(0.0002), by_chance(0.0)], ["p = 0.0002", "p < 1e−30"]);
         assert_eq!([chance(0.0002), chance(1e-9), chance(1.0)], ["0.0002", "1e−9", "1.0"]);
     }

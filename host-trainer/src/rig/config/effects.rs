@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::RigKind;
 use crate::rig::effect::{Definition, EffectKind, ParameterKey, ValueKind, Values};
+use crate::stats::format::written_signs;
 
 /// A parameter of an effect.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,7 +93,8 @@ impl EffectEntry {
     /// Equation of the term that the effect adds to a rig of this kind, in that rig's symbols; empty where such a rig
     /// cannot have the effect.
     pub fn equation(&self, kind: RigKind) -> String {
-        Values::new(self, kind).map_or_else(String::new, |values| (values.definition().equation)(&values))
+        Values::new(self, kind)
+            .map_or_else(String::new, |values| written_signs(&(values.definition().equation)(&values)))
     }
 
     /// Definition of the effect.
