@@ -72,8 +72,15 @@ fn from_recordings_to_the_same_events_from_every_form_of_the_model() {
     let alarm = lines.iter().find(|e| e["event"] == "anomalous").expect("the rattle is noticed");
     assert!((10..14).contains(&alarm["recording_index"].as_u64().expect("an index")), "{alarm}");
     assert_eq!(lines.last().expect("a summary")["event"], "summary");
-    let document = done(folder, &["monitor", "--model", "model.bin", "data", "--json"]);
-    assert_eq!(serde_json::from_str::<Vec<serde_json::Value>>(&document).expect("one document"), lines);
+    let document = done(folder, &["monitor", "--model", "model.bin", "data", "--json", "--iso-class", "2-rigid"]);
+    let all: Vec<serde_json::Value> = serde_json::from_str(&document).expect("one document");
+    let (indicators, others): (Vec<_>, Vec<_>) = all.into_iter().partition(|e| e["event"] == "recording");
+    assert_eq!(others, lines);
+    assert_eq!(indicators.len(), 16);
+    assert!(indicators[15]["kurtosis"].as_f64() > indicators[0]["kurtosis"].as_f64(), "{indicators:?}");
+    // 0.2 s hold two periods of 10 Hz.
+    assert!(indicators.iter().all(|e| e["velocity_mm_per_s"].is_null() && e["zone"].is_null()));
+    assert!(indicators[0]["no_velocity"].as_str().expect("a reason").contains("at least 0.5 s"));
 }
 
 #[test]

@@ -12,7 +12,8 @@ use crate::report;
 use crate::report::diagnosis::percent;
 use crate::report::held_out::errors;
 use crate::rig::Rig;
-use crate::stats::format::{by_chance, significant, with_interval};
+use crate::stats::format::{by_chance, significant};
+use crate::stats::units::{NamedUnit, in_words};
 
 /// Find what a simulation lacks: the cause, its parameters and its location
 ///
@@ -100,8 +101,7 @@ fn lines(outcome: &DiagnosisResult) -> Vec<String> {
         out.push(format!("where: {}", diagnosis.location.state));
     }
     for (name, value, interval) in &outcome.fitted {
-        let (value, interval) = with_interval(*value, Some(*interval));
-        out.push(format!("fitted jointly: {name} = {value} (95 %: {interval})"));
+        out.push(format!("fitted jointly: {}", with_range(name, *value, Some(*interval))));
     }
     out.extend(outcome.caveats.iter().map(|caveat| format!("note: {caveat}")));
     out
@@ -115,14 +115,17 @@ fn cause_lines(cause: &Cause) -> Vec<String> {
     for (name, value) in &cause.parameters {
         out.push(match value {
             Parameter::Number(v) => {
-                let interval = cause.interval95.get(name).copied();
-                let (value, range) = with_interval(*v, interval);
-                let range = if interval.is_some() { format!(" (95 %: {range})") } else { String::new() };
-                format!("  {name} = {value}{range}")
+                format!("  {}", with_range(name, *v, cause.interval95.get(name).copied()))
             }
-            Parameter::Name(text) => format!("  {name} = {text}"),
+            Parameter::Name(text) => format!("  {name} {text}"),
         });
     }
     out.push(format!("  {}", cause.evidence));
     out
+}
+
+/// Parameter in words with its 95 % interval: `depth 2.6 µm (95 %: 2.4 to 2.8)`.
+fn with_range(name: &str, value: f64, interval95: Option<[f64; 2]>) -> String {
+    let range = interval95.map(|_| format!(" (95 %: {})", NamedUnit::new(name, value).texts(value, interval95).1));
+    format!("{}{}", in_words(name, value, interval95), range.unwrap_or_default())
 }

@@ -5,16 +5,19 @@ use std::path::PathBuf;
 use ballrace_core::monitor::MonitorConfig;
 use ballrace_firmware_sim::event::Event;
 use ballrace_firmware_sim::faults::{FaultPlan, Injected};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::input::{Recordings, bar};
 use super::output::{Force, Outputs};
-use super::{Failure, json, line, write};
+use super::{Failure, line, write};
 use crate::model::file;
 use crate::model::replay::{self, Options, Replayed};
 use crate::recording::input::Input;
 use crate::report;
+use crate::report::monitor::Vibration;
+use crate::report::plot::time_axis::TimeAxis;
 use crate::report::plot::trend;
+use crate::signal::indicators::{Indicators, IsoClass};
 
 /// Run the device's own code over recordings
 ///
@@ -38,9 +41,12 @@ pub struct Args {
     /// Play at the recording's rate times this factor [default: as fast as possible]
     #[arg(long, value_name = "FACTOR")]
     pace: Option<f64>,
-    /// Print every block of the monitor as well
+    /// Print every block of the monitor as well, and each recording's vibration indicators
     #[arg(long)]
     blocks: bool,
+    /// Group and support of the machine, for the zones of vibration velocity by ISO 20816-3
+    #[arg(long, value_name = "CLASS")]
+    iso_class: Option<IsoClass>,
     /// Write a plot of the statistics over the recordings
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
@@ -72,27 +78,39 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let input = args.input.read(fitted.as_ref().and_then(|r| r.training.channel.as_deref()))?;
 
     note_channel(args, fitted.as_ref().and_then(|report| report.training.channel.as_deref()), &input.channel);
+    let indicators = Indicators::of_each(&input);
+    let vibration = Vibration { indicators: &indicators, class: args.iso_class };
     let mut events = Vec::new();
     let mut failed = None;
+    // Number of recordings whose indicators are emitted, and the EWMA at the end of the present one.
+    let (mut emitted, mut ewma) = (0, None);
     let bar = bar("monitor");
     bar.set_length(input.series.len() as u64);
     let options = Options { plan, seed: args.seed, pace: args.pace, keep_samples: args.samples_out.is_some() };
     let watched = replay::replay(&model, &input, &options, &mut |event, done| {
         bar.set_position(done as u64);
-        if matches!(event, Event::Block(_)) && !args.blocks {
-            return;
-        }
-        let value = serde_json::to_value(event).map_err(Failure::other);
-        let printed = value.and_then(|value| {
+        let mut print = |value: Value| {
             if args.json {
                 events.push(value);
-                Ok(())
-            } else {
-                bar.suspend(|| line(value))
+            } else if let Err(error) = bar.suspend(|| line(value)) {
+                failed.get_or_insert(error);
             }
-        });
-        if let Err(error) = printed {
-            failed.get_or_insert(error);
+        };
+        while emitted < done.min(indicators.len()) {
+            if args.json || args.blocks {
+                print(recording(&input, &vibration, emitted, ewma));
+            }
+            emitted += 1;
+        }
+        if let Event::Block(block) = event {
+            ewma = Some(block.statistics.ewma);
+            if !args.blocks {
+                return;
+            }
+        }
+        match serde_json::to_value(event) {
+            Ok(value) => print(value),
+            Err(error) => drop(failed.get_or_insert(Failure::other(error))),
         }
     })
     .map_err(Failure::input)?;
@@ -101,11 +119,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(error);
     }
     if let Some(path) = &args.plot {
-        let svg = trend::svg(&watched.blocks, &model.view().monitor).map_err(Failure::other)?;
+        let svg =
+            trend::svg(&watched.blocks, &model.view().monitor, &TimeAxis::of(&input), None).map_err(Failure::other)?;
         write(path, svg.as_bytes())?;
     }
     if let Some(path) = &args.report {
-        let page = report::monitor::document(&model, &input, &watched).map_err(Failure::other)?;
+        let page = report::monitor::document(&model, &input, &watched, &vibration).map_err(Failure::other)?;
         write(path, page.html().as_bytes())?;
     }
     if let Some(path) = &args.samples_out {
@@ -113,8 +132,29 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         write(path, &bytes)?;
     }
     summarise(&watched, &input);
+    eprintln!("{}", report::monitor::severity(&vibration));
     eprintln!("{}", stated_rate(&model.view().monitor));
-    if args.json { json(&Value::from(events)) } else { Ok(()) }
+    if args.json { super::json(&Value::from(events)) } else { Ok(()) }
+}
+
+/// Vibration indicators of a recording as an event, with the monitor's EWMA at its end.
+fn recording(input: &Input, vibration: &Vibration<'_>, index: usize, ewma: Option<f32>) -> Value {
+    let found = &vibration.indicators[index];
+    let velocity = found.velocity.ok();
+    json!({
+        "event": "recording",
+        "recording": input.series[index].name,
+        "recording_index": index,
+        "start_s": input.starts_s.as_ref().map(|starts| starts[index]),
+        "rms_m_per_s2": found.rms,
+        "peak_m_per_s2": found.peak,
+        "crest_factor": found.crest_factor(),
+        "kurtosis": found.kurtosis,
+        "velocity_mm_per_s": velocity,
+        "no_velocity": found.velocity.err().map(|why| why.to_string()),
+        "zone": vibration.class.zip(velocity).map(|(class, velocity)| class.zone(velocity)),
+        "ewma": ewma,
+    })
 }
 
 /// Says on stderr where the model is of another channel than the recordings, or does not say of which.

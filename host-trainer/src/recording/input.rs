@@ -30,6 +30,8 @@ pub struct Input {
     pub run_to_failure: bool,
     /// Number of bad rows dropped.
     pub skipped_rows: usize,
+    /// Start of each recording in seconds after midnight of the first one's day, where every recording states it.
+    pub starts_s: Option<Vec<f64>>,
     /// Median time from the start of one recording to that of the next, s, where every recording states its start.
     pub interval_s: Option<f64>,
 }
@@ -109,15 +111,16 @@ impl Input {
             let samples = channel.samples.iter().map(|v| *v as f32).collect();
             series.push(Series { name: recording.name(), samples });
         }
+        let starts_s: Option<Vec<f64>> = recordings.iter().map(|r| r.start_s).collect();
         Ok(Self {
             series,
             gaps: recordings.iter().map(|r| r.gaps.clone()).collect(),
             channel: name,
             sample_rate_hz: first.sample_rate_hz,
-            run_to_failure: recordings.len() >= SETTINGS.min_run_to_failure
-                && recordings.iter().all(|r| r.start_s.is_some()),
+            run_to_failure: recordings.len() >= SETTINGS.min_run_to_failure && starts_s.is_some(),
             skipped_rows: recordings.iter().map(|r| r.skipped_rows).sum(),
-            interval_s: interval_s(recordings),
+            interval_s: starts_s.as_deref().and_then(interval_s),
+            starts_s,
         })
     }
 
@@ -140,8 +143,7 @@ impl Input {
 }
 
 /// Median time between the starts of recordings, s.
-fn interval_s(recordings: &[Recording]) -> Option<f64> {
-    let starts: Vec<f64> = recordings.iter().map(|r| r.start_s).collect::<Option<_>>()?;
+fn interval_s(starts: &[f64]) -> Option<f64> {
     let mut intervals: Vec<f64> = starts.windows(2).map(|w| w[1] - w[0]).collect();
     intervals.sort_by(f64::total_cmp);
     intervals.get(intervals.len() / 2).copied().filter(|interval| interval.is_finite() && *interval > 0.0)

@@ -41,7 +41,7 @@ pub use error::ReadError;
 pub use find::sources;
 pub use load::{Loaded, load, load_all};
 pub use options::{LoadOptions, Progress, ProgressFn};
-pub use unit::{STANDARD_GRAVITY, Unit};
+pub use unit::{STANDARD_GRAVITY, Unit, is_acceleration};
 
 /// Source of a recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -73,6 +73,11 @@ impl Quantity {
     }
 }
 
+/// Whether a channel of this name is an acceleration in m/s².
+pub fn is_acceleration(name: &str) -> bool {
+    Quantity::from_name(name) != Quantity::Other
+}
+
 /// Default location of a column: those of the 5-DoF rig's two sensors.
 pub(super) fn default_location(name: &str) -> Option<&'static str> {
     match name.strip_suffix("_m_s2").or_else(|| name.strip_suffix("_g")).unwrap_or(name) {

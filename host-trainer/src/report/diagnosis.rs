@@ -15,7 +15,8 @@ use crate::report::plot::comparison::{self, Curve, Names};
 use crate::report::plot::style::LATE;
 use crate::rig::config::RigKey;
 use crate::rig::{Machine, Rig};
-use crate::stats::format::{by_chance, chance, significant, with_interval};
+use crate::stats::format::{by_chance, chance, significant};
+use crate::stats::units::{NamedUnit, in_words};
 
 const SETTINGS: ReportSettings = ReportSettings::DEFAULT;
 
@@ -151,41 +152,13 @@ fn most_telling(outcome: &DiagnosisResult) -> String {
 /// Name and parameters of a cause, for a sentence.
 fn short(cause: &Cause) -> String {
     let one = |(name, value): (&String, &Parameter)| match value {
-        Parameter::Number(v) => in_units(name, *v, cause.interval95.get(name).copied()),
+        Parameter::Number(v) => in_words(name, *v, cause.interval95.get(name).copied()),
         Parameter::Name(text) => format!("{name} {text}"),
     };
     let (names, numbers): (Vec<_>, Vec<_>) =
         cause.parameters.iter().partition(|(_, v)| matches!(v, Parameter::Name(_)));
     let numbers: Vec<String> = numbers.into_iter().chain(names).map(one).collect();
     if numbers.is_empty() { cause.name.clone() } else { format!("{} ({})", cause.name, numbers.join(", ")) }
-}
-
-/// Endings of the keys of parameters, with unit and factor in which a sentence states them.
-const UNITS: [(&str, &str, f64); 16] = [
-    ("_n_s2_per_m2", "N s²/m²", 1.0),
-    ("_n_per_m3", "N/m³", 1.0),
-    ("_n_per_m2", "N/m²", 1.0),
-    ("_n_s_per_m", "N s/m", 1.0),
-    ("_m_per_s2", "m/s²", 1.0),
-    ("_m_per_s", "m/s", 1.0),
-    ("_n_per_m", "N/m", 1.0),
-    ("_kg_m", "g mm", 1e6),
-    ("_n_s", "N s", 1.0),
-    ("_per_s", "1/s", 1.0),
-    ("_rad", "°", 180.0 / std::f64::consts::PI),
-    ("_hz", "Hz", 1.0),
-    ("_kg", "kg", 1.0),
-    ("_m", "µm", 1e6),
-    ("_n", "N", 1.0),
-    ("_s", "s", 1.0),
-];
-
-/// Parameter in words: its key without the unit, the value to the digits of its interval, the unit.
-fn in_units(key: &str, value: f64, interval95: Option<[f64; 2]>) -> String {
-    let ending = UNITS.iter().find_map(|(ending, unit, factor)| Some((key.strip_suffix(ending)?, unit, *factor)));
-    let (name, unit, factor) = ending.unwrap_or((key, &"", 1.0));
-    let value = with_interval(factor * value, interval95.map(|ends| ends.map(|end| factor * end))).0;
-    format!("{} {value} {unit}", name.replace('_', " ")).trim_end().replace(" °", "°")
 }
 
 /// Probability in percent, never rounded to 0 % or 100 %.
@@ -242,15 +215,21 @@ fn cause(index: usize, cause: &Cause) -> Section {
     if !cause.equation.is_empty() {
         section = section.equations(vec![cause.equation.clone()]);
     }
-    let row = |(name, value): (&String, &Parameter)| {
-        let (value, interval) = match value {
-            Parameter::Number(v) => with_interval(*v, cause.interval95.get(name).copied()),
-            Parameter::Name(text) => (text.clone(), String::new()),
-        };
-        vec![Cell::text(name), Cell::number(value), Cell::number(interval)]
+    let rows: Vec<Vec<Cell>> = cause.parameters.iter().map(|(name, value)| parameter(cause, name, value)).collect();
+    if rows.is_empty() { section } else { section.table("", &["parameter", "value", "95 % interval", "unit"], rows) }
+}
+
+/// Row of a table: name of a parameter, value, 95 % interval, unit.
+pub fn parameter(cause: &Cause, name: &str, value: &Parameter) -> Vec<Cell> {
+    let (name, (value, interval), unit) = match value {
+        Parameter::Number(v) => {
+            let named = NamedUnit::new(name, *v);
+            let texts = named.texts(*v, cause.interval95.get(name).copied());
+            (named.name, texts, named.unit)
+        }
+        Parameter::Name(text) => (name.to_owned(), (text.clone(), String::new()), String::new()),
     };
-    let rows: Vec<Vec<Cell>> = cause.parameters.iter().map(row).collect();
-    if rows.is_empty() { section } else { section.table("", &["parameter, SI", "value", "95 % interval"], rows) }
+    vec![Cell::text(name), Cell::number(value), Cell::number(interval), Cell::text(unit)]
 }
 
 fn fit(before: &Rig, outcome: &DiagnosisResult) -> Section {
@@ -286,6 +265,9 @@ fn place(outcome: &DiagnosisResult) -> Result<Option<Section>, DrawError> {
     let spans = |name, list: &[[f64; 2]], aspect: Aspect| -> Vec<(&str, String, Option<f64>)> {
         list.iter().map(|at| (name, span(*at), p_within(outcome, &[aspect], *at))).collect()
     };
+    let angle = |at: &[f64; 2]| {
+        ("angle of the shaft, °", span(at.map(f64::to_degrees)), p_within(outcome, &[Aspect::ShaftAngle], *at))
+    };
     let order = |o: &f64| {
         ("order of the shaft", significant(*o, 4), p_within(outcome, &[Aspect::Order, Aspect::Envelope], [*o, *o]))
     };
@@ -294,7 +276,7 @@ fn place(outcome: &DiagnosisResult) -> Result<Option<Section>, DrawError> {
         spans("time, s", &location.time_s, Aspect::Time),
         spans("frequency, Hz", &location.frequency_hz, Aspect::Spectrum),
         location.order.iter().map(order).collect(),
-        spans("angle, rad", &location.angle_rad, Aspect::ShaftAngle),
+        location.angle_rad.iter().map(angle).collect(),
         vec![said("state", &location.state), said("channel", &location.channel)],
     ];
     let rows: Vec<Vec<Cell>> = rows
@@ -385,13 +367,16 @@ fn tests(outcome: &DiagnosisResult) -> Option<Section> {
 
 fn fitted(before: &Rig, outcome: &DiagnosisResult) -> Option<Section> {
     let row = |(name, value, interval): &(String, f64, [f64; 2])| {
-        let (value, interval) = with_interval(*value, Some(*interval));
-        let given = RigKey::parse(name).and_then(|key| before.get(key)).map_or("–".into(), |v| significant(v, 4));
-        vec![Cell::text(name), Cell::number(given), Cell::number(value), Cell::number(interval)]
+        let named = NamedUnit::new(name, *value);
+        let (value, interval) = named.texts(*value, Some(*interval));
+        let given = RigKey::parse(name).and_then(|key| before.get(key));
+        let given = given.map_or("–".into(), |v| significant(named.factor * v, 4));
+        let numbers = [given, value, interval].map(Cell::number);
+        [Cell::text(named.name)].into_iter().chain(numbers).chain([Cell::text(named.unit)]).collect()
     };
     let rows: Vec<Vec<Cell>> = outcome.fitted.iter().map(row).collect();
     let section = Section::new("Unknown parameters of the rig, fitted jointly");
-    (!rows.is_empty()).then(|| section.table("", &["parameter", "given", "fitted", "95 % interval"], rows))
+    (!rows.is_empty()).then(|| section.table("", &["parameter", "given", "fitted", "95 % interval", "unit"], rows))
 }
 
 fn caveats(outcome: &DiagnosisResult) -> Option<Section> {
@@ -474,7 +459,8 @@ mod tests {
         };
         let html = page(&outcome(Verdict::Mismatch, vec![cause], 1.0)).html();
         assert_well_formed(&html);
-        for expected in ["by outer-race-defect (depth 12.3 µm)", "probability over 99 %", "1.20e−5 to 1.30e−5"] {
+        for expected in ["by outer-race-defect (depth 12.3 µm)", "probability over 99 %", "12.0 to 13.0", "<td>µm</td>"]
+        {
             assert!(html.contains(expected), "{expected}");
         }
         // The channel that shows it most is drawn.

@@ -58,7 +58,10 @@ fn section(out: &mut String, section: &Section) {
             Part::Table { caption, head, rows } => table(out, caption, head, rows),
             Part::Figure { svg, caption } => {
                 let (svg, caption) = (inline(svg), escape(caption));
-                let _ = writeln!(out, "<figure>\n{svg}\n<figcaption>{caption}</figcaption>\n</figure>");
+                let _ = writeln!(
+                    out,
+                    "<figure>\n<div class=\"scroll\">\n{svg}\n</div>\n<figcaption>{caption}</figcaption>\n</figure>"
+                );
             }
             Part::Equations(lines) => {
                 let lines: Vec<String> = lines.iter().map(|line| escape(line)).collect();
@@ -73,7 +76,7 @@ fn section(out: &mut String, section: &Section) {
 }
 
 fn table(out: &mut String, caption: &str, head: &[String], rows: &[Vec<Cell>]) {
-    out.push_str("<table>\n");
+    out.push_str("<div class=\"scroll\">\n<table>\n");
     if !caption.is_empty() {
         let _ = writeln!(out, "<caption>{}</caption>", escape(caption));
     }
@@ -100,7 +103,7 @@ fn table(out: &mut String, caption: &str, head: &[String], rows: &[Vec<Cell>]) {
         }
         out.push_str("</tr>\n");
     }
-    out.push_str("</tbody>\n</table>\n");
+    out.push_str("</tbody>\n</table>\n</div>\n");
 }
 
 /// SVG without its namespace: HTML needs none, and its address would look like an external resource.

@@ -8,22 +8,40 @@ use super::{Cell, Document, Section, Tone, model};
 use crate::model::OwnedModel;
 use crate::model::export;
 use crate::model::replay::Replayed;
-use crate::recording::input::Input;
-use crate::report::plot::{DrawError, trend};
+use crate::recording::input::{Input, Series};
+use crate::report::plot::time_axis::TimeAxis;
+use crate::report::plot::{self, DrawError, trend};
+use crate::signal::indicators::{Indicators, IsoClass};
+use crate::stats::format::significant;
 use ballrace_core::monitor::{MonitorConfig, Status};
 
 const SETTINGS: ReportSettings = ReportSettings::DEFAULT;
+
+/// Vibration indicators of the recordings, and the class of the machine as its user states it.
+#[derive(Clone, Copy, Debug)]
+pub struct Vibration<'i> {
+    /// Indicators, one a recording.
+    pub indicators: &'i [Indicators],
+    /// Group and support of the machine.
+    pub class: Option<IsoClass>,
+}
 
 /// Report of a run of the device over recordings.
 ///
 /// # Errors
 /// Errors of the drawing library.
-pub fn document(device: &OwnedModel, input: &Input, watched: &Replayed) -> Result<Document, DrawError> {
+pub fn document(
+    device: &OwnedModel,
+    input: &Input,
+    watched: &Replayed,
+    vibration: &Vibration<'_>,
+) -> Result<Document, DrawError> {
     let view = device.view();
     let (tone, verdict) = verdict(watched);
     let about = format!("{} recordings, channel {}, {} Hz", input.series.len(), input.channel, input.sample_rate_hz);
     let mut document = Document::new("The device over the recordings", about, tone, verdict)
-        .section(trend(watched, &view.monitor, None)?)
+        .section(trend(watched, &view.monitor, &TimeAxis::of(input), None)?)
+        .section(indicators(input, vibration)?)
         .section(events(watched));
     if let Some(comparison) = Comparison::from_input(input, None) {
         document = document.section(comparison.spectra()?).section(comparison.prediction(&view)?);
@@ -55,8 +73,13 @@ pub fn verdict(watched: &Replayed) -> (Tone, String) {
 ///
 /// # Errors
 /// Errors of the drawing library.
-pub fn trend(watched: &Replayed, limits: &MonitorConfig, mark: Option<(usize, &str)>) -> Result<Section, DrawError> {
-    let svg = trend::svg_with_mark(&watched.blocks, limits, mark)?;
+pub fn trend(
+    watched: &Replayed,
+    limits: &MonitorConfig,
+    time: &TimeAxis,
+    mark: Option<(usize, &str)>,
+) -> Result<Section, DrawError> {
+    let svg = trend::svg(&watched.blocks, limits, time, mark)?;
     Ok(Section::new("The residual over time").figure(
         svg,
         format!(
@@ -74,6 +97,69 @@ pub fn trend(watched: &Replayed, limits: &MonitorConfig, mark: Option<(usize, &s
             }
         ),
     ))
+}
+
+/// Section on the vibration indicators over the recordings.
+fn indicators(input: &Input, vibration: &Vibration<'_>) -> Result<Section, DrawError> {
+    let all = vibration.indicators;
+    let svg = plot::indicators::svg(all, &TimeAxis::of(input), vibration.class)?;
+    let (first, last) = (input.series.first(), input.series.last());
+    let name = |series: Option<&Series>| series.map_or(String::new(), |s| s.name.clone());
+    let row = |what: &str, pick: &dyn Fn(&Indicators) -> f64| {
+        let values: Vec<f64> = all.iter().map(pick).collect();
+        let finite = || values.iter().enumerate().filter(|(_, v)| v.is_finite());
+        let (place, largest) = finite().max_by(|a, b| a.1.total_cmp(b.1))?;
+        let number = |v: Option<&f64>| Cell::number(v.map_or("–".into(), |v| significant(*v, 3)));
+        let at = name(input.series.get(place));
+        Some(vec![
+            Cell::text(what),
+            number(values.first()),
+            number(values.last()),
+            number(Some(largest)),
+            Cell::text(at),
+        ])
+    };
+    let rows = [
+        row("RMS, m/s²", &|i| i.rms),
+        row("peak, m/s²", &|i| i.peak),
+        row("crest factor", &Indicators::crest_factor),
+        row("kurtosis", &|i| i.kurtosis),
+        row("velocity 10 Hz to 1 kHz, mm/s RMS", &|i| i.velocity.unwrap_or(f64::NAN)),
+    ];
+    let head = ["", "first", "last", "largest", "in"];
+    Ok(Section::new("Vibration indicators")
+        .figure(
+            svg,
+            format!(
+                "Of each recording about its mean, {} to {}: RMS and peak of the acceleration, crest factor (peak over RMS) and \
+                 kurtosis (3 for normal noise).",
+                name(first),
+                name(last)
+            ),
+        )
+        .table("", &head, rows.into_iter().flatten().collect())
+        .paragraph(severity(vibration)))
+}
+
+/// Vibration velocity of the last recording and its zone in sentences, or why there is none.
+pub fn severity(vibration: &Vibration<'_>) -> String {
+    match (vibration.indicators.last().map(|i| i.velocity), vibration.class) {
+        (Some(Ok(velocity)), Some(class)) => {
+            let zone = class.zone(velocity);
+            let [ab, bc, cd] = class.boundaries_mm_per_s();
+            format!(
+                "The last recording has {velocity:.2} mm/s RMS from 10 Hz to 1 kHz: zone {zone:?} of ISO 20816-3 for {class}, \
+                 {} (boundaries A/B {ab}, B/C {bc}, C/D {cd} mm/s).",
+                zone.text()
+            )
+        }
+        (Some(Ok(velocity)), None) => format!(
+            "The last recording has {velocity:.2} mm/s RMS from 10 Hz to 1 kHz. Zones of ISO 20816-3 need the machine's group \
+             and support: --iso-class."
+        ),
+        (Some(Err(why)), _) => format!("The last recording has no velocity from 10 Hz to 1 kHz: {why}."),
+        (None, _) => String::new(),
+    }
 }
 
 /// Table of the device's events.

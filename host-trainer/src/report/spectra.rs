@@ -3,8 +3,9 @@
 use super::{Cell, Document, Section, Tone};
 use crate::report::plot::lines::{Labels, Mark};
 use crate::report::plot::{DrawError, cycle, density, kurtogram, lines};
-use crate::signal::characteristic::Family;
+use crate::signal::characteristic::{Characteristic, Family};
 use crate::signal::spectra::{Analysis, BandChoice, MarkedLine, SpeedSource};
+use crate::stats::format::{by_chance, chance, fixed};
 
 /// Report of the analyses of some recordings.
 ///
@@ -57,9 +58,9 @@ fn why(analysis: &Analysis) -> String {
     match (analysis.band.choice, analysis.band.log_p_value) {
         (BandChoice::Stated, _) => "as stated".into(),
         (BandChoice::Lines(family), Some(p)) => format!(
-            "chosen because its squared envelope shows {} and its harmonics with the smallest p-value (10^−{:.0})",
+            "chosen because its squared envelope shows {} and its harmonics with the smallest p-value ({})",
             family.name(),
-            -p / std::f64::consts::LN_10
+            by_chance(p.exp())
         ),
         (BandChoice::Lines(family), None) => format!("chosen because it shows {}", family.name()),
         (BandChoice::Kurtosis, _) => "chosen for the largest kurtosis".into(),
@@ -150,17 +151,21 @@ fn speed(analysis: &Analysis, section: Section) -> Section {
     section.table("", &[], rows)
 }
 
+/// Characteristic frequencies with a mark in pictures: there is no room for the names of sidebands and of the cage's
+/// harmonics.
+fn own_lines(analysis: &Analysis) -> impl Iterator<Item = &Characteristic> {
+    let own = analysis.lines.iter().map(|l| &l.characteristic).filter(|c| c.sideband == 0);
+    own.filter(|c| c.family != Family::Cage || c.harmonic == 1)
+}
+
 fn envelope(analysis: &Analysis, section: Section) -> Result<Section, DrawError> {
     let up_to = analysis.shown_hz();
-    // There is no room for the names of sidebands and of the cage's harmonics.
-    let own = analysis.lines.iter().filter(|l| l.characteristic.sideband == 0);
-    let own = own.filter(|l| l.characteristic.family != Family::Cage || l.characteristic.harmonic == 1);
-    let marks: Vec<Mark> =
-        own.map(|l| Mark { at: l.characteristic.frequency_hz, name: l.characteristic.name.clone() }).collect();
+    let marks: Vec<Mark> = own_lines(analysis).map(|c| Mark { at: c.frequency_hz, name: c.name.clone() }).collect();
     let points: Vec<(f64, f64)> = analysis.envelope.points().collect();
     let labels = Labels { legend: "envelope spectrum", x_name: "frequency, Hz", y_name: "envelope amplitude, m/s²" };
     let caption = format!(
-        "Spectrum of the envelope of {}, {}. Dashed, the characteristic frequencies at the speed used.",
+        "Spectrum of the envelope of {}, {}. Dashed, the characteristic frequencies at the speed used: \
+         BPFO and BPFI, ball passes of the outer and inner race; 2×BSF, strikes of a defect on a ball; FTF, turns of the cage.",
         band(analysis),
         why(analysis)
     );
@@ -178,41 +183,34 @@ fn envelope(analysis: &Analysis, section: Section) -> Result<Section, DrawError>
             );
         }
     }
+    let order = |hz: f64| analysis.speed.used_hz.map_or(String::new(), |shaft_hz| format!("{:.3}", hz / shaft_hz));
     let listed = analysis.lines.iter().filter(|l| l.characteristic.sideband == 0 || l.characteristic.harmonic == 1);
     let rows: Vec<Vec<Cell>> = listed
         .map(|l| {
             vec![
                 Cell::text(l.characteristic.name.clone()),
+                Cell::number(order(l.characteristic.frequency_hz)),
                 Cell::number(format!("{:.2}", l.characteristic.frequency_hz)),
                 Cell::number(format!("{:.2}", l.line.frequency_hz)),
                 Cell::number(format!("{:.4}", l.line.amplitude)),
-                Cell::number(format!("{:.1}", decibels(l))),
-                Cell::number(if l.line.p_value < 1e-6 { "< 1e-6".into() } else { format!("{:.1e}", l.line.p_value) }),
+                Cell::number(fixed(decibels(l), 1)),
+                Cell::number(if l.line.p_value < 1e-6 { "< 1e−6".into() } else { chance(l.line.p_value) }),
             ]
         })
         .collect();
     if rows.is_empty() {
         return Ok(section);
     }
-    let head = ["line", "expected, Hz", "found, Hz", "amplitude, m/s²", "above background, dB", "p"];
+    let head = ["line", "order", "expected, Hz", "found, Hz", "amplitude, m/s²", "above background, dB", "p"];
     Ok(section.table("Lines of the envelope spectrum", &head, rows))
 }
 
 fn orders(analysis: &Analysis, section: Section) -> Result<Option<Section>, DrawError> {
     let (Some(spectrum), Some(shaft_hz)) = (&analysis.orders, analysis.speed.used_hz) else { return Ok(None) };
-    let base = |family: Family| {
-        let own = |l: &&MarkedLine| {
-            let c = &l.characteristic;
-            c.family == family && c.harmonic == 1 && c.sideband == 0
-        };
-        analysis.lines.iter().find(own).map(|l| l.characteristic.frequency_hz / shaft_hz)
-    };
-    let families = [Family::Shaft, Family::Outer, Family::Inner, Family::Ball];
-    let marks: Vec<Mark> = families
-        .iter()
-        .filter_map(|family| Some(Mark { at: base(*family)?, name: family.name().to_owned() }))
-        .collect();
-    let up_to = base(Family::Inner).map_or(20.0, |order| 2.2 * order);
+    let marks: Vec<Mark> =
+        own_lines(analysis).map(|c| Mark { at: c.frequency_hz / shaft_hz, name: c.name.clone() }).collect();
+    let inner = own_lines(analysis).find(|c| c.family == Family::Inner && c.harmonic == 1);
+    let up_to = inner.map_or(20.0, |c| 2.2 * c.frequency_hz / shaft_hz);
     let last = spectrum.points().last().map_or(up_to, |(order, _)| order);
     let points: Vec<(f64, f64)> = spectrum.points().collect();
     let labels = Labels { legend: "order spectrum", x_name: "order of the shaft", y_name: "amplitude, m/s²" };
@@ -224,7 +222,8 @@ fn orders(analysis: &Analysis, section: Section) -> Result<Option<Section>, Draw
     Ok(Some(section.figure(
         svg,
         format!(
-            "The recording resampled at equal shaft angles, {by}; amplitudes over orders, {:.3} apart.",
+            "The recording resampled at equal shaft angles, {by}; amplitudes over orders, {:.3} apart. \
+             Dashed, the shaft's harmonics and the bearing's orders.",
             spectrum.step
         ),
     )))

@@ -7,6 +7,7 @@
 //! | [`kurtogram`] | the band that holds impacts, by kurtosis alone |
 //! | [`band`] | the band that shows given lines best |
 //! | [`coherence`] | cyclic coherence, enhanced envelope spectrum |
+//! | [`indicators`] | RMS, peak, crest factor, kurtosis, vibration velocity and its zones |
 //! | [`kinematics`], [`characteristic`] | characteristic frequencies and their names |
 //! | [`bearings`] | catalogue of bearings by designation |
 //! | [`lines`] | lines and their significance |
@@ -26,6 +27,7 @@ pub mod bearings;
 pub mod characteristic;
 pub mod coherence;
 pub mod envelope;
+pub mod indicators;
 pub(crate) mod interpolate;
 pub mod kinematics;
 pub mod kurtogram;

@@ -27,6 +27,21 @@ impl CoherenceSettings {
     pub const DEFAULT: Self = Self { overlap: 4 };
 }
 
+/// Settings of the vibration indicators.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IndicatorSettings {
+    /// Shortest recording with a vibration velocity, s: five periods of 10 Hz. Chosen on sines from 12 Hz on, whose
+    /// velocity it keeps within 2 %.
+    pub velocity_least_s: f64,
+    /// Segment of the power density that the velocity comes from, s. Not tuned: chosen by hand.
+    pub velocity_segment_s: f64,
+}
+
+impl IndicatorSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self { velocity_least_s: 0.5, velocity_segment_s: 2.0 };
+}
+
 /// Settings of the band-limited interpolation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InterpolationSettings {

@@ -9,6 +9,7 @@ use crate::signal::band::band_for_lines;
 use crate::signal::characteristic::{Characteristic, Family, Speeds, list};
 use crate::signal::coherence::coherence;
 use crate::signal::envelope::envelope_spectrum;
+use crate::signal::indicators::longest_piece;
 use crate::signal::kinematics::Geometry;
 use crate::signal::kurtogram::{Kurtogram, kurtogram_of_pieces};
 use crate::signal::lines::{Line, Marked};
@@ -210,7 +211,7 @@ impl Analysis {
             found: recording.channels.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", "),
             expected: wanted.channel.clone().unwrap_or_else(|| "one that is not tacho".into()),
         })?;
-        let piece = longest_piece(recording);
+        let piece = longest_piece(recording.len(), &recording.gaps);
         let samples = &channel.samples[piece.clone()];
         let short = || SpectraError::TooShort {
             recording: recording.source.to_string(),
@@ -305,13 +306,6 @@ impl Analysis {
         let sure = own.filter(|l| l.line.p_value < SETTINGS.line_p_value);
         sure.max_by(|a, b| a.line.ratio.total_cmp(&b.line.ratio))
     }
-}
-
-/// Longest range of samples without a gap.
-fn longest_piece(recording: &Recording) -> Range<usize> {
-    let starts = std::iter::once(0).chain(recording.gaps.iter().map(|gap| gap + 1));
-    let ends = recording.gaps.iter().map(|gap| gap + 1).chain([recording.len()]);
-    starts.zip(ends).map(|(a, b)| a..b.max(a)).max_by_key(|piece| piece.len()).unwrap_or(0..0)
 }
 
 /// Equal pieces of a long recording; a shorter one whole.

@@ -4,3 +4,4 @@ pub mod format;
 pub(crate) mod optimise;
 pub(crate) mod settings;
 pub(crate) mod significance;
+pub mod units;

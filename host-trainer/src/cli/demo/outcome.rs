@@ -14,7 +14,8 @@ use crate::model::fit::score::Scores;
 use crate::model::fit::terms::Entered;
 use crate::model::fit::text;
 use crate::model::fit::verdict::Verdict;
-use crate::stats::format::{significant, with_interval};
+use crate::stats::format::significant;
+use crate::stats::units::in_words;
 
 /// Truth and result of the demo, with the device's residuals.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -172,9 +173,7 @@ impl DemoResult {
     pub fn named(&self) -> String {
         let of = |cause: &Cause| {
             let number = |(name, value): (&String, &Parameter)| match value {
-                Parameter::Number(v) => {
-                    format!("{name} {}", with_interval(*v, cause.interval95.get(name).copied()).0)
-                }
+                Parameter::Number(v) => in_words(name, *v, cause.interval95.get(name).copied()),
                 Parameter::Name(text) => format!("{name} {text}"),
             };
             let numbers: Vec<String> = cause.parameters.iter().map(number).collect();

@@ -2,15 +2,16 @@
 
 use super::DemoResult;
 use super::job::{DIAGNOSIS, JobResult};
-use crate::diagnose::result::Parameter;
 use crate::model::fit::report::Report;
+use crate::report::diagnosis::parameter;
 use crate::report::plot::DrawError;
 use crate::report::plot::comparison::{self, Curve, Names};
 use crate::report::plot::lines::Mark;
 use crate::report::plot::style::{EARLY, LATE, MEASURED, PREDICTED};
+use crate::report::plot::time_axis::TimeAxis;
 use crate::report::signal::Comparison;
 use crate::report::{Cell, Document, Section, Tone, model, monitor};
-use crate::stats::format::{significant, with_interval};
+use crate::stats::format::significant;
 
 /// Name of the hidden effect in pictures.
 const HIDDEN: &str = "hidden effect";
@@ -28,7 +29,7 @@ pub(super) fn document(outcome: &DemoResult, found: &JobResult) -> Result<Docume
     let mut document = Document::new("ballrace demo", about, tone(outcome), sentences.join(" "))
         .section(residual(outcome, found)?)
         .section(cause(outcome))
-        .section(monitor::trend(&found.watched, &view.monitor, mark)?);
+        .section(monitor::trend(&found.watched, &view.monitor, &TimeAxis::of(&found.input), mark)?);
     if let Some(comparison) = Comparison::from_input(&found.input, None) {
         document = document.section(comparison.spectra()?);
     }
@@ -107,14 +108,12 @@ fn cause(outcome: &DemoResult) -> Section {
     let mut section = Section::new("Diagnosed cause");
     for cause in &outcome.causes {
         let rows = cause.parameters.iter().map(|(name, value)| {
-            let (value, interval) = match value {
-                Parameter::Number(v) => with_interval(*v, cause.interval95.get(name).copied()),
-                Parameter::Name(text) => (text.clone(), String::new()),
-            };
-            vec![Cell::text(name.clone()), Cell::number(value), Cell::number(interval), Cell::number(truth(name))]
+            let mut row = parameter(cause, name, value);
+            row.push(Cell::number(truth(name)));
+            row
         });
         section = section
-            .table(cause.name.clone(), &["parameter", "found", "95 % interval", "true"], rows.collect())
+            .table(cause.name.clone(), &["parameter", "found", "95 % interval", "unit", "true"], rows.collect())
             .equations([cause.equation.clone()].into())
             .paragraph(cause.evidence.clone());
     }

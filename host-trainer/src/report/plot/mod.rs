@@ -6,6 +6,7 @@ pub mod density;
 pub mod derivative;
 pub mod envelope;
 pub mod frontier;
+pub mod indicators;
 pub mod kurtogram;
 pub mod life;
 pub mod lines;
@@ -13,6 +14,7 @@ pub mod ratings;
 pub mod residual;
 pub mod settings;
 pub mod style;
+pub mod time_axis;
 pub mod trend;
 
 /// Error of the drawing library, or nothing to draw.

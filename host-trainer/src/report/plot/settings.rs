@@ -7,6 +7,10 @@ pub struct PlotSettings {
     pub cycle_height: u32,
     /// Height of the monitor's trend, pixels. Not tuned: chosen by hand.
     pub trend_height: u32,
+    /// Height of a panel of indicators, pixels. Not tuned: chosen by hand.
+    pub indicator_panel_height: u32,
+    /// Most recordings of a trend that has dots beside its line. Not tuned: chosen by hand.
+    pub dots: usize,
     /// Height of a panel of derivatives, pixels. Not tuned: chosen by hand.
     pub derivative_panel_height: u32,
     /// Height of a panel of residuals, pixels. Not tuned: chosen by hand.
@@ -32,6 +36,8 @@ impl PlotSettings {
     pub const DEFAULT: Self = Self {
         cycle_height: 300,
         trend_height: 440,
+        indicator_panel_height: 230,
+        dots: 60,
         derivative_panel_height: 230,
         residual_panel_height: 210,
         rating_height: 26,

@@ -10,6 +10,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::DrawError;
+use super::time_axis::TimeAxis;
 
 /// Width of every picture, pixels.
 pub const WIDTH: u32 = 1000;
@@ -79,7 +80,22 @@ pub type Entry<'t> = (&'t str, RGBColor);
 /// # Errors
 /// Errors of the drawing library.
 pub fn chart<'a>(area: &Area<'a>, axes: &Axes<'_>, legend: &[Entry<'_>]) -> Result<Chart<'a>, DrawError> {
-    chart_of(area, axes, legend, None)
+    chart_of(area, axes, legend, None, &tick)
+}
+
+/// Plot as [`chart`] over an axis of time.
+///
+/// # Errors
+/// Errors of the drawing library.
+pub fn chart_over_time<'a>(
+    area: &Area<'a>,
+    time: &TimeAxis,
+    y: Range<f64>,
+    y_name: &str,
+    legend: &[Entry<'_>],
+) -> Result<Chart<'a>, DrawError> {
+    let axes = Axes { x: time.range(), y, x_name: time.name(), y_name };
+    chart_of(area, &axes, legend, None, &|place| time.tick(place))
 }
 
 /// Plot without grid whose rows of height 1 have names instead of numbers; long names have more room.
@@ -92,7 +108,7 @@ pub fn chart_with_rows<'a>(
     legend: &[Entry<'_>],
     rows: &[String],
 ) -> Result<Chart<'a>, DrawError> {
-    chart_of(area, axes, legend, Some(rows))
+    chart_of(area, axes, legend, Some(rows), &tick)
 }
 
 fn chart_of<'a>(
@@ -100,6 +116,7 @@ fn chart_of<'a>(
     axes: &Axes<'_>,
     legend: &[Entry<'_>],
     rows: Option<&[String]>,
+    x_tick: &dyn Fn(f64) -> String,
 ) -> Result<Chart<'a>, DrawError> {
     let (top, below) = area.split_vertically(LEGEND_HEIGHT);
     let font = ("sans-serif", LABEL).into_font().color(&INK).pos(Pos::new(HPos::Left, VPos::Center));
@@ -121,8 +138,9 @@ fn chart_of<'a>(
         .y_label_area_size(left)
         .build_cartesian_2d(axes.x.clone(), axes.y.clone())
         .map_err(DrawError::new)?;
-    let mut mesh = chart.configure_mesh();
     let number = |v: &f64| if rows.is_some() { String::new() } else { tick(*v) };
+    let x_number = |v: &f64| x_tick(*v);
+    let mut mesh = chart.configure_mesh();
     if rows.is_some() {
         mesh.disable_mesh();
     }
@@ -131,7 +149,7 @@ fn chart_of<'a>(
         .axis_style(INK.mix(0.5))
         .x_labels(11)
         .y_labels(if below.dim_in_pixel().1 < 200 { 5 } else { 7 })
-        .x_label_formatter(&|v| tick(*v))
+        .x_label_formatter(&x_number)
         .y_label_formatter(&number)
         .x_desc(axes.x_name)
         .y_desc(axes.y_name)
@@ -161,6 +179,20 @@ pub fn line(
 ) -> Result<(), DrawError> {
     let points = points.into_iter().filter(|(x, y)| x.is_finite() && y.is_finite());
     chart.draw_series(LineSeries::new(points, style)).map(|_| ()).map_err(DrawError::new)
+}
+
+/// Dots at points, for trends of few; points that are not finite are left out.
+///
+/// # Errors
+/// Errors of the drawing library.
+pub fn dots(
+    chart: &mut Chart<'_>,
+    points: impl IntoIterator<Item = (f64, f64)>,
+    color: RGBColor,
+) -> Result<(), DrawError> {
+    let points = points.into_iter().filter(|(x, y)| x.is_finite() && y.is_finite());
+    let dots = points.map(|point| Circle::new(point, 3, color.filled()));
+    chart.draw_series(dots).map(|_| ()).map_err(DrawError::new)
 }
 
 /// Dashed line between two points.
