@@ -17,6 +17,13 @@ pub fn significant(value: f64, digits: usize) -> String {
     text.replace('-', "−")
 }
 
+/// A number with `digits` decimals and a typographic minus, never that of a negative zero.
+pub fn fixed(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    let is_zero = text.starts_with('-') && text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
+    if is_zero { text[1..].to_owned() } else { text.replace('-', "−") }
+}
+
 /// A value and its 95 % interval as texts, both to two digits of the half-width; "–" for no finite interval.
 pub fn with_interval(value: f64, interval95: Option<[f64; 2]>) -> (String, String) {
     let Some([low, high]) = interval95.filter(|i| i.iter().all(|v| v.is_finite())) else {
@@ -61,6 +68,7 @@ mod tests {
         let got = [95.114, -3.2, 0.0, 1.234e8, 0.00012, 20.0].map(|v| significant(v, 3));
         assert_eq!(got, ["95.1", "−3.20", "0", "1.23e8", "1.20e−4", "20.0"]);
         assert_eq!(with_interval(20.391, Some([20.25, 20.55])), ("20.39".into(), "20.25 to 20.55".into()));
+        assert_eq!([-0.04, -1.26, 0.0].map(|v| fixed(v, 1)), ["0.0", "−1.3", "0.0"]);
         assert_eq!([-0.0004, 0.0, 0.123].map(share), ["0.0 %", "0.0 %", "12.3 %"]);
         assert_eq!(with_interval(7.0, None), ("7.000".into(), "–".into()));
         assert_eq!(with_interval(7.0, Some([f64::NEG_INFINITY, 1.0])).1, "–");

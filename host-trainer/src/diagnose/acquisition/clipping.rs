@@ -125,7 +125,7 @@ mod tests {
     #[test]
     fn null_noise_is_not_clipped() {
         let recording = healthy();
-        assert!(clipped(&[recording.clone()], &[Limits::of(&recording)]).is_empty());
+        assert!(clipped(std::slice::from_ref(&recording), &[Limits::of(&recording)]).is_empty());
     }
 
     #[test]
