@@ -44,12 +44,6 @@ pub const CATALOGUE: &[CatalogueBearing] = &[
     bearing("6203", Some([17.0, 40.0]), (8, 0.2656 * INCH_MM, 1.122 * INCH_MM, 0.0), CWRU),
     bearing("6204", Some([20.0, 47.0]), (8, 7.94, 34.57, 0.0), LEE),
     bearing("6205", Some([25.0, 52.0]), (9, 0.3126 * INCH_MM, 1.537 * INCH_MM, 0.0), CWRU),
-    bearing(
-        "6206",
-        Some([30.0, 62.0]),
-        (9, 9.525, 46.0, 0.0),
-        "SKF 6206 as studies of the HAUST-LDV recordings state it",
-    ),
     bearing("6207", Some([35.0, 72.0]), (9, 11.0, 53.5, 0.0), THUAN),
     bearing("6208", Some([40.0, 80.0]), (9, 12.0, 60.0, 0.0), THUAN),
     bearing(
@@ -57,12 +51,6 @@ pub const CATALOGUE: &[CatalogueBearing] = &[
         Some([45.0, 85.0]),
         (9, 12.7, 65.0, 0.0),
         "Harris, Kotzalas, Rolling Bearing Analysis, 5th edition, the 209 bearing of the examples of chapter 2",
-    ),
-    bearing(
-        "6308",
-        Some([40.0, 90.0]),
-        (8, 15.081, 65.0, 0.0),
-        "balls of 19/32 in; pitch: mean of bore and outside diameter; agrees with the 4.078 turns of SKF's ball frequency",
     ),
     bearing(
         "6804",
