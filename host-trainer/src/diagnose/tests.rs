@@ -123,7 +123,7 @@ fn what_is_seen_in_the_samples_is_named() {
     assert_eq!(outcome.diagnosis.causes[0].name, "sensor-clipping", "{:?}", outcome.diagnosis);
     assert!((number(&outcome, ParameterKey::Value) - 0.2).abs() < 1e-9);
     let bias =
-        EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, 0.03)]).with_text(ParameterKey::Channel, "ax");
+        EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, 0.09)]).with_text(ParameterKey::Channel, "ax");
     let mains = EffectEntry::new(
         EffectKind::MainsInterference,
         &[(ParameterKey::FrequencyHz, 50.0), (ParameterKey::Amplitude, 0.02)],
@@ -235,6 +235,6 @@ fn literature_a_real_pit_is_named_by_its_rhythm_and_no_other_name_is_given() {
     assert!(outer.diagnosis.fit.after < 0.5 * outer.diagnosis.fit.before);
     let ball = of(&read("118_0.mat", 118, 12_000.0));
     assert_eq!(ball.diagnosis.verdict, Verdict::Unexplained, "{:?}", ball.diagnosis);
-    let same = of(&healthy);
+    let same = diagnosed(&rig, None, &healthy, 1);
     assert_eq!(same.diagnosis.verdict, Verdict::NoMismatch, "{:?}", same.diagnosis);
 }
