@@ -3,7 +3,7 @@
 //! Only the virtual states and the monitor go from sample to sample; what is between them, nearly all of the work, is the
 //! same for each sample by itself. So the samples of a chunk lie side by side in the lanes of vectors, each lane makes the
 //! device's operations in the device's order, and chunks and recordings spread over the cores. The networks' kernels are
-//! [`network`], the functions of [`ballrace_core::math`] on vectors [`functions`]; tests hold both to the device's bits.
+//! `network`, the functions of [`ballrace_core::math`] on vectors `functions`; tests hold both to the device's bits.
 
 mod functions;
 mod network;
