@@ -1,7 +1,7 @@
 //! Replay of recordings through the device's own code.
 
 use ballrace_core::monitor::Status;
-use ballrace_firmware_sim::batch::Batch;
+use ballrace_firmware_sim::batch::{Batch, Evaluated};
 use ballrace_firmware_sim::event::{Event, Statistics, Summary};
 use ballrace_firmware_sim::faults::{FaultPlan, Injected, Injector};
 use ballrace_firmware_sim::runner::{Recording, Runner, RunnerError};
@@ -12,7 +12,7 @@ use crate::model::OwnedModel;
 use crate::recording::input::Input;
 
 /// Recordings evaluated side by side, for what their residuals take of memory.
-const SIDE_BY_SIDE: usize = 64;
+const SIDE_BY_SIDE: usize = 32;
 
 /// Options of a replay.
 #[derive(Clone, Debug, Default)]
@@ -123,12 +123,21 @@ pub fn replay(
     let indices: Vec<usize> = (0..input.series.len()).collect();
     match (options.pace, Batch::new(&model)) {
         (None, Some(batch)) => {
-            for indices in indices.chunks(SIDE_BY_SIDE) {
+            let evaluate = |arrivals: Vec<Vec<Arrival>>| -> Vec<Evaluated> {
+                arrivals.into_par_iter().map(|arrivals| batch.evaluate(arrivals)).collect()
+            };
+            // The monitor takes the recordings before while these are evaluated.
+            let (mut before, mut evaluated) = (&[][..], Vec::new());
+            for indices in indices.chunks(SIDE_BY_SIDE).chain([&[][..]]) {
                 let arrivals: Vec<_> = indices.iter().map(|index| arrivals(*index, &mut injector)).collect();
-                let evaluated: Vec<_> = arrivals.into_par_iter().map(|arrivals| batch.evaluate(arrivals)).collect();
-                for (index, evaluated) in indices.iter().zip(&evaluated) {
-                    runner.run_evaluated(&recording(*index), evaluated, |event| see(&event, *index));
-                }
+                evaluated = std::thread::scope(|scope| {
+                    let next = scope.spawn(|| evaluate(arrivals));
+                    for (index, evaluated) in before.iter().zip(&evaluated) {
+                        runner.run_evaluated(&recording(*index), evaluated, |event| see(&event, *index));
+                    }
+                    next.join().expect("no panic in an evaluation")
+                });
+                before = indices;
             }
         }
         (pace, _) => {
