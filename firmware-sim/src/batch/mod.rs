@@ -30,7 +30,7 @@ pub struct Batch<'a> {
     model: &'a Model<'a>,
     spec: StateSpec,
     arch: Arch,
-    /// Networks in single precision; `None` in fixed point, which the device's own code evaluates.
+    /// Networks in single precision; `None` in fixed point or with the feature `approx`, which the device's own code evaluates.
     kernel: Option<Kernel>,
 }
 
@@ -70,8 +70,10 @@ impl<'a> Batch<'a> {
     /// Prepares a model; `None` for one whose states are given directly.
     pub fn new(model: &'a Model<'a>) -> Option<Self> {
         let Input::VirtualStates(spec) = model.input else { return None };
+        // The vectors have the exact functions only.
+        let exact = !cfg!(feature = "approx");
         let float = [&model.encoder, &model.decoder].iter().all(|n| n.arithmetic() == Arithmetic::Float);
-        Some(Self { model, spec, arch: Arch::new(), kernel: float.then(|| Kernel::new(model)) })
+        Some(Self { model, spec, arch: Arch::new(), kernel: (exact && float).then(|| Kernel::new(model)) })
     }
 
     /// Normalised residuals of a recording's samples.
