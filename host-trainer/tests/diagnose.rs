@@ -130,7 +130,7 @@ fn friction_is_named_and_the_corrected_rig_simulates_it() {
     std::fs::rename(folder.join("out/heldout/r04.csv"), folder.join("out/heldout/r99.csv")).expect("renamed");
     let words = done(folder, &diagnose);
     for expected in
-        ["differs from the rig by coulomb-friction", "force_n = ", "(95 %: ", "held out: ", "out/report.html"]
+        ["differs from the rig by coulomb-friction", "  force 5", " mN (95 %: ", "held out: ", "out/report.html"]
     {
         assert!(words.contains(expected), "{expected:?} in {words}");
     }
