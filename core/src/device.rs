@@ -129,7 +129,7 @@ impl<'a, 's> Device<'a, 's> {
             // The first samples of the run were counted as good.
             self.monitor.discard();
         }
-        self.monitor.broken(1)
+        if quality == Quality::Saturated { self.monitor.overload() } else { self.monitor.broken(1) }
     }
 
     /// Takes the number of samples not received; returns a report at the end of a block.

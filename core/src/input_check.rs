@@ -74,10 +74,11 @@ impl Screen {
         let full_scale = self.config.full_scale;
         let quality = if !sample.is_finite() {
             Quality::NonFinite
+        } else if self.config.stuck_after > 0 && self.run >= self.config.stuck_after {
+            // At full scale too: a sensor at its rail says nothing of the machine.
+            Quality::Stuck
         } else if full_scale > 0.0 && sample.abs() >= full_scale {
             Quality::Saturated
-        } else if self.config.stuck_after > 0 && self.run >= self.config.stuck_after {
-            Quality::Stuck
         } else {
             return Quality::Good;
         };

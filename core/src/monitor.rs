@@ -7,7 +7,8 @@
 //! clear it. The fit sets the limit for a stated rate of false alarms, which the model carries.
 //!
 //! A level far *below* the healthy one (a loose sensor, a lost gain) is an anomaly as well, so the limit is two-sided. A
-//! block with too few good samples has no level, and the status becomes [`Status::Blind`].
+//! block with too few good samples has no level, and the status becomes [`Status::Blind`]; but where most of its samples
+//! are beyond the sensor's full scale, the vibration is, and the block is far beyond the limit.
 
 use serde::Serialize;
 
@@ -23,6 +24,8 @@ const MAX_CENTRE: f32 = 1e3;
 const MIN_SPREAD: f32 = 1e-6;
 /// Blocks of the running median, and of the start.
 const MEDIAN: u32 = 3;
+/// EWMA after one overloaded block, in limits.
+const OVERLOAD: f32 = 2.0;
 
 /// Settings of the monitor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,9 +111,10 @@ pub enum Status {
 pub struct BlockReport {
     /// Blocks so far, this one included; saturating.
     pub block: u32,
-    /// Mean squared normalised residual; NaN for a blind block.
+    /// Mean squared normalised residual; NaN for a blind or an overloaded block.
     pub level: f32,
-    /// Distance of the level's logarithm from its healthy centre in healthy spreads, not clamped; NaN for a blind block.
+    /// Distance of the level's logarithm from its healthy centre in healthy spreads, not clamped; NaN for a blind block,
+    /// one that alone takes the EWMA beyond its limit for an overloaded block.
     pub deviation: f32,
     /// EWMA of the running median of the deviation, not clamped.
     pub ewma: f32,
@@ -164,6 +168,8 @@ pub struct Monitor {
     sum: f32,
     good: u32,
     broken: u32,
+    /// Those of the broken samples that are at or beyond full scale.
+    overload: u32,
     /// Good samples that the model could not be evaluated for.
     idle: u32,
     blocks: u32,
@@ -182,6 +188,7 @@ impl Monitor {
             sum: 0.0,
             good: 0,
             broken: 0,
+            overload: 0,
             idle: 0,
             blocks: 0,
             statistic: Statistic::default(),
@@ -215,6 +222,12 @@ impl Monitor {
         self.close_where_lost()
     }
 
+    /// Takes a sample at or beyond the sensor's full scale; returns a report once such samples are a block.
+    pub fn overload(&mut self) -> Option<BlockReport> {
+        self.overload = self.overload.saturating_add(1);
+        self.broken(1)
+    }
+
     /// Takes a good sample that the model was not evaluated for while the differences fill: a sensor that breaks again
     /// before they have filled must not keep the last status. Returns a report once such samples are a block.
     pub fn idle(&mut self) -> Option<BlockReport> {
@@ -244,15 +257,21 @@ impl Monitor {
     }
 
     fn close(&mut self) -> BlockReport {
-        let blind = self.lost() >= self.good;
+        let lost = self.lost();
+        let overloaded = self.overload > self.good.saturating_add(lost) / 2;
+        let blind = lost >= self.good;
         let level = if blind { f32::NAN } else { self.sum / self.good as f32 };
         self.sum = 0.0;
         self.good = 0;
         self.broken = 0;
+        self.overload = 0;
         self.idle = 0;
         self.blocks = self.blocks.saturating_add(1);
         let was = self.status;
-        let (deviation, beyond) = if blind {
+        let (deviation, beyond) = if overloaded {
+            let deviation = OVERLOAD * self.config.limit / self.config.ewma_weight;
+            (deviation, self.judge(deviation))
+        } else if blind {
             // The anomaly and its statistic persist.
             self.statistic.restart();
             self.calm = 0;
@@ -313,6 +332,23 @@ mod tests {
 
     fn monitor() -> Monitor {
         Monitor::new(MonitorConfig::new(10, 0.0, 0.1))
+    }
+
+    #[test]
+    fn a_signal_beyond_full_scale_is_anomalous_and_a_few_such_samples_are_not() {
+        let mut m = monitor();
+        assert_eq!(feed(&mut m, [1.0; 6]).last(), Some(&Status::Healthy));
+        // A flipped bit now and then.
+        for _ in 0..6 {
+            assert_eq!(m.overload(), None);
+            assert_eq!(feed(&mut m, [1.0]), [Status::Healthy]);
+        }
+        let reports: Vec<BlockReport> = (0..40).filter_map(|_| m.overload()).collect();
+        assert!(reports.iter().all(|r| r.level.is_nan() && r.deviation.is_finite() && r.ewma.is_finite()));
+        let statuses: Vec<Status> = reports.iter().map(|r| r.status).collect();
+        assert_eq!(statuses, [Status::Healthy, Status::Anomalous, Status::Anomalous, Status::Anomalous]);
+        // The machine is well again.
+        assert_eq!(feed(&mut m, [1.0; 40]).last(), Some(&Status::Healthy));
     }
 
     /// Feeds blocks of constant residual √level; statuses after each block.

@@ -69,7 +69,8 @@ fn a_sensor_that_is_broken_throughout_is_never_healthy() {
         let told = run(plan, &[(if plan == "saturate:50" { &loud } else { &samples }, true)]);
         assert!(!told.statuses.contains(&Status::Healthy), "{plan}: {:?}", told.statuses);
         let expected = match plan {
-            "drop:0.5" => Status::Anomalous,
+            // A vibration that is beyond the sensor's range most of the time is no sensor's fault.
+            "drop:0.5" | "saturate:50" => Status::Anomalous,
             "drop:1" => Status::Starting,
             _ => Status::Blind,
         };

@@ -245,3 +245,30 @@ fn a_model_says_what_channel_and_rate_it_is_of() {
     let said = stderr(&["monitor", "--model", "model.json", "data"]);
     assert!(!said.contains("the model is of"), "{said}");
 }
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_fit_leaves_nothing_and_says_so() {
+    use std::io::{BufRead, BufReader};
+    use std::os::unix::process::ExitStatusExt;
+    use std::process::{Command, Stdio};
+
+    let folder = measured();
+    let folder = folder.path();
+    let before = contents(folder);
+    let mut fit = Command::new(env!("CARGO_BIN_EXE_ballrace"))
+        .current_dir(folder)
+        .args(["fit", "data", "--max-steps", "100000000", "--out", "model.json"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the binary runs");
+    let mut said = BufReader::new(fit.stderr.take().expect("stderr")).lines().map(|line| line.expect("UTF-8"));
+    // The first line of progress: the fit is under way.
+    assert!(said.any(|line| line.contains("fit")));
+    let killed = Command::new("kill").args(["-INT", &fit.id().to_string()]).status().expect("kill runs");
+    assert!(killed.success());
+    assert!(said.any(|line| line.contains("begins anew")));
+    assert_eq!(fit.wait().expect("ended").signal(), Some(2));
+    assert_eq!(contents(folder), before);
+}

@@ -15,7 +15,8 @@ use crate::recording::{Recording, load_all};
 use crate::report;
 use crate::report::Document;
 use crate::rig::{Machine, Rig};
-use crate::stats::format::{share, significant, with_interval};
+use crate::stats::format::{share, significant};
+use crate::stats::units::NamedUnit;
 
 /// Fit a rig's uncertain parameters to recordings of the healthy machine
 ///
@@ -126,10 +127,10 @@ fn tell(
 }
 
 fn sdof_lines(calibration: &force_balance::SdofCalibration) -> Vec<String> {
-    let mut out = vec![format!("{:<24} {:>12} {:>12}   95 % interval", "parameter", "before", "calibrated")];
+    let mut out = vec![format!("{:<32} {:>12} {:>12}   95 % interval", "parameter", "before", "calibrated")];
     for e in &calibration.estimates {
-        let (value, interval) = with_interval(e.value, Some(e.interval95));
-        out.push(format!("{:<24} {:>12} {:>12}   {interval}", e.key, significant(e.guess, 4), value));
+        let [name, before, value, interval] = NamedUnit::new(&e.key, e.value).row(e.guess, e.value, e.interval95);
+        out.push(format!("{name:<32} {before:>12} {value:>12}   {interval}"));
     }
     out.push(report::calibrate_sdof::method(calibration).into());
     out.extend(calibration.undetermined.iter().map(|sentence| format!("undetermined: {sentence}")));
@@ -162,10 +163,9 @@ fn lines(calibration: &Calibration) -> Vec<String> {
     }
     for p in &calibration.parameters {
         let note = if p.determined { "" } else { "   not determined" };
-        out.push(format!(
-            "{:<42} {:>12.5e} {:>12.5e}   {:.5e} to {:.5e}{note}",
-            p.key, p.before, p.value, p.interval95[0], p.interval95[1]
-        ));
+        let [name, before, value, interval] =
+            NamedUnit::new(&p.key.to_string(), p.value).row(p.before, p.value, p.interval95);
+        out.push(format!("{name:<42} {before:>12} {value:>12}   {interval}{note}"));
     }
     for (channel, poles) in &calibration.path_poles {
         out.push(format!("{channel}: transfer path of {poles} poles"));

@@ -74,7 +74,8 @@ impl Recordings {
     }
 }
 
-fn parse_unit(text: &str) -> Result<Unit, Failure> {
+/// Unit of `--unit`.
+pub(super) fn parse_unit(text: &str) -> Result<Unit, Failure> {
     Unit::parse(text).ok_or_else(|| Failure::Input(format!("--unit: found `{text}`, expected g or m/s^2")))
 }
 

@@ -12,6 +12,7 @@ mod features;
 mod fit;
 mod init;
 mod input;
+mod interrupt;
 mod library;
 mod man;
 mod monitor;
@@ -81,7 +82,13 @@ impl Failure {
 
 /// Runs the command given by the arguments of the process.
 pub fn run() -> ExitCode {
-    let result = match Cli::parse().command {
+    let command = Cli::parse().command;
+    match command {
+        Command::Evaluate(_) | Command::Sweep(_) => interrupt::announce(interrupt::Again::Resumes),
+        Command::Fit(_) | Command::Diagnose(_) => interrupt::announce(interrupt::Again::BeginsAnew),
+        _ => {}
+    }
+    let result = match command {
         Command::Init(args) => init::run(&args),
         Command::Demo(args) => demo::command::run(&args),
         Command::Fit(args) => fit::run(&args),

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// Links followed before a path counts as a circle, as Linux does.
 const MOST_LINKS: usize = 40;
 
-/// Writes to a temporary file in the same folder, then renames it.
+/// Writes to a file without a name, or a temporary one, in the same folder, then gives it its name.
 ///
 /// # Errors
 /// Error of the operating system, or of `write`.
@@ -22,17 +22,62 @@ pub fn write_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<
     }
     let path = behind_links(path)?;
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let old = replaced(&path)?;
+    let file = match unnamed(folder) {
+        Some(file) => {
+            let mut out = BufWriter::new(file);
+            write(&mut out)?;
+            let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
+            named(folder, &file)?
+        }
+        None => {
+            let mut out = BufWriter::new(builder().tempfile_in(folder)?);
+            write(&mut out)?;
+            out.into_inner().map_err(io::IntoInnerError::into_error)?.into_temp_path()
+        }
+    };
+    if let Some(old) = old {
+        keep(&file, &old)?;
+    }
+    file.persist(path).map_err(|error| error.error)
+}
+
+/// Builder of temporary files with the mode of others: they are private by default.
+fn builder() -> tempfile::Builder<'static, 'static> {
     let mut builder = tempfile::Builder::new();
-    // A temporary file is private by default.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut out = BufWriter::new(builder.tempfile_in(folder)?);
-    write(&mut out)?;
-    let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
-    if let Some(old) = replaced(&path)? {
-        keep(file.path(), &old)?;
-    }
-    file.persist(path).map(|_| ()).map_err(|error| error.error)
+    builder
+}
+
+/// File without a name, so that a killed process leaves nothing; `None` where the system has no such files.
+#[cfg(target_os = "linux")]
+fn unnamed(folder: &Path) -> Option<File> {
+    use rustix::fs::{Mode, OFlags, open};
+    let flags = OFlags::TMPFILE | OFlags::WRONLY | OFlags::CLOEXEC;
+    // Naming such a file goes through /proc.
+    Path::new("/proc/self/fd").is_dir().then(|| open(folder, flags, Mode::from_raw_mode(0o666)).ok().map(File::from))?
+}
+
+/// Gives a file without a name a temporary one.
+#[cfg(target_os = "linux")]
+fn named(folder: &Path, file: &File) -> io::Result<tempfile::TempPath> {
+    use rustix::fs::{AtFlags, CWD, linkat};
+    use std::os::fd::AsRawFd;
+    let open = format!("/proc/self/fd/{}", file.as_raw_fd());
+    builder()
+        .make_in(folder, |path| linkat(CWD, &open, CWD, path, AtFlags::SYMLINK_FOLLOW).map_err(io::Error::from))
+        .map(tempfile::NamedTempFile::into_temp_path)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn unnamed(_: &Path) -> Option<File> {
+    None
+}
+
+#[cfg(not(target_os = "linux"))]
+fn named(_: &Path, _: &File) -> io::Result<tempfile::TempPath> {
+    Err(io::ErrorKind::Unsupported.into())
 }
 
 /// Writes bytes as [`write_with`].
@@ -100,6 +145,20 @@ mod tests {
     use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};
 
     use super::*;
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_half_written_file_has_no_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let names = || fs::read_dir(folder.path()).unwrap().count();
+        write_with(&folder.path().join("made"), |out| {
+            out.write_all(&[b'x'; 100_000])?;
+            assert_eq!(names(), 0);
+            Ok(())
+        })
+        .unwrap();
+        assert_eq!((names(), fs::read(folder.path().join("made")).unwrap().len()), (1, 100_000));
+    }
 
     fn mode(path: &Path) -> u32 {
         fs::metadata(path).unwrap().permissions().mode() & 0o777

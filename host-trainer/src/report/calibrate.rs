@@ -7,11 +7,12 @@ use crate::identify::likelihood::observed::{CHANNELS, accelerations};
 use crate::recording::{Channel, Recording};
 use crate::report::plot::DrawError;
 use crate::report::plot::comparison::{self, Curve, Names};
-use crate::report::plot::lines::Mark;
+use crate::report::plot::marks::Mark;
 use crate::report::plot::style::{EARLY, LATE, MEASURED};
 use crate::rig::Rig;
 use crate::signal::spectrum::welch;
 use crate::stats::format::share;
+use crate::stats::units::NamedUnit;
 
 const SETTINGS: ReportSettings = ReportSettings::DEFAULT;
 
@@ -153,14 +154,9 @@ fn parameters(done: &Calibration) -> Section {
     }
     if !done.parameters.is_empty() {
         let row = |p: &crate::identify::calibrate::estimate::Estimate| {
-            let interval = format!("{:.4e} to {:.4e}", p.interval95[0], p.interval95[1]);
-            vec![
-                Cell::text(p.key.to_string()),
-                Cell::number(format!("{:.4e}", p.before)),
-                Cell::number(format!("{:.4e}", p.value)),
-                Cell::number(interval),
-                Cell::text(if p.determined { "" } else { "not determined" }),
-            ]
+            let [name, numbers @ ..] = NamedUnit::new(&p.key.to_string(), p.value).row(p.before, p.value, p.interval95);
+            let note = Cell::text(if p.determined { "" } else { "not determined" });
+            [Cell::text(name)].into_iter().chain(numbers.map(Cell::number)).chain([note]).collect()
         };
         let rows = done.parameters.iter().map(row).collect();
         section = section.table("", &["parameter", "before", "calibrated", "95 % interval", ""], rows);

@@ -6,7 +6,8 @@ use crate::diagnose::result::{HeldOut, Location};
 use crate::identify::force_balance::{HeldOutError, HeldOutTrace, Method, SdofCalibration};
 use crate::recording::Recording;
 use crate::report::plot::DrawError;
-use crate::stats::format::{significant, with_interval};
+use crate::stats::format::significant;
+use crate::stats::units::NamedUnit;
 
 /// Report of a calibration; its pictures show a held-out recording.
 ///
@@ -78,9 +79,8 @@ fn held(trace: &HeldOutTrace, sample_rate_hz: f64) -> HeldOut {
 
 fn parameters(done: &SdofCalibration) -> Section {
     let row = |e: &crate::identify::force_balance::Estimate| {
-        let (value, interval) = with_interval(e.value, Some(e.interval95));
-        let numbers = [significant(e.guess, 4), value, interval].map(Cell::number);
-        [Cell::text(&e.key)].into_iter().chain(numbers).collect()
+        let [name, numbers @ ..] = NamedUnit::new(&e.key, e.value).row(e.guess, e.value, e.interval95);
+        [Cell::text(name)].into_iter().chain(numbers.map(Cell::number)).collect()
     };
     let head = ["parameter", "before", "calibrated", "95 % interval"];
     let section =

@@ -8,7 +8,7 @@ use crate::diagnose::result::{HeldOut, Location};
 use crate::identify::calibrate::distance::log_spectral;
 use crate::report::plot::DrawError;
 use crate::report::plot::comparison::{self, Curve, Names};
-use crate::report::plot::lines::Mark;
+use crate::report::plot::marks::Mark;
 use crate::report::plot::style::{EARLY, LATE, MEASURED};
 use crate::rig::config::{Machine, Restoring, Rig};
 use crate::signal::spectrum::welch;

@@ -3,7 +3,7 @@
 use super::Section;
 use super::plot::DrawError;
 use super::plot::comparison::{self, Curve, Names};
-use super::plot::lines::Mark;
+use super::plot::marks::Mark;
 use super::plot::style::{EARLY, LATE, MEASURED, PREDICTED};
 use crate::diagnose::Task;
 use crate::diagnose::machine::is_unknown;

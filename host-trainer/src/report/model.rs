@@ -9,7 +9,7 @@ use crate::model::fit::verdict::kept;
 use crate::model::path::PathPoint;
 use crate::report::plot::DrawError;
 use crate::report::plot::comparison::{self, Curve, Names};
-use crate::report::plot::lines::Mark;
+use crate::report::plot::marks::Mark;
 use crate::report::plot::style::{EARLY, LATE, MEASURED};
 
 const SETTINGS: ReportSettings = ReportSettings::DEFAULT;

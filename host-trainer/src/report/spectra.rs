@@ -1,7 +1,8 @@
 //! Report of `ballrace spectra`.
 
 use super::{Cell, Document, Section, Tone};
-use crate::report::plot::lines::{Labels, Mark};
+use crate::report::plot::lines::Labels;
+use crate::report::plot::marks::Mark;
 use crate::report::plot::{DrawError, cycle, density, kurtogram, lines};
 use crate::signal::characteristic::{Characteristic, Family};
 use crate::signal::spectra::{Analysis, BandChoice, MarkedLine, SpeedSource};

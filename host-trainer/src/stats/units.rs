@@ -1,9 +1,10 @@
 //! Parameters as an engineer says them: keys that end in an SI unit as words, with a prefix on the unit.
 
-use super::format::with_interval;
+use super::format::{significant, with_interval};
 
 /// Endings of keys, with the unit in which a report states them, its factor, and whether it takes a prefix.
-const UNITS: [(&str, &str, f64, bool); 21] = [
+const UNITS: [(&str, &str, f64, bool); 22] = [
+    ("_n_per_unit", "N per unit of u", 1.0, false),
     ("_n_s2_per_m2", "N s²/m²", 1.0, true),
     ("_n_per_m3", "N/m³", 1.0, true),
     ("_n_per_m1_5", "N/m^1.5", 1.0, true),
@@ -58,6 +59,13 @@ impl NamedUnit {
         }
     }
 
+    /// Cells of a table: the name with its unit, the value before, the value, and its 95 % interval.
+    pub fn row(&self, before: f64, value: f64, interval95: [f64; 2]) -> [String; 4] {
+        let (text, interval) = self.texts(value, Some(interval95));
+        let name = if self.unit.is_empty() { self.name.clone() } else { format!("{}, {}", self.name, self.unit) };
+        [name, significant(self.factor * before, 4), text, interval]
+    }
+
     /// A value and its 95 % interval, in SI, as texts in this unit, to the digits of the interval.
     pub fn texts(&self, value: f64, interval95: Option<[f64; 2]>) -> (String, String) {
         with_interval(self.factor * value, interval95.map(|ends| ends.map(|end| self.factor * end)))
@@ -90,5 +98,7 @@ mod tests {
         assert_eq!(said("force_n", -2500.0), "force −2.500 kN");
         assert_eq!(said("outer.stiffness_n_per_m", 1e7), "outer stiffness 10.00 MN/m");
         assert_eq!(said("damping_ratio", 0.03), "damping ratio 0.03000");
+        let row = NamedUnit::new("outer.stiffness_n_per_m", 1.25e7).row(1e7, 1.25e7, [1.2e7, 1.3e7]);
+        assert_eq!(row, ["outer stiffness, MN/m", "10.00", "12.5", "12.0 to 13.0"]);
     }
 }

@@ -6,7 +6,7 @@ use crate::model::fit::report::Report;
 use crate::report::diagnosis::parameter;
 use crate::report::plot::DrawError;
 use crate::report::plot::comparison::{self, Curve, Names};
-use crate::report::plot::lines::Mark;
+use crate::report::plot::marks::Mark;
 use crate::report::plot::style::{EARLY, LATE, MEASURED, PREDICTED};
 use crate::report::plot::time_axis::TimeAxis;
 use crate::report::signal::Comparison;

@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 
 use self::bearing::Chosen;
 use self::manifest::Found;
+use super::input::parse_unit;
 use super::{Failure, line, write};
 use crate::recording::manifest::FILE_NAME;
-use crate::recording::{LoadOptions, Recording, Unit, load};
+use crate::recording::{LoadOptions, Recording, load};
 use crate::rig::Rig;
 use crate::rig::config::RigKind;
 
@@ -114,12 +115,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn read(args: &Args, from: &Path) -> Result<Vec<Recording>, Failure> {
-    let unit = args.unit.as_deref().map(|text| {
-        Unit::parse(text).ok_or_else(|| Failure::Input(format!("--unit: found `{text}`, expected g or m/s^2")))
-    });
     let options = LoadOptions {
         sample_rate_hz: args.sample_rate,
-        unit: unit.transpose()?,
+        unit: args.unit.as_deref().map(parse_unit).transpose()?,
         variable: args.variable.clone(),
         ..LoadOptions::default()
     };

@@ -51,8 +51,14 @@ fn panel(area: &Area<'_>, time: &TimeAxis, unit: &str, curves: &[Curve<'_>], zon
     let legend: Vec<_> = curves.iter().map(|(name, color, _)| (*name, *color)).collect();
     let mut chart = style::chart_over_time(area, time, 0.0..high, unit, &legend)?;
     let range = time.range();
+    let mut free = f64::NEG_INFINITY;
     for (zone, name) in shown.iter().zip(["A/B", "B/C", "C/D"]) {
         style::dashed(&mut chart, (range.start, *zone), (range.end, *zone), ALARM)?;
+        // The names of boundaries that are close would cover each other.
+        if *zone < free {
+            continue;
+        }
+        free = zone + SETTINGS.zone_name * high;
         let at = (range.start + 0.006 * (range.end - range.start), *zone);
         style::word(&mut chart, name, at, HPos::Left, INK)?;
     }

@@ -10,6 +10,7 @@ pub mod indicators;
 pub mod kurtogram;
 pub mod life;
 pub mod lines;
+pub mod marks;
 pub mod ratings;
 pub mod residual;
 pub mod settings;

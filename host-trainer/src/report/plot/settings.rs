@@ -29,6 +29,8 @@ pub struct PlotSettings {
     pub name_row: f64,
     /// Share of the plot's width that a letter takes. Not tuned: chosen by hand.
     pub letter: f64,
+    /// Share of an indicator panel's height that the name of a zone's boundary takes. Not tuned: chosen by hand.
+    pub zone_name: f64,
 }
 
 impl PlotSettings {
@@ -47,5 +49,6 @@ impl PlotSettings {
         name_rows: 4,
         name_row: 0.055,
         letter: 0.0086,
+        zone_name: 0.1,
     };
 }
