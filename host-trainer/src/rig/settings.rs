@@ -35,6 +35,9 @@ pub struct IntegrationSettings {
     /// Rate of an effect times step in runs for the likelihood, inside the stability limit of 2.7. Not tuned: chosen by
     /// hand.
     pub coarse_effect_rate_per_step: f64,
+    /// Contact frequency times step in those runs; a bearing's is a third of it, that of a line contact several times it. Not
+    /// tuned: chosen by hand.
+    pub coarse_contact_rate_per_step: f64,
     /// Most steps a sample in runs for the likelihood: faster motion does not show at the sample rate, and a search that
     /// makes an impact ever shorter must not take ever longer. Not tuned: chosen by hand.
     pub coarse_max_steps: f64,
@@ -74,6 +77,7 @@ impl IntegrationSettings {
         max_steps: 256.0,
         most_finer_steps: 128,
         coarse_effect_rate_per_step: 1.2,
+        coarse_contact_rate_per_step: 0.5,
         coarse_max_steps: 8.0,
         coarse_max_turning_steps: 3.0,
         sdof_rate_per_step: 0.3,

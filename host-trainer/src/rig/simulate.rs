@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::{
     assembly::{Acquisition, Assembly, Signal, Stage},
-    bearing::{self, Prepared, Signals, Turning},
+    bearing::{self, Prepared, Signals, Turning, contact_rad_per_s},
     condition::{OperatingCondition, Start},
     config::{BearingRig, Machine, Rig, Support},
     effect::Values,
@@ -134,15 +134,17 @@ pub(super) fn side_by_side<T: Send>(
 }
 
 /// Steps a sample for errors up to 1e-5 m/s², far below real noise (after theory (41)): linear modes are exact at any
-/// step, the contact follows at one step a sample, only an effect can be too fast for that.
+/// step, the contact of most bearings follows at one step a sample, only a stiff one or an effect can be too fast for that.
 pub fn fewest_substeps(rig: &Rig, scatter: Option<VelocityCovariance>, condition: &OperatingCondition) -> usize {
-    let assembly = assemble_in_noise(rig, scatter);
-    let steps = |rate: f64, most: f64| {
-        (rate / (condition.sample_rate_hz * SETTINGS.coarse_effect_rate_per_step)).ceil().clamp(1.0, most)
-    };
+    let mut assembly = assemble_in_noise(rig, scatter);
+    let steps =
+        |rate: f64, per_step: f64, most: f64| (rate / (condition.sample_rate_hz * per_step)).ceil().clamp(1.0, most);
     let turning = assembly.turning_rad_per_s(condition.shaft_hz);
+    let contact = assembly.bearing().map_or(0.0, |machine| contact_rad_per_s(machine, condition));
     let (most, most_turning) = (SETTINGS.coarse_max_steps, SETTINGS.coarse_max_turning_steps);
-    steps(assembly.rate_rad_per_s, most).max(steps(turning, most_turning)) as usize
+    let effect = SETTINGS.coarse_effect_rate_per_step;
+    let least = steps(contact, SETTINGS.coarse_contact_rate_per_step, most);
+    least.max(steps(assembly.rate_rad_per_s, effect, most)).max(steps(turning, effect, most_turning)) as usize
 }
 
 /// Settling time after which the transient of the start is below a ten-thousandth of the noise, s: some time constants of

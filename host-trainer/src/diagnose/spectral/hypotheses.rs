@@ -11,6 +11,9 @@ use crate::rig::effect::component::Component;
 use crate::rig::effect::{EffectKind, ParameterKey, ValueKind};
 use crate::rig::{EffectEntry, Rig};
 
+/// Component and direction on which the load acts.
+pub const LOAD_COMPONENT: &str = "inner-y";
+
 /// Effect at one component or channel, with starts of its search.
 #[derive(Clone, Debug)]
 pub struct Hypothesis {
@@ -58,6 +61,11 @@ impl Hypothesis {
     pub fn is_direction_of(&self, other: &Self) -> bool {
         let direction = self.place.strip_prefix(other.place.as_str());
         self.kind == other.kind && direction.is_some_and(|rest| matches!(rest, "-x" | "-y"))
+    }
+
+    /// Whether this is the same effect at the same place.
+    pub fn is_same_as(&self, other: &Self) -> bool {
+        (self.kind, &self.place) == (other.kind, &other.place)
     }
 
     /// Effect at this hypothesis's component.
@@ -133,11 +141,16 @@ impl List<'_> {
             let value = clearance + more * self.contact();
             EffectEntry::new(EffectKind::ExcessClearance, &[(RadialClearanceM, value)])
         };
-        let starts = ladder(0.05, 4.0, 9).into_iter().map(of).collect();
+        // Other balls bear the load every fraction of a deflection: the likelihood has as many valleys.
+        let more = (1..=50).map(|n| 0.02 * f64::from(n)).chain((11..=40).map(|n| 0.1 * f64::from(n)));
+        let starts = more.map(of).collect();
         self.add(EffectKind::ExcessClearance, "", &[RadialClearanceM], starts);
         let exponent = self.machine.bearing.contact_exponent;
         let of = |by: f64| EffectEntry::new(EffectKind::ContactExponent, &[(Exponent, exponent + by)]);
-        let starts = both_ways(0.01, 0.12, 3).into_iter().map(of).collect();
+        // To the line contact of a roller, 10/9, and beyond.
+        // The stiffness under load changes by a twentieth with each.
+        let by = (1..=84).map(|n| 0.005 * f64::from(n));
+        let starts = by.flat_map(|by| [by, -by]).map(of).collect();
         self.add(EffectKind::ContactExponent, "", &[Exponent], starts);
     }
 
@@ -152,11 +165,14 @@ impl List<'_> {
         // A rotating force, or one along x or y.
         let starts = [FRAC_PI_4, 0.1, FRAC_PI_2 - 0.1].map(of).to_vec();
         self.add(EffectKind::Misalignment, "", &[ForceN, AngleRad], starts);
-        let of = |share: f64| {
-            EffectEntry::new(EffectKind::ConstantForce, &[(ForceN, share * self.load)]).with_text(Component, "inner-y")
-        };
-        let starts = both_ways(0.01, 0.3, 3).into_iter().map(of).collect();
-        self.add(EffectKind::ConstantForce, "inner-y", &[ForceN], starts);
+        for component in [LOAD_COMPONENT, "inner-x"] {
+            let of = |share: f64| {
+                EffectEntry::new(EffectKind::ConstantForce, &[(ForceN, share * self.load)])
+                    .with_text(Component, component)
+            };
+            let starts = both_ways(0.01, 0.8, 4).into_iter().map(of).collect();
+            self.add(EffectKind::ConstantForce, component, &[ForceN], starts);
+        }
     }
 
     fn springs(&mut self) {
@@ -187,7 +203,7 @@ impl List<'_> {
                     .with_text(Component, vertical)
             };
             let gaps = [0.5, 0.7, 0.85, 1.0, 1.15];
-            let stops = gaps.into_iter().flat_map(|gap| [0.15, 1.0].map(|s| stop((gap, s)))).collect();
+            let stops = gaps.into_iter().flat_map(|gap| [0.15, 1.0, 5.0].map(|s| stop((gap, s)))).collect();
             self.add(EffectKind::EndStopContact, vertical, &[StiffnessNPerM, GapM], stops);
         }
     }
@@ -210,7 +226,7 @@ impl List<'_> {
                     self.add(kind, component, &[Value], logs.iter().map(of).collect());
                 }
             };
-            let small = [-0.3, -0.06, -0.02, 0.02, 0.06, 0.3];
+            let small = [-0.7, -0.5, -0.3, -0.15, -0.06, -0.02, 0.02, 0.06, 0.15, 0.3, 0.5, 0.7];
             change(EffectKind::StiffnessChange, support.map_or(contact, |s| s.stiffness_n_per_m), &small);
             if let Some(support) = support {
                 change(EffectKind::DampingChange, support.damping_n_s_per_m, &[-0.8, 0.4, 1.2]);

@@ -6,10 +6,10 @@ use rayon::prelude::*;
 
 use super::candidate::{Candidate, NullFit, best, rank};
 use super::guesses::Guesses;
-use super::hypotheses::{Hypothesis, all};
+use super::hypotheses::{Hypothesis, LOAD_COMPONENT, all};
 use super::lack::lack;
 use super::observation::{duration_s, mean_load_n};
-use super::screening::{Brief, best_starts, scores, screened};
+use super::screening::{Brief, StartScore, best_starts, scores, screened};
 use super::settings::SearchSettings;
 use crate::rig::EffectEntry;
 use crate::rig::effect::{EffectKind, ParameterKey};
@@ -23,7 +23,8 @@ const CURVATURES: [EffectKind; 3] =
 const DEFECT_KEYS: &[ParameterKey] = &[ParameterKey::DepthM, ParameterKey::WidthRad, ParameterKey::AngleRad];
 /// Effects that are always fitted to all recordings: a brief recording does not show a drift of the speed, and an error of the
 /// load is always a rival.
-const ALWAYS_FITTED: [EffectKind; 2] = [EffectKind::SpeedDrift, EffectKind::ConstantForce];
+const ALWAYS_FITTED: [(EffectKind, &str); 2] =
+    [(EffectKind::SpeedDrift, ""), (EffectKind::ConstantForce, LOAD_COMPONENT)];
 
 /// Candidates that gain most, best first; none of the kinds that the rig has already, except `corrections` of the calibration.
 /// Those that are far from `asked`, the gain that a cause must have, are not followed up.
@@ -42,10 +43,16 @@ pub fn candidates<'d, 'a>(
     let asked = asked / SETTINGS.growth;
     let asked_of_brief = asked * brief.duration_s() / duration_s(data.observations);
     kept.retain(|score| score.gain > (SETTINGS.rival_share * most).max(asked_of_brief));
-    kept.truncate(SETTINGS.full_fits);
-    let mut sought: Vec<_> = kept.into_iter().map(|score| (score.hypothesis, sizes(&score.effect))).collect();
-    for also in hypotheses.iter().filter(|h| ALWAYS_FITTED.contains(&h.kind)) {
-        if sought.iter().all(|(hypothesis, _)| hypothesis.kind != also.kind) {
+    let mut sought: Vec<(&Hypothesis, Vec<EffectEntry>)> = Vec::new();
+    for score in without_twins(kept) {
+        match sought.iter_mut().find(|(hypothesis, _)| hypothesis.is_same_as(score.hypothesis)) {
+            Some((_, starts)) => starts.extend(sizes(&score.effect)),
+            None => sought.push((score.hypothesis, sizes(&score.effect))),
+        }
+    }
+    sought.truncate(SETTINGS.full_fits);
+    for also in hypotheses.iter().filter(|h| ALWAYS_FITTED.contains(&(h.kind, h.place.as_str()))) {
+        if sought.iter().all(|(hypothesis, _)| !hypothesis.is_same_as(also)) {
             sought.push((also, also.starts.clone()));
         }
     }
@@ -67,6 +74,24 @@ pub fn candidates<'d, 'a>(
     near.extend(siblings);
     rank(&mut near);
     near.into_iter().chain(far).collect()
+}
+
+/// Scores, best first, without an effect in one direction that differs from that in both by chance, and the reverse.
+fn without_twins(scores: Vec<StartScore>) -> Vec<StartScore> {
+    let is_twin = |of: &StartScore, score: &StartScore| {
+        let (one, other) = (of.hypothesis, score.hypothesis);
+        (one.is_direction_of(other) || other.is_direction_of(one)) && (of.gain - score.gain).abs() < SETTINGS.twin_nats
+    };
+    let mut kept: Vec<StartScore> = Vec::new();
+    for score in scores {
+        match kept.iter().position(|of| is_twin(of, &score)) {
+            // In both directions is the simpler effect.
+            Some(index) if kept[index].hypothesis.is_direction_of(score.hypothesis) => kept[index] = score,
+            Some(_) => {}
+            None => kept.push(score),
+        }
+    }
+    kept
 }
 
 /// Fits of the other curvatures of the spring that the best candidate bends: they differ by little, and a screening may have lost

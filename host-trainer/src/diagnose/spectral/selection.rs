@@ -5,6 +5,7 @@ use super::candidate::{Candidate, NullFit};
 use super::causes::{self, Accepted, Trust};
 use super::data::{Data, Point};
 use super::fit::Model;
+use super::hypotheses::LOAD_COMPONENT;
 use super::lack::lack;
 use super::likelihood::Stretch;
 use super::observation::{Observation, duration_s, mean_load_n};
@@ -140,7 +141,8 @@ fn load_error_or_first(found: &[Candidate], observations: &[Observation]) -> usi
 /// Whether a candidate is an error of the stated load.
 fn is_load_error(candidate: &Candidate, observations: &[Observation]) -> bool {
     let force = candidate.effect().and_then(|e| e.number(ParameterKey::ForceN)).unwrap_or_default();
-    candidate.kind == EffectKind::ConstantForce && force.abs() < GATE.load_share * mean_load_n(observations)
+    let is_of_load = candidate.kind == EffectKind::ConstantForce && candidate.place == LOAD_COMPONENT;
+    is_of_load && force.abs() < GATE.load_share * mean_load_n(observations)
 }
 
 /// Fitted model on other recordings, of which only the nuisances are fitted.

@@ -481,8 +481,10 @@ pub struct SearchSettings {
     pub starts: usize,
     /// Starts of a hypothesis after it.
     pub starts_each: usize,
-    /// Hypotheses after the second screening.
-    pub hypotheses: usize,
+    /// Starts after the second screening.
+    pub second_starts: usize,
+    /// Starts of a hypothesis after it.
+    pub second_starts_each: usize,
     /// Most hypotheses of a kind, at different components or numbers of lobes.
     pub places: usize,
     /// Share of the greatest gain in the screening from which a hypothesis is fitted to all recordings.
@@ -491,6 +493,8 @@ pub struct SearchSettings {
     pub full_fits: usize,
     /// Steps of these fits, then of those that are close to the best.
     pub steps: [usize; 2],
+    /// Difference in gain, nats, below which an effect in one direction and in both are the same. By hand: chance.
+    pub twin_nats: f64,
     /// Factor by which a gain can grow in a longer search; what is farther from the gain that is asked for is not followed up.
     pub growth: f64,
     /// Loss by a start on all recordings beyond what there is to gain, nats, from which it is not searched.
@@ -521,11 +525,13 @@ impl SearchSettings {
         scales: [0.02, 0.06, 0.2, 0.6, 2.0, 6.0, 20.0],
         starts: 40,
         starts_each: 4,
-        hypotheses: 9,
+        second_starts: 14,
+        second_starts_each: 2,
         places: 3,
         rival_share: 0.4,
         full_fits: 6,
         steps: [4, 8],
+        twin_nats: 2.0,
         growth: 3.0,
         hopeless_nats: 300.0,
         weaker: [1.0, 0.6, 0.35, 0.2],

@@ -10,8 +10,8 @@ mod step;
 
 use pulp::{Arch, Simd, WithSimd};
 
-pub(super) use prepare::Prepared;
 pub use prepare::{GRAVITY, Turning};
+pub(super) use prepare::{Prepared, contact_rad_per_s};
 
 pub(super) use response::{Impulse, Linear, Tangent, Visited, along, at_rest, damping_along};
 

@@ -232,6 +232,14 @@ pub(super) fn system_y(rig: &BearingRig) -> [[f64; 6]; 6] {
 
 /// Steps a sample from the contact's frequency at its operating deflection, theory (41). Linear modes are exact at any step.
 fn substeps(rig: &BearingRig, assembly: &Assembly, condition: &OperatingCondition) -> usize {
+    let contact = contact_rad_per_s(rig, condition);
+    let fastest = assembly.rate_rad_per_s.max(assembly.turning_rad_per_s(condition.shaft_hz));
+    let steps_per_s = (contact / SETTINGS.contact_rate_per_step).max(fastest / SETTINGS.effect_rate_per_step);
+    (steps_per_s / condition.sample_rate_hz).ceil().clamp(1.0, SETTINGS.max_steps) as usize
+}
+
+/// Frequency of the contact at its operating deflection, rad/s.
+pub(in crate::rig) fn contact_rad_per_s(rig: &BearingRig, condition: &OperatingCondition) -> f64 {
     let bearing = &rig.bearing;
     // All the load on one ball: as stiff as the contact gets at rest.
     let deflection =
@@ -239,8 +247,5 @@ fn substeps(rig: &BearingRig, assembly: &Assembly, condition: &OperatingConditio
     let slope = bearing.contact_exponent
         * bearing.contact_stiffness_n_per_m1_5
         * deflection.powf(bearing.contact_exponent - 1.0);
-    let contact = (slope * (1.0 / rig.inner.mass_kg + 1.0 / rig.outer.mass_kg)).sqrt();
-    let fastest = assembly.rate_rad_per_s.max(assembly.turning_rad_per_s(condition.shaft_hz));
-    let steps_per_s = (contact / SETTINGS.contact_rate_per_step).max(fastest / SETTINGS.effect_rate_per_step);
-    (steps_per_s / condition.sample_rate_hz).ceil().clamp(1.0, SETTINGS.max_steps) as usize
+    (slope * (1.0 / rig.inner.mass_kg + 1.0 / rig.outer.mass_kg)).sqrt()
 }
