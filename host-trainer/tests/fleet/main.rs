@@ -66,11 +66,14 @@ fn collector(folder: &Path, address: &str) -> Child {
 
 /// Publishes payloads as they are, and waits for their acknowledgements.
 fn publish_raw(port: u16, messages: &[(&str, &[u8])]) {
-    let (client, mut connection) = Client::new(MqttOptions::new("raw", "127.0.0.1", port), 100);
+    let mut options = MqttOptions::new("raw", "127.0.0.1", port);
+    options.set_max_packet_size(1 << 20, 1 << 20);
+    let (client, mut connection) = Client::new(options, 100);
     for (topic, payload) in messages {
         client.publish(*topic, QoS::AtLeastOnce, false, payload.to_vec()).unwrap();
     }
-    let acknowledged = connection.iter().filter(|event| matches!(event, Ok(Event::Incoming(Packet::PubAck(_)))));
+    let events = connection.iter().map(|event| event.expect("a connection that stays"));
+    let acknowledged = events.filter(|event| matches!(event, Event::Incoming(Packet::PubAck(_))));
     assert_eq!(acknowledged.take(messages.len()).count(), messages.len());
 }
 
@@ -253,7 +256,7 @@ fn bad_input_says_what_was_expected() {
     assert!(error.contains("mqtt://HOST"), "{error}");
     let error = refused(path, &["collect", "mqtt://broker", "--out", "fleet.sqlite", "--user", "me"]);
     assert!(error.contains("--password-file"), "{error}");
-    let error = refused(path, &["collect", "mqtt://broker", "--out", "f.sqlite", "--until-idle", "-1"]);
+    let error = refused(path, &["collect", "mqtt://broker", "--out", "f.sqlite", "--until-idle=-1"]);
     assert!(error.contains("--until-idle"), "{error}");
     fs::write(path.join("other.sqlite"), "text, not a database, of more than a hundred bytes. ".repeat(20)).unwrap();
     for arguments in [&["fleet", "other.sqlite"][..], &["collect", "mqtt://127.0.0.1:1", "--out", "other.sqlite"]] {
