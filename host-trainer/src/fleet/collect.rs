@@ -144,8 +144,12 @@ impl Collector<'_> {
                         return Err(self.link.refused(topic).into());
                     }
                 }
-                Ok(Ok(Event::Incoming(Packet::Publish(publish)))) => {
+                Ok(Ok(Event::Incoming(Packet::Publish(mut publish)))) => {
                     self.heard = Instant::now();
+                    if publish.payload.len() > MESSAGE_LEN {
+                        // Enough to know that it is too long: a batch of the longest would fill the memory.
+                        publish.payload = publish.payload[..=MESSAGE_LEN].to_vec().into();
+                    }
                     batch.push(publish);
                     if batch.len() >= SETTINGS.batch {
                         self.store(&client, &mut batch)?;

@@ -93,8 +93,10 @@ SELECT deviation, ewma FROM messages WHERE machine = ?1 AND kind = 'block' ORDER
 pub fn machines(store: &Store, diagnoses: Option<&Path>) -> Result<Vec<Machine>, StoreError> {
     let mut found = read(store).map_err(|error| store.failed(error))?;
     for machine in &mut found {
+        // No name for `..`, which would lead out of the folder.
+        let name = Path::new(&machine.machine).file_name();
         machine.diagnosis =
-            diagnoses.and_then(|folder| diagnosis(&folder.join(&machine.machine).join("diagnosis.json")));
+            diagnoses.zip(name).and_then(|(folder, name)| diagnosis(&folder.join(name).join("diagnosis.json")));
         machine.slope_per_100_blocks = slope(&machine.trend).map(|slope| 100.0 * slope / machine.ewma_limit);
         machine.look_at = look_at(machine);
     }
@@ -180,7 +182,7 @@ fn rank(machine: &Machine) -> u8 {
 fn look_at(machine: &Machine) -> String {
     let cause = machine.diagnosis.as_ref().and_then(|diagnosis| diagnosis.cause.as_deref());
     match (machine.status.as_str(), cause) {
-        ("anomalous", Some(cause)) => format!("check the machine for {cause}, which the last diagnosis names"),
+        ("anomalous", Some(cause)) => format!("check the machine for {cause}"),
         ("anomalous", None) if machine.ewma < 0.0 => {
             "the residual is below the healthy one: check the sensor, its mounting and its gain".into()
         }

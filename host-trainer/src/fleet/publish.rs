@@ -179,19 +179,21 @@ struct Sender {
 
 impl Sender {
     fn run(&mut self) -> Result<usize, LinkError> {
-        let (mut failed, mut progress) = (0, (Instant::now(), 0));
+        let (mut failed, mut lost) = (0, Instant::now());
         loop {
+            let (start, before) = (Instant::now(), self.acknowledged);
             let error = match self.connection() {
                 Ok(()) => return Ok(self.acknowledged),
                 Err(error) => error,
             };
-            if self.acknowledged > progress.1 {
-                (failed, progress) = (0, (Instant::now(), self.acknowledged));
+            // A connection that served, or that stayed while there was nothing to send.
+            if self.acknowledged > before || start.elapsed() > SETTINGS.longest_wait {
+                (failed, lost) = (0, Instant::now());
             }
             if self.ready.is_some() || error.is_input() {
                 return Err(error);
             }
-            if progress.0.elapsed() > SETTINGS.patience {
+            if lost.elapsed() > SETTINGS.patience {
                 let count = self.unsent.len() + self.waiting.try_iter().count();
                 return Err(LinkError::Unacknowledged { broker: self.link.broker(), count, reason: error.to_string() });
             }
@@ -204,14 +206,16 @@ impl Sender {
     fn connection(&mut self) -> Result<(), LinkError> {
         let (client, mut connection) = self.link.client(&self.client_id, false);
         let mut connected = false;
-        let result = loop {
+        let result = 'connection: loop {
             while self.sent.len() < SETTINGS.window
                 && connected
                 && let Some(message) = self.next()
             {
                 self.sent.push_back((None, message));
                 if let Err(error) = client.try_publish(&self.topic, QoS::AtLeastOnce, false, message) {
-                    unreachable!("room for a window of requests: {error}");
+                    // There is room for more than a window of requests.
+                    let (broker, reason) = (self.link.broker(), error.to_string());
+                    break 'connection Err(LinkError::Unreachable { broker, reason });
                 }
             }
             if self.finished && self.sent.is_empty() {

@@ -51,14 +51,15 @@ fn table(machines: &[Machine]) -> Section {
             Cell::text(&m.machine),
             Cell::text(&m.status),
             Cell::number(significant(m.share_of_limit, 3)),
+            Cell::text(&m.look_at),
             Cell::number(m.slope_per_100_blocks.map_or("–".into(), signed)),
             Cell::number(m.alarms),
-            Cell::text(&m.last_heard),
             Cell::text(m.diagnosis.as_ref().map_or("–".into(), diagnosis)),
-            Cell::text(&m.look_at),
+            // No break within a time.
+            Cell::text(m.last_heard.replace('-', "\u{2011}").replace(' ', "\u{a0}")),
         ]
     });
-    let head = ["machine", "status", "EWMA / limit", "trend", "alarms", "last heard, UTC", "last verdict", "look at"];
+    let head = ["machine", "status", "EWMA / limit", "look at", "trend", "alarms", "last verdict", "last heard, UTC"];
     let caption = "EWMA / limit: magnitude of the monitor's statistic over its limit. Trend: its change in 100 blocks, in limits.";
     Section::new("All machines").table(caption, &head, rows.collect())
 }
@@ -83,7 +84,7 @@ fn section(machine: &Machine) -> Result<Section, DrawError> {
     let verdict = m.diagnosis.as_ref().map_or(String::new(), |d| format!(" Last verdict: {}.", diagnosis(d)));
     let lost = if m.lost > 0 { format!(" {} messages are missing.", m.lost) } else { String::new() };
     let text = format!(
-        "Look at: {}.{verdict} {} blocks, {} alarms, {} runs of broken samples; model {}, last heard {} UTC.{lost}",
+        "Look at: {}.{verdict} Blocks {}, alarms {}, runs of broken samples {}; model {}; last heard {} UTC.{lost}",
         m.look_at, m.blocks, m.alarms, m.faults, m.model, m.last_heard
     );
     let section = Section::new(heading).paragraph(text);
