@@ -1,6 +1,6 @@
 //! Collector: messages of a broker into a [`Store`], each stored before it is acknowledged.
 
-use std::collections::HashSet;
+use std::collections::{HashSet, VecDeque};
 use std::time::{Duration, Instant};
 
 use ballrace_core::telemetry::{MESSAGE_LEN, Message};
@@ -123,8 +123,15 @@ impl Collector<'_> {
     fn connection(&mut self) -> Result<(), CollectError> {
         let (client, mut connection) = self.link.client(&self.client_id, true);
         let mut batch: Vec<Publish> = Vec::new();
+        // Stored, and not yet acknowledged: the client's queue of requests has its end.
+        let mut stored: VecDeque<Publish> = VecDeque::new();
         let mut connected = false;
         loop {
+            while let Some(publish) = stored.front()
+                && client.try_ack(publish).is_ok()
+            {
+                stored.pop_front();
+            }
             // While messages are at hand, take what has already arrived and do not wait for more.
             let wait = match (connected, batch.is_empty()) {
                 (false, _) => SETTINGS.longest_wait,
@@ -152,7 +159,7 @@ impl Collector<'_> {
                     }
                     batch.push(publish);
                     if batch.len() >= SETTINGS.batch {
-                        self.store(&client, &mut batch)?;
+                        self.store(&mut batch, &mut stored)?;
                     }
                 }
                 Ok(Ok(_)) => {}
@@ -161,33 +168,26 @@ impl Collector<'_> {
                     self.keep(&batch)?;
                     return Err(self.link.error(&error).into());
                 }
-                Err(_) if !batch.is_empty() => self.store(&client, &mut batch)?,
+                Err(_) if !batch.is_empty() => self.store(&mut batch, &mut stored)?,
                 Err(_) => {
-                    if self.is_over() || connected && self.is_idle() {
+                    if self.is_over() || connected && stored.is_empty() && self.is_idle() {
                         leave(&client, &mut connection);
                         return Ok(());
                     }
                 }
             }
             if self.is_over() {
-                self.store(&client, &mut batch)?;
+                self.store(&mut batch, &mut stored)?;
                 leave(&client, &mut connection);
                 return Ok(());
             }
         }
     }
 
-    /// Stores a batch, then acknowledges it.
-    fn store(&mut self, client: &Client, batch: &mut Vec<Publish>) -> Result<(), CollectError> {
-        let publishes = std::mem::take(batch);
-        self.keep(&publishes)?;
-        for publish in publishes.iter().filter(|publish| publish.qos != QoS::AtMostOnce) {
-            // Room for two batches of requests: a full channel is a connection that takes nothing.
-            client.try_ack(publish).map_err(|error| LinkError::Unreachable {
-                broker: self.link.broker(),
-                reason: format!("no acknowledgement can be sent: {error}"),
-            })?;
-        }
+    /// Stores a batch, whose acknowledgements may follow.
+    fn store(&mut self, batch: &mut Vec<Publish>, stored: &mut VecDeque<Publish>) -> Result<(), CollectError> {
+        self.keep(batch)?;
+        stored.extend(batch.drain(..).filter(|publish| publish.qos != QoS::AtMostOnce));
         Ok(())
     }
 

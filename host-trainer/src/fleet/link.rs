@@ -11,7 +11,7 @@ const SETTINGS: FleetSettings = FleetSettings::DEFAULT;
 /// Environment variable of the password, where no file is given.
 pub const PASSWORD_VARIABLE: &str = "BALLRACE_MQTT_PASSWORD";
 const EXPECTED: &str = "mqtt://HOST[:PORT][/PREFIX] or mqtts://HOST[:PORT][/PREFIX]";
-/// Requests that wait for the connection, at most: acknowledgements of a batch must find room.
+/// Requests that wait for the connection, at most; more than the window of a publisher.
 const REQUESTS: usize = 2 * SETTINGS.batch;
 
 /// Broker, way to it, and credentials.
