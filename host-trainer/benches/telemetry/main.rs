@@ -12,7 +12,7 @@ use ballrace::fleet::store::Store;
 use ballrace_core::monitor::Status;
 use ballrace_core::telemetry::{Kind, MESSAGE_LEN, Message};
 
-const MESSAGES: u32 = 20_000;
+const MESSAGES: u32 = 3_000;
 const PORT: u16 = 18_830;
 
 fn block(sequence: u32) -> [u8; MESSAGE_LEN] {
