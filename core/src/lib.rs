@@ -16,6 +16,7 @@
 //! | [`input_check`] | non-finite, saturated, stuck and missing samples, counted | sample → quality |
 //! | [`monitor`] | EWMA of the logarithm of the normalised residual's level, limit, hysteresis | residual → status |
 //! | [`device`] | screen, evaluator and monitor in one call per sample | sample → result, status |
+//! | [`telemetry`] | messages to the broker of a fleet, 124 bytes with a CRC-32 | status, statistics → bytes |
 //! | [`update`] | two slots of flash: an update is validated, on trial, confirmed or rolled back | flash → model |
 //!
 //! The arithmetic is plain `f32` multiplications and additions in a stated order and the functions of
@@ -40,6 +41,7 @@ pub mod model;
 pub mod monitor;
 pub mod network;
 pub mod states;
+pub mod telemetry;
 #[cfg(test)]
 mod testing;
 pub mod update;

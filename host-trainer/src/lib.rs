@@ -15,6 +15,7 @@
 //! | [`features`] | fitted coefficients as features, by leave-one-bearing-out | recordings → scores |
 //! | [`identify`] | parameters of a rig: likelihood, force balance, calibration | rig, recordings → rig |
 //! | [`mod@diagnose`] | what the rig leaves out: location, cause, corrected rig | rig, recordings → diagnosis |
+//! | [`fleet`] | telemetry of machines by MQTT into SQLite (feature `fleet`) | events → messages → machines |
 //! | [`report`] | HTML documents and plots | results → HTML, SVG |
 //! | [`evaluate`] | how often a diagnosis is right, on concealed cases | seed → score |
 //! | [`cli`] | the commands and the demo | arguments → files, text |
@@ -49,6 +50,8 @@ pub mod cli;
 pub mod diagnose;
 pub mod evaluate;
 pub mod features;
+#[cfg(feature = "fleet")]
+pub mod fleet;
 pub mod identify;
 pub mod model;
 pub mod paper;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The layers, from the ground up, as the table of `src/lib.rs` lists them.
-const LAYERS: [&str; 14] = [
+const LAYERS: [&str; 15] = [
     "stats",
     "paper",
     "recording",
@@ -16,6 +16,7 @@ const LAYERS: [&str; 14] = [
     "features",
     "identify",
     "diagnose",
+    "fleet",
     "report",
     "evaluate",
     "cli",

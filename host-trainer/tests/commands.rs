@@ -314,6 +314,10 @@ fn every_command_has_a_worked_example() {
         "spectra",
         "phases",
         "sweep",
+        #[cfg(feature = "fleet")]
+        "collect",
+        #[cfg(feature = "fleet")]
+        "fleet",
     ] {
         let help = done(folder.path(), &[command, "--help"]);
         assert!(help.contains(&format!("Example:\n  ballrace {command} ")), "{command}: {help}");

@@ -1,8 +1,12 @@
 //! Command line: each command parses its arguments, calls the library and prints the result.
 
 mod bearings;
+#[cfg(feature = "fleet")]
+mod broker;
 mod budget;
 mod calibrate;
+#[cfg(feature = "fleet")]
+mod collect;
 mod completions;
 mod demo;
 mod diagnose;
@@ -10,6 +14,8 @@ mod evaluate;
 mod export;
 mod features;
 mod fit;
+#[cfg(feature = "fleet")]
+mod fleet;
 mod init;
 mod input;
 mod interrupt;
@@ -18,6 +24,8 @@ mod man;
 mod monitor;
 mod output;
 mod phases;
+#[cfg(feature = "fleet")]
+mod publish;
 mod settings;
 mod simulate;
 mod spectra;
@@ -45,6 +53,10 @@ enum Command {
     Features(features::Args),
     Library(library::Args),
     Monitor(monitor::Args),
+    #[cfg(feature = "fleet")]
+    Collect(collect::Args),
+    #[cfg(feature = "fleet")]
+    Fleet(fleet::Args),
     Phases(phases::Args),
     Simulate(simulate::SimulateArgs),
     Predict(simulate::PredictArgs),
@@ -97,6 +109,10 @@ pub fn run() -> ExitCode {
         Command::Features(args) => features::run(&args),
         Command::Library(args) => library::run(&args),
         Command::Monitor(args) => monitor::run(&args),
+        #[cfg(feature = "fleet")]
+        Command::Collect(args) => collect::run(&args),
+        #[cfg(feature = "fleet")]
+        Command::Fleet(args) => fleet::run(&args),
         Command::Phases(args) => phases::run(&args),
         Command::Simulate(args) => simulate::simulate(&args),
         Command::Predict(args) => simulate::predict(&args),

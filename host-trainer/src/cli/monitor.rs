@@ -56,6 +56,9 @@ pub struct Args {
     /// Write the samples that reached the device as little-endian f32, the input of the bare-metal image
     #[arg(long, value_name = "FILE.f32")]
     samples_out: Option<PathBuf>,
+    #[cfg(feature = "fleet")]
+    #[command(flatten)]
+    publish: super::publish::Publish,
     #[command(flatten)]
     force: Force,
     /// One JSON document with all events instead of lines
@@ -80,6 +83,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     note_channel(args, fitted.as_ref().and_then(|report| report.training.channel.as_deref()), &input.channel);
     let indicators = Indicators::of_each(&input);
     let vibration = Vibration { indicators: &indicators, class: args.iso_class };
+    #[cfg(feature = "fleet")]
+    let mut publication = args.publish.connect(&model)?;
     let mut events = Vec::new();
     let mut failed = None;
     // Number of recordings whose indicators are emitted, and the EWMA at the end of the present one.
@@ -89,6 +94,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let options = Options { plan, seed: args.seed, pace: args.pace, keep_samples: args.samples_out.is_some() };
     let watched = replay::replay(&model, &input, &options, &mut |event, done| {
         bar.set_position(done as u64);
+        #[cfg(feature = "fleet")]
+        if let Some(Err(error)) = publication.as_mut().map(|publication| publication.event(event)) {
+            failed.get_or_insert(error);
+        }
         let mut print = |value: Value| {
             if args.json {
                 events.push(value);
@@ -130,6 +139,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.samples_out {
         let bytes: Vec<u8> = watched.samples.iter().flat_map(|s| s.to_le_bytes()).collect();
         write(path, &bytes)?;
+    }
+    #[cfg(feature = "fleet")]
+    if let Some(publication) = publication {
+        publication.finish()?;
     }
     summarise(&watched, &input);
     eprintln!("{}", report::monitor::severity(&vibration));

@@ -9,7 +9,7 @@
 //! | `machine` | envelope spectra of a machine of unknown structure |
 //! | `plot` | pictures as SVG |
 //! | `settings` | segment lengths, limits of lists, layout |
-//! | `fit`, `monitor`, `phases`, `features`, `paper`, `calibrate`, `calibrate_sdof`, [`diagnosis`], `spectra` | documents of these commands |
+//! | `fit`, `fleet`, `monitor`, `phases`, `features`, `paper`, `calibrate`, `calibrate_sdof`, [`diagnosis`], `spectra` | documents of these commands |
 //!
 //! All text is escaped. A report states no time of day and no duration, so that the same input gives the same bytes.
 
@@ -18,6 +18,8 @@ pub(crate) mod calibrate_sdof;
 pub mod diagnosis;
 pub(crate) mod features;
 pub(crate) mod fit;
+#[cfg(feature = "fleet")]
+pub(crate) mod fleet;
 pub(crate) mod held_out;
 pub(crate) mod html;
 pub(crate) mod machine;

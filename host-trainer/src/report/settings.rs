@@ -23,6 +23,8 @@ pub struct ReportSettings {
     pub terms: usize,
     /// Events listed in the report of the monitor; a broken sensor can cause thousands. Not tuned: chosen by hand.
     pub events: usize,
+    /// Machines of a fleet with a picture, the worst. Not tuned: chosen by hand.
+    pub fleet_pictures: usize,
     /// Recordings averaged in an early or late spectrum. Not tuned: chosen by hand.
     pub averaged: usize,
     /// Samples in a picture of the residual. Not tuned: chosen by hand.
@@ -47,6 +49,7 @@ impl ReportSettings {
         tests: 12,
         equations: 16,
         terms: 6,
+        fleet_pictures: 50,
         events: 40,
         averaged: 5,
         window: 512,

@@ -5,6 +5,8 @@ pub mod cycle;
 pub mod density;
 pub mod derivative;
 pub mod envelope;
+#[cfg(feature = "fleet")]
+pub mod fleet_trend;
 pub mod frontier;
 pub mod indicators;
 pub mod kurtogram;

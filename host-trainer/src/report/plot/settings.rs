@@ -7,6 +7,8 @@ pub struct PlotSettings {
     pub cycle_height: u32,
     /// Height of the monitor's trend, pixels. Not tuned: chosen by hand.
     pub trend_height: u32,
+    /// Height of the trend of one machine of a fleet, pixels. Not tuned: chosen by hand.
+    pub fleet_height: u32,
     /// Height of a panel of indicators, pixels. Not tuned: chosen by hand.
     pub indicator_panel_height: u32,
     /// Most recordings of a trend that has dots beside its line. Not tuned: chosen by hand.
@@ -38,6 +40,7 @@ impl PlotSettings {
     pub const DEFAULT: Self = Self {
         cycle_height: 300,
         trend_height: 440,
+        fleet_height: 260,
         indicator_panel_height: 230,
         dots: 60,
         derivative_panel_height: 230,

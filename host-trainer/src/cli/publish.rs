@@ -1,0 +1,67 @@
+//! Option `--publish` of `ballrace monitor`.
+
+use ballrace_firmware_sim::event::Event;
+
+use super::Failure;
+use super::broker::{Broker, failure};
+use crate::fleet::publish::{Encoder, Publisher};
+use crate::model::OwnedModel;
+
+/// Publication of a device's events.
+#[derive(clap::Args, Debug)]
+pub struct Publish {
+    /// Publish events and blocks by MQTT at QoS 1, to PREFIX/MACHINE: mqtt://HOST[:PORT]/PREFIX or mqtts://…
+    #[arg(long, value_name = "ADDRESS", requires = "machine")]
+    publish: Option<String>,
+    /// Name of the machine, 1 to 32 bytes
+    #[arg(long, value_name = "NAME", requires = "publish")]
+    machine: Option<String>,
+    #[command(flatten)]
+    broker: Broker,
+}
+
+/// Device that publishes.
+#[derive(Debug)]
+pub struct Publication {
+    publisher: Publisher,
+    encoder: Encoder,
+    broker: String,
+}
+
+impl Publish {
+    /// Connects where an address is given.
+    pub fn connect(&self, model: &OwnedModel) -> Result<Option<Publication>, Failure> {
+        let (Some(address), Some(machine)) = (&self.publish, &self.machine) else {
+            return if self.broker.is_empty() {
+                Ok(None)
+            } else {
+                Err(Failure::Input("--ca, --user, --password-file: found no --publish, expected one".into()))
+            };
+        };
+        if !ballrace_core::telemetry::is_name(machine) {
+            let expected = "1 to 32 bytes without control characters, /, + and #, that do not begin with $";
+            return Err(Failure::Input(format!("--machine: found {machine:?}, expected {expected}")));
+        }
+        let link = self.broker.link(address)?;
+        let crc = model.bytes().last_chunk().map_or(0, |crc| u32::from_le_bytes(*crc));
+        let encoder = Encoder::new(machine, crc, model.view().monitor.limit);
+        let publisher = Publisher::connect(&link, machine).map_err(failure)?;
+        Ok(Some(Publication { publisher, encoder, broker: link.broker() }))
+    }
+}
+
+impl Publication {
+    /// Publishes an event.
+    pub fn event(&mut self, event: &Event<'_>) -> Result<(), Failure> {
+        let message = self.encoder.encode(event).map_err(|error| Failure::Input(format!("--publish: {error}")))?;
+        self.publisher.send(message);
+        Ok(())
+    }
+
+    /// Waits for all acknowledgements.
+    pub fn finish(self) -> Result<(), Failure> {
+        let count = self.publisher.finish().map_err(failure)?;
+        eprintln!("{count} messages published to {}, all acknowledged", self.broker);
+        Ok(())
+    }
+}
