@@ -1,5 +1,6 @@
 """A fleet on two real worker processes: each machine once, whatever dies. Needs the extra `fleet`, and `$BALLRACE`."""
 
+import contextlib
 import os
 import shutil
 import signal
@@ -15,6 +16,7 @@ for module in ("distributed", "duckdb", "polars", "pyarrow"):
     pytest.importorskip(module)
 import duckdb
 import polars
+import psutil
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -55,7 +57,7 @@ def test_broken_machine_says_why_and_resume_recomputes_nothing(tmp_path):
     shutil.copy(root / "pump3" / "r000.npy", root / "pump3" / "r001.npy")
     last = monitor(root, out, batch=2, retry_errors=True)
     assert (last.machines, last.errors, last.before) == (7, 0, 4)
-    assert duckdb.sql(f"select count(*) from read_parquet('{out}/summary/*.parquet')").fetchone() == (7,)
+    assert duckdb.sql(f"select count(*) from read_parquet('{out}/summary/*.parquet')").fetchall() == [(7,)]
     with pytest.raises(fleet.InputError, match="expected"):
         fleet.run("phases", root, out, program=PROGRAM)
 
@@ -75,10 +77,13 @@ def test_partitions_by_machine_and_day(tmp_path):
     assert polars.read_parquet(f"{tmp_path}/day/indicators/*.parquet")["recording"].to_list() == ["2026-01-02_r0"] * 3
 
 
-def workers_of(parent):
-    found = subprocess.run(["ps", "-eo", "pid,ppid,args"], capture_output=True, text=True, check=True).stdout.splitlines()[1:]
-    rows = [line.split(None, 2) for line in found]
-    return [int(row[0]) for row in rows if int(row[1]) == parent and "spawn_main" in row[2]]
+def worker_at_work():
+    """A worker that has a `ballrace` process at this moment."""
+    while True:
+        for process in psutil.Process().children(recursive=True):
+            with contextlib.suppress(psutil.Error):
+                if process.name() == "ballrace":
+                    return process.ppid()
 
 
 def test_killed_worker_loses_and_doubles_nothing(tmp_path):
@@ -87,7 +92,7 @@ def test_killed_worker_loses_and_doubles_nothing(tmp_path):
     def kill():
         while not list(out.glob("status/*.parquet")):
             time.sleep(0.02)
-        victim = workers_of(os.getpid())[0]
+        victim = worker_at_work()
         os.kill(victim, signal.SIGKILL)
         killed.append(victim)
 
@@ -98,7 +103,7 @@ def test_killed_worker_loses_and_doubles_nothing(tmp_path):
     assert killed, "the run ended before a worker could be killed"
     assert (summary.machines, summary.errors) == (600, 0)
     assert len(statuses(out)) == 600
-    assert duckdb.sql(f"select count(*) from read_parquet('{out}/indicators/*.parquet')").fetchone() == (1800,)
+    assert duckdb.sql(f"select count(*) from read_parquet('{out}/indicators/*.parquet')").fetchall() == [(1800,)]
 
 
 def test_killed_run_goes_on(tmp_path):
