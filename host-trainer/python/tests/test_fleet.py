@@ -21,7 +21,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from ballrace import fleet
-from ballrace.fleet import synthetic
+from ballrace.fleet import results, synthetic
+from ballrace.fleet.work import Job, run_machine
 
 PROGRAM = shutil.which(os.environ.get("BALLRACE", "ballrace"))
 MODEL = Path(__file__).parents[3] / "core" / "examples" / "least.json"
@@ -119,3 +120,14 @@ def test_killed_run_goes_on(tmp_path):
     summary = monitor("synthetic:400", out, batch=20)
     assert summary.machines == 400 and summary.before > 0
     assert len(statuses(out)) == 400
+
+
+def test_phases_and_sweep_of_a_machine(tmp_path):
+    config = tmp_path / "sweep.toml"
+    config.write_text('solver = "stlsq"\nnd = 1\nnf = 1\n')
+    for command, recordings, columns in (("phases", 20, {"channel", "denoised"}), ("sweep", 1, {"solver", "r2"})):
+        job = Job(command, fleet.Synthetic(1, recordings), str(tmp_path), PROGRAM, config=str(config))
+        status, rows = run_machine(job, "m0000000")
+        assert (status["status"], status["error"]) == ("ok", None)
+        results.write_batch(str(tmp_path), 0, [status], {command: [row | {"machine": "m0000000"} for row in rows[command]]})
+        assert columns <= set(polars.read_parquet(f"{tmp_path}/{command}/*.parquet").columns)

@@ -85,7 +85,9 @@ def write_batch(out: str, batch: int, statuses: list[dict], rows: dict[str, list
 
 def _table(columns: list[tuple[str, pa.DataType | None]], rows: list[dict]) -> pa.Table:
     names = [("machine", TEXT), *columns]
-    return pa.table({name: pa.array([row.get(name) for row in rows], kind) for name, kind in names})
+    arrays = {name: pa.array([row.get(name) for row in rows], kind) for name, kind in names}
+    # A column without any value, such as the errors of a sweep, is text in every batch.
+    return pa.table({name: array.cast(TEXT) if pa.types.is_null(array.type) else array for name, array in arrays.items()})
 
 
 def _file(out: str, name: str, batch: int) -> Path:
