@@ -13,7 +13,7 @@ import signal
 import subprocess
 import tempfile
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -41,7 +41,7 @@ class Job:
     rig: str | None = None
     baseline: str | None = None
     config: str | None = None
-    options: tuple[str, ...] = field(default=())
+    options: tuple[str, ...] = ()
     timeout_s: float = settings.TIMEOUT_S
 
 
