@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use ballrace_core::monitor::MonitorConfig;
 use ballrace_firmware_sim::event::Event;
 use ballrace_firmware_sim::faults::{FaultPlan, Injected};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::input::{Recordings, bar};
 use super::output::{Force, Outputs};
@@ -107,7 +107,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         };
         while emitted < done.min(indicators.len()) {
             if args.json || args.blocks {
-                print(recording(&input, &vibration, emitted, ewma));
+                print(vibration.event(&input, emitted, ewma));
             }
             emitted += 1;
         }
@@ -148,26 +148,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     eprintln!("{}", report::monitor::severity(&vibration));
     eprintln!("{}", stated_rate(&model.view().monitor));
     if args.json { super::json(&Value::from(events)) } else { Ok(()) }
-}
-
-/// Vibration indicators of a recording as an event, with the monitor's EWMA at its end.
-fn recording(input: &Input, vibration: &Vibration<'_>, index: usize, ewma: Option<f32>) -> Value {
-    let found = &vibration.indicators[index];
-    let velocity = found.velocity.ok();
-    json!({
-        "event": "recording",
-        "recording": input.series[index].name,
-        "recording_index": index,
-        "start_s": input.starts_s.as_ref().map(|starts| starts[index]),
-        "rms_m_per_s2": found.rms,
-        "peak_m_per_s2": found.peak,
-        "crest_factor": found.crest_factor(),
-        "kurtosis": found.kurtosis,
-        "velocity_mm_per_s": velocity,
-        "no_velocity": found.velocity.err().map(|why| why.to_string()),
-        "zone": vibration.class.zip(velocity).map(|(class, velocity)| class.zone(velocity)),
-        "ewma": ewma,
-    })
 }
 
 /// Says on stderr where the model is of another channel than the recordings, or does not say of which.

@@ -11,7 +11,7 @@ use super::settings::CliSettings;
 use super::{Failure, line, write};
 use crate::paper::aged_bearing;
 use crate::report::phases::{self as report, Machine};
-use crate::signal::phases::machine::{Filter, Lives};
+use crate::signal::phases::machine::Filter;
 use crate::signal::phases::{FEWEST_HEALTHY, FailureRule, Phases, Rules};
 use crate::signal::wavelet::Wavelet;
 use crate::signal::wavelet::denoise::{Denoising, NoiseEstimate, Shrinkage, ThresholdRule};
@@ -82,7 +82,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         write(path, page.html().as_bytes())?;
     }
     if args.json {
-        let machines: Vec<Value> = machines.iter().map(document).collect();
+        let machines: Vec<Value> = machines.iter().map(Machine::document).collect();
         return super::json(&json!({ "rules": rules, "machines": machines, "comparison": comparison }));
     }
     machines.iter().try_for_each(print)?;
@@ -118,31 +118,15 @@ impl Args {
     fn machine(&self, folder: &Path, rules: &Rules) -> Result<Machine, Failure> {
         let input = Recordings { recordings: vec![folder.to_owned()], ..self.input.clone() };
         let recordings = input.load(self.input.channel.as_ref().map(|channel| vec![channel.clone()]))?;
-        let fewest = rules.healthy.unwrap_or(FEWEST_HEALTHY);
-        let Some(first) = recordings.first().filter(|_| recordings.len() > fewest) else {
-            return Err(Failure::Input(format!(
-                "{}: found {} recordings, expected more than {fewest}: so many are healthy at the beginning",
-                folder.display(),
-                recordings.len()
-            )));
-        };
-        if let Some(other) = recordings.iter().find(|r| r.sample_rate_hz != first.sample_rate_hz) {
-            return Err(Failure::Input(format!(
-                "{}: found {} Hz, expected {} Hz as {} has; --resample makes them equal",
-                other.source, other.sample_rate_hz, first.sample_rate_hz, first.source
-            )));
-        }
         let wavelet: Wavelet = self.wavelet.parse().map_err(|error| Failure::Input(format!("--wavelet: {error}")))?;
-        let denoising = Denoising {
+        let denoising = |sample_rate_hz| Denoising {
             wavelet,
-            levels: levels_below(self.below, first.sample_rate_hz),
+            levels: levels_below(self.below, sample_rate_hz),
             rule: self.threshold,
             shrinkage: self.shrinkage,
             noise: self.noise,
         };
-        let lives = Lives::new(&recordings, &denoising);
-        let name = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned();
-        Ok(Machine { name, phases: lives.phases(rules), lives })
+        Machine::new(folder, &recordings, rules, denoising).map_err(Failure::input)
     }
 }
 
@@ -240,27 +224,4 @@ impl Comparison {
         }
         Ok(())
     }
-}
-
-fn document(found: &Machine) -> Value {
-    let timeline = &found.lives.timeline;
-    let recording = |index: usize| {
-        json!({ "index": index, "name": timeline.names[index],
-                "time_s": timeline.times_s.as_ref().map(|times| times[index]) })
-    };
-    let channel = |(n, phases): (usize, &Option<Phases>)| {
-        let life = &found.lives.channels[n];
-        phases.map(|phases| {
-            json!({ "channel": life.channel, "denoised": life.filter == Filter::Wavelet,
-                    "healthy": { "recordings": phases.healthy, "kurtosis": phases.mean, "kurtosis_std": phases.std },
-                    "aging": phases.aging.map(recording), "in_a_row": phases.in_a_row,
-                    "failure": phases.failure.map(recording),
-                    "aging_recordings": phases.between(life.features.len()) })
-        })
-    };
-    json!({
-        "name": found.name, "recordings": timeline.names.len(), "gaps": timeline.gaps(),
-        "paper_aging_recordings": aged_bearing(&found.name).map(|paper| paper.aging_recordings),
-        "channels": found.phases.iter().enumerate().filter_map(channel).collect::<Vec<_>>(),
-    })
 }

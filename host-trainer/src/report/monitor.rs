@@ -1,6 +1,6 @@
 //! Report of `ballrace monitor`.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::settings::ReportSettings;
 use super::signal::Comparison;
@@ -24,6 +24,28 @@ pub struct Vibration<'i> {
     pub indicators: &'i [Indicators],
     /// Group and support of the machine.
     pub class: Option<IsoClass>,
+}
+
+impl Vibration<'_> {
+    /// Indicators of a recording as an event, with the monitor's EWMA at its end.
+    pub fn event(&self, input: &Input, index: usize, ewma: Option<f32>) -> Value {
+        let found = &self.indicators[index];
+        let velocity = found.velocity.ok();
+        json!({
+            "event": "recording",
+            "recording": input.series[index].name,
+            "recording_index": index,
+            "start_s": input.starts_s.as_ref().map(|starts| starts[index]),
+            "rms_m_per_s2": found.rms,
+            "peak_m_per_s2": found.peak,
+            "crest_factor": found.crest_factor(),
+            "kurtosis": found.kurtosis,
+            "velocity_mm_per_s": velocity,
+            "no_velocity": found.velocity.err().map(|why| why.to_string()),
+            "zone": self.class.zip(velocity).map(|(class, velocity)| class.zone(velocity)),
+            "ewma": ewma,
+        })
+    }
 }
 
 /// Report of a run of the device over recordings.
