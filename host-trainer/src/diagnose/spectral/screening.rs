@@ -54,7 +54,7 @@ pub struct StartScore<'h> {
     pub effect: EffectEntry,
 }
 
-/// Starts that gain most on brief recordings, best first, a few of a hypothesis, each where its search ended: every start on one recording,
+/// Hypotheses that gain most on brief recordings, best first, each with where its search ended: every start on one recording,
 /// the best of them on two, those of a support in one direction as well, and a short search of the best of these.
 pub fn screened<'h>(null: &NullFit, brief: &Brief, hypotheses: &'h [Hypothesis]) -> Vec<StartScore<'h>> {
     let orders = null.model.data.orders;
@@ -72,7 +72,7 @@ pub fn screened<'h>(null: &NullFit, brief: &Brief, hypotheses: &'h [Hypothesis])
         directions.map(|h| (h, h.placed(&score.effect)))
     });
     let starts = directed.chain(kept.iter().map(|score| (score.hypothesis, score.effect.clone()))).collect();
-    let kept = best_starts(scores(&second, starts, &[]), SETTINGS.second_starts, SETTINGS.second_starts_each);
+    let kept = best_starts(scores(&second, starts, &[]), SETTINGS.hypotheses, 1);
     let searched = kept.into_par_iter().filter_map(|StartScore { hypothesis, effect, .. }| {
         let (model, from) = second.with_effect(hypothesis, &effect, true)?;
         let point = model.start_from(&from).ok()?;

@@ -43,14 +43,9 @@ pub fn candidates<'d, 'a>(
     let asked = asked / SETTINGS.growth;
     let asked_of_brief = asked * brief.duration_s() / duration_s(data.observations);
     kept.retain(|score| score.gain > (SETTINGS.rival_share * most).max(asked_of_brief));
-    let mut sought: Vec<(&Hypothesis, Vec<EffectEntry>)> = Vec::new();
-    for score in without_twins(kept) {
-        match sought.iter_mut().find(|(hypothesis, _)| hypothesis.is_same_as(score.hypothesis)) {
-            Some((_, starts)) => starts.extend(sizes(&score.effect)),
-            None => sought.push((score.hypothesis, sizes(&score.effect))),
-        }
-    }
-    sought.truncate(SETTINGS.full_fits);
+    let mut kept = without_twins(kept);
+    kept.truncate(SETTINGS.full_fits);
+    let mut sought: Vec<_> = kept.into_iter().map(|score| (score.hypothesis, sizes(&score.effect))).collect();
     for also in hypotheses.iter().filter(|h| ALWAYS_FITTED.contains(&(h.kind, h.place.as_str()))) {
         if sought.iter().all(|(hypothesis, _)| !hypothesis.is_same_as(also)) {
             sought.push((also, also.starts.clone()));

@@ -481,10 +481,8 @@ pub struct SearchSettings {
     pub starts: usize,
     /// Starts of a hypothesis after it.
     pub starts_each: usize,
-    /// Starts after the second screening.
-    pub second_starts: usize,
-    /// Starts of a hypothesis after it.
-    pub second_starts_each: usize,
+    /// Hypotheses after the second screening.
+    pub hypotheses: usize,
     /// Most hypotheses of a kind, at different components or numbers of lobes.
     pub places: usize,
     /// Share of the greatest gain in the screening from which a hypothesis is fitted to all recordings.
@@ -525,8 +523,7 @@ impl SearchSettings {
         scales: [0.02, 0.06, 0.2, 0.6, 2.0, 6.0, 20.0],
         starts: 40,
         starts_each: 4,
-        second_starts: 14,
-        second_starts_each: 2,
+        hypotheses: 9,
         places: 3,
         rival_share: 0.4,
         full_fits: 6,
