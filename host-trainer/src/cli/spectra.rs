@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::input::Recordings;
 use super::output::{Force, Outputs};
@@ -11,7 +11,6 @@ use super::settings::CliSettings;
 use super::{Failure, line, write};
 use crate::report::spectra as report;
 use crate::rig::{Machine, Rig};
-use crate::signal::kurtogram::Kurtogram;
 use crate::signal::spectra::{Analysis, SpeedSource, Wanted};
 
 const SETTINGS: CliSettings = CliSettings::DEFAULT;
@@ -86,7 +85,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let page = report::document(&analyses).map_err(Failure::other)?.html();
     write(&args.out, page.as_bytes())?;
     if args.json {
-        return super::json(&json!({ "recordings": analyses.iter().map(document).collect::<Vec<_>>() }));
+        return super::json(&json!({ "recordings": analyses.iter().map(report::value).collect::<Vec<_>>() }));
     }
     for analysis in &analyses {
         print(analysis)?;
@@ -129,37 +128,4 @@ fn band(text: &str) -> Option<Range<f64>> {
     let (low, high) = text.split_once(':')?;
     let band = low.trim().parse::<f64>().ok()?..high.trim().parse::<f64>().ok()?;
     (band.start >= 0.0 && band.start < band.end && band.end.is_finite()).then_some(band)
-}
-
-fn document(analysis: &Analysis) -> Value {
-    let best = analysis.kurtogram.as_ref().and_then(Kurtogram::best).map(|cell| {
-        json!({ "centre_hz": cell.centre_hz, "bandwidth_hz": cell.bandwidth_hz, "level": cell.level,
-                "kurtosis": cell.kurtosis, "significance": cell.significance() })
-    });
-    let same = |cell: &&crate::signal::kurtogram::Cell| {
-        (cell.band_hz().start - analysis.band.band_hz.start).abs() < 1e-3 * cell.bandwidth_hz
-            && (cell.band_hz().end - analysis.band.band_hz.end).abs() < 1e-3 * cell.bandwidth_hz
-    };
-    let own = analysis.kurtogram.as_ref().and_then(|k| k.cells.iter().find(same)).map(|cell| cell.kurtosis);
-    let lines: Vec<Value> = analysis
-        .lines
-        .iter()
-        .map(|found| {
-            let (c, l) = (&found.characteristic, &found.line);
-            json!({ "name": c.name, "family": c.family, "harmonic": c.harmonic, "sideband": c.sideband,
-                    "expected_hz": c.frequency_hz, "frequency_hz": l.frequency_hz, "amplitude_m_per_s2": l.amplitude,
-                    "background_m_per_s2": l.background, "signal_to_background": l.ratio, "p_value": l.p_value })
-        })
-        .collect();
-    json!({
-        "name": analysis.name, "file": analysis.file, "channel": analysis.channel,
-        "sample_rate_hz": analysis.sample_rate_hz, "duration_s": analysis.duration_s,
-        "speed": analysis.speed,
-        "band": { "low_hz": analysis.band.band_hz.start, "high_hz": analysis.band.band_hz.end,
-                  "chosen_by": analysis.band.choice, "kurtosis": own,
-                  "log10_p_value": analysis.band.log_p_value.map(|p| p / std::f64::consts::LN_10) },
-        "kurtogram_best": best,
-        "lines": lines,
-        "synchronous": analysis.synchronous.as_ref().map(|s| json!({ "turns": s.periods, "explained": s.explained })),
-    })
 }

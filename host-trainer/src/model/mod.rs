@@ -12,6 +12,6 @@ pub mod samples;
 pub mod sindy_nn;
 pub mod states;
 pub mod stlsq;
-pub(crate) mod trace;
+pub mod trace;
 
 pub use owned::{OwnedModel, Parts};

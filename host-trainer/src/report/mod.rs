@@ -17,7 +17,7 @@ pub(crate) mod calibrate;
 pub(crate) mod calibrate_sdof;
 pub mod diagnosis;
 pub(crate) mod features;
-pub(crate) mod fit;
+pub mod fit;
 #[cfg(feature = "fleet")]
 pub(crate) mod fleet;
 pub(crate) mod held_out;
@@ -30,7 +30,7 @@ pub mod phases;
 pub(crate) mod plot;
 pub(crate) mod settings;
 pub(crate) mod signal;
-pub(crate) mod spectra;
+pub mod spectra;
 
 /// Tone of a verdict: the colour of its box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,10 +1,13 @@
 //! Report of `ballrace spectra`.
 
+use serde_json::{Value, json};
+
 use super::{Cell, Document, Section, Tone};
 use crate::report::plot::lines::Labels;
 use crate::report::plot::marks::Mark;
 use crate::report::plot::{DrawError, cycle, density, kurtogram, lines};
 use crate::signal::characteristic::{Characteristic, Family};
+use crate::signal::kurtogram::Kurtogram;
 use crate::signal::spectra::{Analysis, BandChoice, MarkedLine, SpeedSource};
 use crate::stats::format::{by_chance, chance, fixed};
 
@@ -228,4 +231,38 @@ fn orders(analysis: &Analysis, section: Section) -> Result<Option<Section>, Draw
             spectrum.step
         ),
     )))
+}
+
+/// JSON document of an analysis.
+pub fn value(analysis: &Analysis) -> Value {
+    let best = analysis.kurtogram.as_ref().and_then(Kurtogram::best).map(|cell| {
+        json!({ "centre_hz": cell.centre_hz, "bandwidth_hz": cell.bandwidth_hz, "level": cell.level,
+                "kurtosis": cell.kurtosis, "significance": cell.significance() })
+    });
+    let same = |cell: &&crate::signal::kurtogram::Cell| {
+        (cell.band_hz().start - analysis.band.band_hz.start).abs() < 1e-3 * cell.bandwidth_hz
+            && (cell.band_hz().end - analysis.band.band_hz.end).abs() < 1e-3 * cell.bandwidth_hz
+    };
+    let own = analysis.kurtogram.as_ref().and_then(|k| k.cells.iter().find(same)).map(|cell| cell.kurtosis);
+    let lines: Vec<Value> = analysis
+        .lines
+        .iter()
+        .map(|found| {
+            let (c, l) = (&found.characteristic, &found.line);
+            json!({ "name": c.name, "family": c.family, "harmonic": c.harmonic, "sideband": c.sideband,
+                    "expected_hz": c.frequency_hz, "frequency_hz": l.frequency_hz, "amplitude_m_per_s2": l.amplitude,
+                    "background_m_per_s2": l.background, "signal_to_background": l.ratio, "p_value": l.p_value })
+        })
+        .collect();
+    json!({
+        "name": analysis.name, "file": analysis.file, "channel": analysis.channel,
+        "sample_rate_hz": analysis.sample_rate_hz, "duration_s": analysis.duration_s,
+        "speed": analysis.speed,
+        "band": { "low_hz": analysis.band.band_hz.start, "high_hz": analysis.band.band_hz.end,
+                  "chosen_by": analysis.band.choice, "kurtosis": own,
+                  "log10_p_value": analysis.band.log_p_value.map(|p| p / std::f64::consts::LN_10) },
+        "kurtogram_best": best,
+        "lines": lines,
+        "synchronous": analysis.synchronous.as_ref().map(|s| json!({ "turns": s.periods, "explained": s.explained })),
+    })
 }

@@ -43,7 +43,7 @@
 //! speed, one run to about half.
 
 pub mod assembly;
-pub(crate) mod batch;
+pub mod batch;
 pub mod bearing;
 pub mod condition;
 pub mod config;

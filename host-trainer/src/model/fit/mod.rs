@@ -14,7 +14,7 @@ mod scored;
 pub(crate) mod settings;
 mod single_fit;
 pub mod terms;
-pub(crate) mod text;
+pub mod text;
 pub mod verdict;
 
 use ballrace_core::library::Library;

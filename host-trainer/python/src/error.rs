@@ -1,0 +1,27 @@
+//! Exceptions: the texts of the commands.
+
+use std::fmt::Display;
+
+use pyo3::create_exception;
+use pyo3::exceptions::{PyException, PyValueError};
+use pyo3::prelude::*;
+
+create_exception!(ballrace, Error, PyException, "Failure of ballrace that is no wrong input.");
+create_exception!(ballrace, InputError, PyValueError, "Wrong input: where, what was found, and what was expected.");
+
+/// Wrong input, with the text of an error.
+pub fn input(error: impl Display) -> PyErr {
+    InputError::new_err(error.to_string())
+}
+
+/// Any other failure, with the text of an error.
+pub fn other(error: impl Display) -> PyErr {
+    Error::new_err(error.to_string())
+}
+
+/// Python value of what serialises.
+pub fn python<'py>(py: Python<'py>, value: &impl serde::Serialize) -> PyResult<Bound<'py, PyAny>> {
+    // Through JSON, so that numbers that are not finite are None as in the commands' documents.
+    let value = serde_json::to_value(value).map_err(other)?;
+    pythonize::pythonize(py, &value).map_err(other)
+}

@@ -1,0 +1,173 @@
+"""The module as a user of Python has it: arrays, dictionaries, exceptions, interrupts, tables, estimators."""
+
+import json
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ballrace
+
+RIG = (Path(__file__).parents[2] / "src" / "cli" / "demo" / "rig.toml").read_text()
+SDOF = 'kind = "sdof"\nmass_kg = 2.0\ndamping_n_s_per_m = 4.0\nstiffness_n_per_m = 800.0\ninput_gain_n_per_unit = 3.0\n'
+
+
+def tones(count=8000, seed=0):
+    """Two tones and noise, m/s²."""
+    t = np.arange(count)
+    return np.sin(0.3 * t) + 0.2 * np.sin(1.1 * t) + 0.01 * np.random.default_rng(seed).standard_normal(count)
+
+
+def recordings(count=3):
+    return [ballrace.Recording({"ay": tones(seed=n)}, 25600.0, name=f"r{n}") for n in range(count)]
+
+
+def small(**more):
+    return ballrace.fit(recordings(), solver="stlsq", dimension=3, degree=1, harmonics=0, null=0, **more)
+
+
+def test_arrays_are_kept_and_not_copied():
+    samples = tones()
+    recording = ballrace.Recording({"ay": samples}, 25600.0)
+    assert recording["ay"] is samples and recording.channels["ay"] is samples and len(recording) == len(samples)
+
+
+def test_load_gives_what_a_file_holds_and_errors_name_the_place(tmp_path):
+    samples = tones(1000)
+    file = tmp_path / "r01.csv"
+    np.savetxt(file, samples, header="ay", comments="")
+    (found,) = ballrace.load(file, sample_rate_hz=25600.0, unit="m/s^2")
+    assert found.name == "r01" and found.sample_rate_hz == 25600.0
+    np.testing.assert_allclose(found["ay"], samples)
+    file.write_text("ay\n1.0\nx\n2.0\n")
+    with pytest.raises(ballrace.InputError, match=r"r01\.csv.*row 3.*found.*expected"):
+        ballrace.load(file, sample_rate_hz=25600.0, unit="m/s^2")
+    assert issubclass(ballrace.InputError, ValueError)
+    with pytest.raises(ballrace.InputError, match=r"\[2\].*not finite"):
+        ballrace.Recording({"ay": np.array([1.0, 2.0, np.nan])}, 25600.0)
+
+
+def test_a_model_fits_predicts_saves_and_exports(tmp_path):
+    told = []
+    model = small(progress=lambda done, text: told.append((done, text)))
+    assert all(0 <= done <= 1 for done, _ in told)
+    trace = model.predict(tones(seed=9))
+    assert trace["measured"].shape == trace["predicted"].shape == (len(trace["time_s"]), 3)
+    model.save(tmp_path / "model.json")
+    again = ballrace.Model.load(tmp_path / "model.json")
+    assert again.export("bin") == model.export("bin") and again.report == model.report
+    assert b"ballrace" in model.export("c").lower() and json.loads(model.export("json"))
+    assert "R²" in model.text() and "<iframe" in model._repr_html_()
+    with pytest.raises(ballrace.InputError, match="format: found `exe`"):
+        model.export("exe")
+
+
+def test_monitor_is_quiet_on_the_healthy_and_alarms_at_a_change():
+    model = small()
+    quiet = ballrace.monitor(model, recordings())
+    assert quiet["summary"]["alarms"] == 0 and len(quiet["recordings"]) == 3
+    changed = [ballrace.Recording({"ay": 3.0 * tones(seed=n) ** 3}, 25600.0, name=f"c{n}") for n in range(6)]
+    assert ballrace.monitor(model, recordings() + changed)["summary"]["first_alarm"]["recording"].startswith("c")
+
+
+def test_a_rig_simulates_and_its_diagnosis_names_friction():
+    made = ballrace.Rig(RIG).simulate(25.0, 400.0, seconds=0.2)
+    assert set(made.channels) >= {"ax", "ay"} and len(made) == 5120
+    spectrum = ballrace.spectra(made)
+    assert spectrum["recordings"][0]["sample_rate_hz"] == 25600.0 and "<html" in spectrum["page"].html
+
+    rig = ballrace.Rig(SDOF)
+    machine = ballrace.Rig(SDOF + '[[effect]]\nname = "coulomb-friction"\nforce_n = 0.5\n')
+    t = np.arange(3000) / 500
+    drive = [0.5 * sum(np.sin((2 + 3 * k + n) * t + k * k) for k in range(8)) for n in range(4)]
+    drives = [ballrace.Recording({"u": u}, 500.0, name=f"r{n}") for n, u in enumerate(drive)]
+    moved = [ballrace.Recording({"u": m["u"], "q": m["q"]}, 500.0, name=m.name) for m in machine.predict(drives)]
+    found = ballrace.diagnose(rig, moved, seed=1)
+    assert found.verdict == "mismatch" and found.causes[0]["name"] == "coulomb-friction"
+    assert found.causes[0]["parameters"]["force_n"] == pytest.approx(0.5, rel=0.05)
+    assert "coulomb-friction" in found.corrected_rig.to_toml() and "iframe" in found._repr_html_()
+    assert ballrace.diagnose(rig, rig.predict(drives), seed=1).verdict == "no-mismatch"
+
+
+def test_other_threads_run_meanwhile_and_an_interrupt_ends_a_fit():
+    counted = []
+    running = True
+
+    def count():
+        while running:
+            counted.append(time.monotonic())
+            time.sleep(0.01)
+
+    other = threading.Thread(target=count)
+    other.start()
+    timer = threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        ballrace.fit(recordings(), max_steps=10**9)
+    took = time.monotonic() - began
+    running = False
+    other.join()
+    # Far less than the fit, which would take days.
+    assert took < 30 and len([at for at in counted if at > began]) > 20
+    small()
+
+
+def test_tables_go_in_and_out():
+    pytest.importorskip("narwhals")
+    from ballrace import tables
+
+    recording = ballrace.Recording({"ax": tones(100), "ay": tones(100, seed=1)}, 1000.0)
+    for made in ("pandas", "polars", "arrow"):
+        pytest.importorskip({"arrow": "pyarrow"}.get(made, made))
+        again = tables.recording(getattr(tables, made)(recording))
+        assert again.sample_rate_hz == pytest.approx(1000.0)
+        np.testing.assert_array_equal(again["ay"], recording["ay"])
+    with pytest.raises(ballrace.InputError, match="column note"):
+        import pandas as pd
+
+        tables.recording(pd.DataFrame({"note": ["a", "b"]}), sample_rate_hz=10.0)
+
+
+def test_the_equations_of_lorenz_are_found():
+    def slope(x):
+        return np.stack([10 * (x[1] - x[0]), x[0] * (28 - x[2]) - x[1], x[0] * x[1] - 8 / 3 * x[2]])
+
+    x, h, states = np.array([-8.0, 8.0, 27.0]), 1e-3, []
+    for _ in range(10_000):
+        states.append(x)
+        k1 = slope(x)
+        k2 = slope(x + 0.5 * h * k1)
+        k3 = slope(x + 0.5 * h * k2)
+        x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + slope(x + h * k3))
+    states = np.array(states)
+    a, b, c = states.T
+    names = ["1", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", "zz"]
+    theta = np.stack([np.ones_like(a), a, b, c, a * a, a * b, a * c, b * b, b * c, c * c], axis=1)
+    found = ballrace.stlsq(theta, np.stack([slope(s) for s in states]))
+    terms = [{n: v for n, v in zip(names, column) if v != 0} for column in found.T]
+    expected = [{"x": -10, "y": 10}, {"x": 28, "y": -1, "xz": -1}, {"z": -8 / 3, "xy": 1}]
+    for one, other in zip(terms, expected):
+        assert one == pytest.approx(other, rel=1e-6)
+
+
+def test_estimators_are_scikit_learns():
+    pytest.importorskip("sklearn")
+    from ballrace.sklearn import STLSQ, SindyNN
+    from sklearn.base import clone
+    from sklearn.pipeline import make_pipeline
+    from sklearn.preprocessing import PolynomialFeatures
+    from sklearn.utils.estimator_checks import check_estimator
+
+    check_estimator(STLSQ())
+    x = np.random.default_rng(0).standard_normal((500, 2))
+    line = make_pipeline(PolynomialFeatures(3), STLSQ(threshold=1e-3)).fit(x, 2 * x[:, 0] - x[:, 0] * x[:, 1])
+    assert line.score(x, 2 * x[:, 0] - x[:, 0] * x[:, 1]) == pytest.approx(1.0)
+    assert np.count_nonzero(line[-1].coef_) == 2
+    made = clone(SindyNN(dimension=3, degree=1, harmonics=0, max_steps=50))
+    rows = np.stack([tones(3000, seed=n) for n in range(3)])
+    assert made.fit(rows).predict(rows).shape[0] == 3 and made.score(rows) <= 1.0
