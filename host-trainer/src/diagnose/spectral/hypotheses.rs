@@ -184,14 +184,14 @@ impl List<'_> {
                 EffectEntry::new(kind, &[(key, value)]).with_text(Component, component)
             };
             let cubic = |share: f64| share * k / (3.0 * still * still);
-            let hard = ladder(0.05, 1.5, 3).into_iter();
+            let hard = ladder(0.03, 2.0, 12).into_iter();
             let hard = hard.map(|s| of(EffectKind::HardeningStiffness, CubicNPerM3, cubic(s))).collect();
             self.add(EffectKind::HardeningStiffness, component, &[CubicNPerM3], hard);
-            let soft = ladder(0.04, 0.4, 2).into_iter();
+            let soft = ladder(0.03, 0.5, 8).into_iter();
             let soft = soft.map(|s| of(EffectKind::SofteningStiffness, CubicNPerM3, -cubic(s))).collect();
             self.add(EffectKind::SofteningStiffness, component, &[CubicNPerM3], soft);
             let square = |share: f64| share * k / (2.0 * still);
-            let skew = both_ways(0.05, 0.4, 2).into_iter();
+            let skew = both_ways(0.04, 0.6, 6).into_iter();
             let skew = skew.map(|s| of(EffectKind::AsymmetricStiffness, QuadraticNPerM2, square(s))).collect();
             self.add(EffectKind::AsymmetricStiffness, component, &[QuadraticNPerM2], skew);
             let widths = ladder(0.1, 1.6, 4).into_iter();

@@ -89,15 +89,16 @@ fn without_twins(scores: Vec<StartScore>) -> Vec<StartScore> {
     kept
 }
 
-/// Fits of the other curvatures of the spring that the best candidate bends: they differ by little, and a screening may have lost
-/// the right one.
+/// Fits of the other curvatures of the spring that the best candidate bends or stops: they differ by little, and a screening may
+/// have lost the right one.
 fn siblings<'d, 'a>(
     best_so_far: &Candidate,
     fits: &[Candidate],
     hypotheses: &[Hypothesis],
     null: &NullFit<'d, 'a>,
 ) -> Vec<Candidate<'d, 'a>> {
-    if !CURVATURES.contains(&best_so_far.kind) {
+    // A stop with its gap and stiffness bends in most of the ways that a curvature does.
+    if !(CURVATURES.contains(&best_so_far.kind) || best_so_far.kind == EffectKind::EndStopContact) {
         return Vec::new();
     }
     let is_fitted = |h: &Hypothesis| fits.iter().any(|c| c.kind == h.kind && c.place == h.place);
