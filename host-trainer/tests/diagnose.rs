@@ -164,7 +164,7 @@ fn a_healthy_machine_is_quiet_and_calibrates() {
 
     let calibrate = ["calibrate", "--rig", "rig.toml", "--recordings", "data", "--out", "calibrated.toml"];
     let words = done(folder, &[&calibrate[..], &["--report", "page.html"]].concat());
-    assert!(words.contains("mass_kg") && words.contains("held out: r04"), "{words}");
+    assert!(words.contains("mass, kg") && words.contains("held out: r04"), "{words}");
     let page = std::fs::read_to_string(folder.join("page.html")).expect("written");
     assert!(page.matches("<svg").count() >= 2 && !page.contains("NaN"));
     let calibrated = document(&done(folder, &[&calibrate[..], &["--json"]].concat()));
