@@ -93,7 +93,15 @@ def test_a_rig_simulates_and_its_diagnosis_names_friction():
     assert ballrace.diagnose(rig, rig.predict(drives), seed=1).verdict == "no-mismatch"
 
 
-def test_other_threads_run_meanwhile_and_an_interrupt_ends_a_fit():
+@pytest.fixture
+def interruptible():
+    """Ctrl-C as a terminal's process has it: one that was started in the background ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_other_threads_run_meanwhile_and_an_interrupt_ends_a_fit(interruptible):
     counted = []
     running = True
 
