@@ -21,15 +21,16 @@ use crate::monitor::{BlockReport, Monitor, Status};
 ///
 /// let text = include_str!("../examples/least.json");
 /// let mut storage = [[0; 4]; 64];
-/// let model = Model::from_json(text, &mut storage).unwrap();
+/// let model = Model::from_json(text, &mut storage)?;
 /// let mut scratch = [0.0; 64];
-/// let mut device = Device::new(&model, &mut scratch[..Device::scratch_len(&model)]).unwrap();
+/// let mut device = Device::new(&model, &mut scratch[..Device::scratch_len(&model)])?;
 /// let broken = device.push(f32::NAN);
 /// assert!(broken.step.is_none());
 /// for k in 0..10 {
 ///     device.push((0.3 * k as f32) % 1.0);
 /// }
 /// assert!(device.push(0.1).step.is_some());
+/// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 #[derive(Debug)]
 pub struct Device<'a, 's> {

@@ -1,6 +1,9 @@
 //! Messages a second from a broker into SQLite: `collect` beside paho-mqtt and sqlite3, each from a session at the same
 //! mosquitto that holds the same messages. `BALLRACE_PYTHON` names a Python with paho-mqtt 2.
 
+#[path = "../../tests/fleet/message.rs"]
+mod message;
+
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -9,33 +12,9 @@ use ballrace::fleet::collect::{Notice, Options, collect};
 use ballrace::fleet::link::Link;
 use ballrace::fleet::publish::Publisher;
 use ballrace::fleet::store::Store;
-use ballrace_core::monitor::Status;
-use ballrace_core::telemetry::{Kind, MESSAGE_LEN, Message};
 
 const MESSAGES: u32 = 3_000;
 const PORT: u16 = 18_830;
-
-fn block(sequence: u32) -> [u8; MESSAGE_LEN] {
-    let message = Message {
-        machine: "pump",
-        session: 1,
-        sequence,
-        model_crc: 7,
-        unix_ms: 1_700_000_000_000,
-        recording: 0,
-        time_s: 0.5,
-        status: Status::Healthy,
-        kind: Kind::Block,
-        block: sequence + 1,
-        level: 1.0,
-        deviation: 0.1,
-        ewma: 0.2,
-        limit: 3.0,
-    };
-    let mut bytes = [0; MESSAGE_LEN];
-    message.encode(&mut bytes).expect("a message");
-    bytes
-}
 
 /// Seconds from the first to the last message in the file of `collect`.
 fn ours(link: &Link, file: &Path) -> f64 {
@@ -89,7 +68,7 @@ fn main() {
     let mut ratios = Vec::new();
     for round in 0..3 {
         let publisher = Publisher::connect(&link, "pump").expect("a broker");
-        (0..MESSAGES).for_each(|k| publisher.send(block(round * MESSAGES + k)));
+        (0..MESSAGES).for_each(|k| publisher.send(message::block("pump", round * MESSAGES + k)));
         publisher.finish().expect("acknowledgements");
         let ours = f64::from(MESSAGES) / ours(&link, &our_file);
         print!("collect {ours:.0} messages/s");

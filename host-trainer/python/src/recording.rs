@@ -51,6 +51,7 @@ impl Recording {
                 )));
             }
         }
+        // With an extension: the name of a recording is its file's without one.
         let source = lib::Source { path: PathBuf::from(format!("{name}.csv")), variable: None };
         let about = lib::Recording { source, sample_rate_hz, shaft_hz, load_n, ..lib::Recording::default() };
         Ok(Self { about, channels: channels.into_iter().collect() })
