@@ -38,6 +38,8 @@ pub struct Acquisition<'a> {
     /// Force on the outer race in the channel's direction at the signal's samples, N: contact and effects, without the
     /// process force; of an sdof rig the force on the mass. Empty unless [`Assembly::needs_path_force`].
     pub path_force: &'a [f64],
+    /// The same across the channel's direction; empty for an sdof rig.
+    pub across_force: &'a [f64],
 }
 
 impl Acquisition<'_> {

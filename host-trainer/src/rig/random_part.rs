@@ -17,7 +17,7 @@ use super::{
     condition::{OperatingCondition, Start},
     config::{BearingRig, Rig},
     error::RigError,
-    settings::LinearisationSettings,
+    settings::{IntegrationSettings, LinearisationSettings},
     simulate::{
         assemble, assemble_in_noise, bearing_under, fewest_substeps, output_chain, shortest_settling_s, side_by_side,
     },
@@ -25,6 +25,7 @@ use super::{
 };
 
 const SETTINGS: LinearisationSettings = LinearisationSettings::DEFAULT;
+const INTEGRATION: IntegrationSettings = IntegrationSettings::DEFAULT;
 
 /// Random part of a rig's motion.
 pub struct RandomPart {
@@ -66,17 +67,23 @@ impl Asked<'_> {
     }
 
     /// Run along which the rig is linearised once; `None` for a rig that is linearised otherwise, or refused.
-    fn along(&self) -> Option<Along> {
+    fn along(&self) -> Option<Ready<'_>> {
         self.rig.check().ok()?;
         let assembly = assemble(self.rig);
         let is_needed = !assembly.forces.is_empty() && (self.known.is_some() || !assembly.depends_on_velocity_noise);
-        is_needed.then(|| Along::new(self.rig, &self.condition, self.heeded(&assembly), SETTINGS.states).ok())?
+        let along = Along {
+            rig: self.rig,
+            condition: &self.condition,
+            scatter: self.heeded(&assembly),
+            states: SETTINGS.states,
+        };
+        is_needed.then(|| along.ready().ok())?
     }
 }
 
 /// States along the runs of [`Asked::along`], side by side.
 fn states(asked: &[Asked]) -> Vec<Option<Result<Vec<Visited>, RigError>>> {
-    let (which, runs): (Vec<usize>, Vec<Along>) =
+    let (which, runs): (Vec<usize>, Vec<Ready>) =
         asked.iter().enumerate().filter_map(|(n, of)| Some((n, of.along()?))).unzip();
     let mut states: Vec<_> = asked.iter().map(|_| None).collect();
     which.into_iter().zip(visited(runs)).for_each(|(n, visited)| states[n] = Some(visited));
@@ -101,25 +108,27 @@ fn random_part(of: &Asked, states: Option<Result<Vec<Visited>, RigError>>) -> Re
     };
     let scatter = scatter(machine, condition, &impulses);
     let chain: Vec<_> = output_chain(assembly).into_iter().filter(|(stage, _)| *stage <= Stage::Amplifier).collect();
-    let sensed = |(channel, mut signal, path_force): (&str, Vec<f64>, Vec<f64>)| {
-        let at = Acquisition { channel, sample_rate_hz: condition.sample_rate_hz, preroll: 0, path_force: &path_force };
+    let sensed = |(channel, mut signal, [along, across]): (&str, Vec<f64>, [&[f64]; 2])| {
+        let sample_rate_hz = condition.sample_rate_hz;
+        let at = Acquisition { channel, sample_rate_hz, preroll: 0, path_force: along, across_force: across };
         // The chain's output at rest is no response.
         let rest = vec![0.0; signal.len()];
         let mut offset = rest.clone();
         for (_, alter) in &chain {
             alter(&at, &mut signal);
-            alter(&Acquisition { path_force: &rest, ..at }, &mut offset);
+            alter(&Acquisition { path_force: &rest, across_force: &rest, ..at }, &mut offset);
         }
         signal.iter_mut().zip(offset).for_each(|(value, offset)| *value -= offset);
         signal
     };
     let responses = impulses.iter_mut().map(|impulse| {
         let [ax, ay, fx, fy] = std::mem::take(&mut impulse.signals);
-        [("ax", ax, fx), ("ay", ay, fy)].map(sensed)
+        [("ax", ax, [&*fx, &*fy]), ("ay", ay, [&*fy, &*fx])].map(sensed)
     });
     let responses = responses.collect();
     let noise_gain = ["ax", "ay"].map(|channel| {
-        let at = Acquisition { channel, sample_rate_hz: condition.sample_rate_hz, preroll: 0, path_force: &[0.0] };
+        let sample_rate_hz = condition.sample_rate_hz;
+        let at = Acquisition { channel, sample_rate_hz, preroll: 0, path_force: &[0.0], across_force: &[0.0] };
         let mut unit = vec![1.0];
         chain.iter().filter(|(stage, _)| *stage == Stage::Amplifier).for_each(|(_, alter)| alter(&at, &mut unit));
         unit[0]
@@ -139,8 +148,9 @@ fn in_scatter(
     let mut found = vec![impulse(&bearing::at_rest(machine, condition.load_n))];
     for (round, moments) in SETTINGS.instants.into_iter().enumerate() {
         let now = Some(scatter(machine, condition, &found));
+        let along = Along { rig, condition, scatter: now, states: condition.samples };
         // One run in, one result out.
-        let visited = visited(vec![Along::new(rig, condition, now, condition.samples)?]).swap_remove(0)?;
+        let visited = visited(vec![along.ready()?]).swap_remove(0)?;
         let few = subset(&visited);
         let tangent_in = |scatter: VelocityCovariance| {
             let assembly = assemble_in_noise(rig, Some(scatter));
@@ -185,21 +195,31 @@ fn scatter(machine: &BearingRig, condition: &OperatingCondition, impulses: &[Imp
 }
 
 /// Short run along which a rig is linearised: with its noise, or without if the velocity covariance is given.
-struct Along {
+#[derive(Clone, Copy)]
+struct Along<'r> {
+    rig: &'r Rig,
+    condition: &'r OperatingCondition,
+    scatter: Option<VelocityCovariance>,
+    /// States that are kept, those of all samples at most.
+    states: usize,
+}
+
+/// A run that is ready, and the states that it will have visited.
+struct Ready<'r> {
+    along: Along<'r>,
     prepared: Prepared,
     kept: Arc<Mutex<Vec<Visited>>>,
 }
 
-impl Along {
-    /// Run of which `states` states are kept, those of all samples at most.
-    fn new(
-        rig: &Rig,
-        condition: &OperatingCondition,
-        scatter: Option<VelocityCovariance>,
-        states: usize,
-    ) -> Result<Self, RigError> {
+impl<'r> Along<'r> {
+    fn ready(self) -> Result<Ready<'r>, RigError> {
+        self.in_steps(fewest_substeps(self.rig, self.scatter, self.condition))
+    }
+
+    fn in_steps(self, substeps: usize) -> Result<Ready<'r>, RigError> {
+        let Self { rig, condition, scatter, states } = self;
         let samples = condition.samples.min((SETTINGS.run_s * condition.sample_rate_hz) as usize).max(1);
-        let substeps = Some(fewest_substeps(rig, scatter, condition));
+        let substeps = Some(substeps);
         let seeded = Start::seeded(SETTINGS.seed);
         let settle_s = SETTINGS.settle_s.min(shortest_settling_s(rig));
         let start = Start { substeps, velocity_covariance: scatter, noise: scatter.is_none(), settle_s, ..seeded };
@@ -220,16 +240,21 @@ impl Along {
         });
         let machine = bearing_under(&assembly, condition)?;
         let condition = OperatingCondition { samples, ..*condition };
-        Ok(Self { prepared: Prepared::new(&machine, &mut assembly, &condition, &start), kept })
+        Ok(Ready { along: self, prepared: Prepared::new(&machine, &mut assembly, &condition, &start), kept })
     }
 }
 
 /// Visited states of runs, side by side.
-fn visited(runs: Vec<Along>) -> Vec<Result<Vec<Visited>, RigError>> {
-    let (prepared, kept): (Vec<_>, Vec<_>) = runs.into_iter().map(|run| (run.prepared, run.kept)).unzip();
-    side_by_side(prepared, |n, _, _| {
-        let states = kept[n].lock().map(|mut kept| std::mem::take(&mut *kept)).unwrap_or_default();
+fn visited(runs: Vec<Ready>) -> Vec<Result<Vec<Visited>, RigError>> {
+    let (prepared, rest): (Vec<_>, Vec<_>) = runs.into_iter().map(|run| (run.prepared, (run.along, run.kept))).unzip();
+    side_by_side(prepared, |n, prepared, _| {
+        let (along, kept) = &rest[n];
+        let states = kept.lock().map(|mut kept| std::mem::take(&mut *kept)).unwrap_or_default();
         match states.iter().find(|(_, q, v)| q.iter().chain(v).any(|x| !x.is_finite())) {
+            // A force may be stiffer than where its steps are counted for.
+            Some(_) if prepared.substeps < INTEGRATION.most_finer_steps => {
+                visited(vec![along.in_steps(INTEGRATION.finer * prepared.substeps)?]).swap_remove(0)
+            }
             Some((at, ..)) => Err(RigError::Diverged { time_s: at.time_s }),
             None => Ok(states),
         }

@@ -30,6 +30,8 @@ pub struct IntegrationSettings {
     pub effect_rate_per_step: f64,
     /// Most steps a sample. Not tuned: chosen by hand.
     pub max_steps: f64,
+    /// Factor of the steps of a run that diverged and is repeated. Not tuned: chosen by hand.
+    pub finer: usize,
     /// Steps a sample from which a run that diverges is not repeated with more. Not tuned: chosen by hand.
     pub most_finer_steps: usize,
     /// Rate of an effect times step in runs for the likelihood, inside the stability limit of 2.7. Not tuned: chosen by
@@ -75,6 +77,7 @@ impl IntegrationSettings {
         contact_rate_per_step: 0.12,
         effect_rate_per_step: 0.5,
         max_steps: 256.0,
+        finer: 4,
         most_finer_steps: 128,
         coarse_effect_rate_per_step: 1.2,
         coarse_contact_rate_per_step: 0.5,

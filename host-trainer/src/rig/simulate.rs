@@ -73,7 +73,7 @@ pub fn simulate_altered(
             Err(RigError::Diverged { .. })
                 if start.substeps.is_none() && prepared.substeps < SETTINGS.most_finer_steps =>
             {
-                run.start.substeps = Some(4 * prepared.substeps);
+                run.start.substeps = Some(SETTINGS.finer * prepared.substeps);
             }
             ended => return ended,
         }
@@ -280,8 +280,9 @@ fn finish(run: &Run, prepared: &Prepared, chain: &Chain, signals: Signals) -> Re
     }
     let mut channels = Vec::with_capacity(3);
     let [ax, ay, fx, fy] = signals;
-    for (index, (name, mut signal, path_force)) in [("ax", ax, &fx), ("ay", ay, &fy)].into_iter().enumerate() {
-        let at = Acquisition { channel: name, sample_rate_hz, preroll, path_force };
+    let channel = [("ax", ax, [&fx, &fy]), ("ay", ay, [&fy, &fx])];
+    for (index, (name, mut signal, [path_force, across_force])) in channel.into_iter().enumerate() {
+        let at = Acquisition { channel: name, sample_rate_hz, preroll, path_force, across_force };
         let (sensor, rest): (Vec<_>, Vec<_>) = chain.signals.iter().partition(|(stage, _)| *stage <= Stage::Transducer);
         for (_, alter) in sensor {
             alter(&at, &mut signal);
@@ -304,7 +305,10 @@ fn finish(run: &Run, prepared: &Prepared, chain: &Chain, signals: Signals) -> Re
     }
     let mut tacho = tachometer(&prepared.turning, sample_rate_hz, prepared.samples);
     for (_, alter) in chain.signals.iter().filter(|(stage, _)| *stage == Stage::Logger) {
-        alter(&Acquisition { channel: "tacho", sample_rate_hz, preroll: 0, path_force: &[] }, &mut tacho);
+        alter(
+            &Acquisition { channel: "tacho", sample_rate_hz, preroll: 0, path_force: &[], across_force: &[] },
+            &mut tacho,
+        );
     }
     tacho.truncate(samples);
     channels.push(Channel { name: "tacho".into(), location: None, samples: tacho });

@@ -119,12 +119,13 @@ pub fn events(rig: &Rig, observations: &[Observation], noise: &[Arc<Power>]) -> 
 }
 
 fn templates(load_n: f64) -> Vec<EffectEntry> {
-    use ParameterKey::{ChangeN, Component, DurationS, ImpulseNS, RiseS, TimeS};
-    let step = |rise: f64| {
+    use ParameterKey::{ChangeN, Component, DurationS, ImpulseNS, RiseS, Shape, TimeS};
+    let step = |rise: f64, shape: &str| {
         EffectEntry::new(
             EffectKind::LoadStep,
             &[(TimeS, SETTINGS.template_s), (ChangeN, SETTINGS.change_share * load_n), (RiseS, rise)],
         )
+        .with_text(Shape, shape)
     };
     let shock = |duration: f64, component: &str| {
         EffectEntry::new(
@@ -135,7 +136,9 @@ fn templates(load_n: f64) -> Vec<EffectEntry> {
     };
     let places = SETTINGS.places.into_iter();
     let shocks = places.flat_map(|place| SETTINGS.durations_s.into_iter().map(move |d| shock(d, place)));
-    SETTINGS.rises_s.into_iter().map(step).chain(shocks).collect()
+    let straight = SETTINGS.rises_s.into_iter().map(|rise| step(rise, "straight"));
+    let smooth = SETTINGS.smooth_rises_s.into_iter().map(|rise| step(rise, "smooth"));
+    straight.chain(smooth).chain(shocks).collect()
 }
 
 /// Responses of both channels, from the event's time less [`EventSettings::template_s`].

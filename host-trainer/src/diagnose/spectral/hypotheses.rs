@@ -14,6 +14,11 @@ use crate::rig::{EffectEntry, Rig};
 /// Component and direction on which the load acts.
 pub const LOAD_COMPONENT: &str = "inner-y";
 
+/// Sources of a mode with the signs of its gain that make a difference: the force across the sensor is not in step with what the
+/// sensor has.
+pub const MODE_SOURCES: [(&str, f64); 5] =
+    [("along", 1.0), ("along", -1.0), ("across", 1.0), ("motion", 1.0), ("motion", -1.0)];
+
 /// Effect at one component or channel, with starts of its search.
 #[derive(Clone, Debug)]
 pub struct Hypothesis {
@@ -158,14 +163,14 @@ impl List<'_> {
         use ParameterKey::{AngleRad, Component, ForceN, UnbalanceKgM};
         let nominal = self.machine.excitation.unbalance_kg_m.max(1e-5);
         let of = |factor: f64| EffectEntry::new(EffectKind::Unbalance, &[(UnbalanceKgM, factor * nominal)]);
-        let starts = ladder(2.0, 80.0, 10).into_iter().map(of).collect();
+        let starts = ladder(2.0, 2000.0, 16).into_iter().map(of).collect();
         self.add(EffectKind::Unbalance, "", &[UnbalanceKgM], starts);
         let of =
             |angle: f64| EffectEntry::new(EffectKind::Misalignment, &[(ForceN, 0.02 * self.load), (AngleRad, angle)]);
         // A rotating force, or one along x or y.
         let starts = [FRAC_PI_4, 0.1, FRAC_PI_2 - 0.1].map(of).to_vec();
         self.add(EffectKind::Misalignment, "", &[ForceN, AngleRad], starts);
-        for component in [LOAD_COMPONENT, "inner-x"] {
+        for component in [LOAD_COMPONENT, "inner-x", "outer-x", "outer-y"] {
             let of = |share: f64| {
                 EffectEntry::new(EffectKind::ConstantForce, &[(ForceN, share * self.load)])
                     .with_text(Component, component)
@@ -247,8 +252,12 @@ impl List<'_> {
                 let entry = EffectEntry::new(EffectKind::CoulombFriction, &[(ForceN, share * self.load)]);
                 sharpened(m, entry.with_text(Component, component))
             };
-            let starts = ladder(1e-4, 1e-2, 5).into_iter().map(of).collect();
-            self.add(EffectKind::CoulombFriction, component, &[ForceN], starts);
+            // As sharp as can be, and rounded over the speeds at which a housing vibrates.
+            let rounded = |sharp: EffectEntry| {
+                [1e-5, 4e-5].map(|v| sharp.clone().with_number(ROUNDED, v)).into_iter().chain([sharp])
+            };
+            let starts = ladder(1e-4, 1e-2, 5).into_iter().map(of).flat_map(rounded).collect();
+            self.add(EffectKind::CoulombFriction, component, &[ForceN, ROUNDED], starts);
             if component != "resonator" {
                 let of = |speed: f64| {
                     EffectEntry::new(EffectKind::QuadraticDrag, &[(DragNS2PerM2, damping.max(1.0) / speed)])
@@ -302,18 +311,20 @@ impl List<'_> {
     }
 
     fn sensors(&mut self, guesses: &Guesses) {
-        use ParameterKey::{Channel, DampingRatio, FrequencyHz, Gain, Value};
+        use ParameterKey::{Channel, DampingRatio, FrequencyHz, Gain, Source, Value};
         for (channel, peaks) in ["ax", "ay"].into_iter().zip(&guesses.peaks_hz) {
-            let sizes = [0.01, 0.04].into_iter().flat_map(|ratio| [3.0, -3.0].map(|gain| (ratio, gain)));
-            let modes = peaks.iter().flat_map(|hz| sizes.clone().map(|(ratio, gain)| (*hz, ratio, gain)));
-            let mode = |(hz, ratio, gain)| {
-                EffectEntry::new(
-                    EffectKind::StructuralResonance,
-                    &[(Gain, gain), (FrequencyHz, hz), (DampingRatio, ratio)],
-                )
-                .with_text(Channel, channel)
+            let mode = |hz: f64, ratio: f64, gain: f64, source: &str| {
+                let numbers = [(Gain, gain), (FrequencyHz, hz), (DampingRatio, ratio)];
+                let mode = EffectEntry::new(EffectKind::StructuralResonance, &numbers);
+                mode.with_text(Channel, channel).with_text(Source, source)
             };
-            let modes: Vec<EffectEntry> = modes.map(mode).collect();
+            let gains = [0.15, 0.8, 4.0];
+            let of = |hz: &f64| {
+                let sizes = [0.01, 0.04].into_iter().flat_map(|ratio| gains.map(|gain| (ratio, gain)));
+                let each = sizes.flat_map(|size| MODE_SOURCES.map(|source| (size, source)));
+                each.map(|((ratio, gain), (source, sign))| mode(*hz, ratio, sign * gain, source)).collect::<Vec<_>>()
+            };
+            let modes: Vec<EffectEntry> = peaks.iter().flat_map(of).collect();
             if !modes.is_empty() {
                 self.add(EffectKind::StructuralResonance, channel, &[Gain, FrequencyHz, DampingRatio], modes);
             }

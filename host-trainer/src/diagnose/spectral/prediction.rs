@@ -12,8 +12,8 @@ use crate::identify::likelihood::observed::CHANNELS;
 use crate::identify::likelihood::whittle;
 use crate::recording::Recording;
 use crate::rig::effect::EffectKind;
-use crate::rig::random_part::Asked;
-use crate::rig::simulate::{fewest_substeps, shortest_settling_s, simulate_all};
+use crate::rig::random_part::{Asked, depends_on_velocity_noise};
+use crate::rig::simulate::{fewest_substeps, shortest_settling_s, simulate, simulate_all};
 use crate::rig::state::VelocityCovariance;
 use crate::rig::{EffectEntry, Rig, RigError, Run, Start};
 use crate::signal::kinematics::Orders;
@@ -328,7 +328,14 @@ fn powers_of<'r>(
         CHANNELS.map(|name| recording.channel(name).map_or_else(Vec::new, |c| power(&c.samples)))
     };
     let simulated = |runs: &[Run]| -> Result<Vec<Result<Power, RigError>>, RigError> {
-        Ok(simulate_all(runs)?.into_par_iter().map(|run| run.map(spectrum)).collect())
+        let ended = |(made, run): (Result<Recording, RigError>, &Run)| match made {
+            // A drag is stiffer where the motion is fast than where its steps are counted for.
+            Err(RigError::Diverged { .. }) if depends_on_velocity_noise(run.rig) => {
+                simulate(run.rig, &run.condition, &Start { substeps: None, ..run.start })
+            }
+            other => other,
+        };
+        Ok(simulate_all(runs)?.into_par_iter().zip(runs).map(|run| ended(run).map(spectrum)).collect())
     };
     match simulated(&runs.concat()) {
         Ok(made) => {

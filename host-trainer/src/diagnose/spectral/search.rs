@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::candidate::{Candidate, NullFit, best, rank};
 use super::guesses::Guesses;
-use super::hypotheses::{Hypothesis, LOAD_COMPONENT, all};
+use super::hypotheses::{Hypothesis, LOAD_COMPONENT, MODE_SOURCES, all};
 use super::lack::lack;
 use super::observation::{duration_s, mean_load_n};
 use super::screening::{Brief, StartScore, best_starts, scores, screened};
@@ -68,6 +68,7 @@ pub fn candidates<'d, 'a>(
     let siblings = near.first().map_or_else(Vec::new, |best| siblings(best, &near, &hypotheses, null));
     near.extend(siblings);
     rank(&mut near);
+    simplest_first(&mut near);
     near.into_iter().chain(far).collect()
 }
 
@@ -87,6 +88,17 @@ fn without_twins(scores: Vec<StartScore>) -> Vec<StartScore> {
         }
     }
     kept
+}
+
+/// Puts that of fewest numbers first among candidates that differ from the best by chance: dry friction that is rounded beyond
+/// the speeds of the motion is a damper.
+fn simplest_first(ranked: &mut [Candidate]) {
+    let Some(most) = ranked.first().map(|best| best.gain) else { return };
+    let numbers = |at: &usize| ranked[*at].model.coordinates.len();
+    let alike = (0..ranked.len()).take_while(|at| ranked[*at].gain > most - SETTINGS.twin_nats);
+    if let Some(simplest) = alike.min_by_key(numbers) {
+        ranked[..=simplest].rotate_right(1);
+    }
 }
 
 /// Fits of the other curvatures of the spring that the best candidate bends or stops: they differ by little, and a screening may
@@ -125,12 +137,45 @@ fn sizes(effect: &EffectEntry) -> Vec<EffectEntry> {
     }
 }
 
-/// Better of a defect and defects with like spectra: a search may end at another width, of another place of the zeros in the
-/// lines' envelope, or on the other side of the load. Any other candidate unchanged.
+/// Better of a candidate and of effects with like spectra, at which a search may have ended.
 fn restarted<'d, 'a>(candidate: Candidate<'d, 'a>, null: &NullFit<'d, 'a>) -> Candidate<'d, 'a> {
-    use ParameterKey::{AngleRad, DepthM, WidthRad};
     let Some(effect) = candidate.effect() else { return candidate };
-    let Some(width) = effect.number(WidthRad) else { return candidate };
+    let (hypothesis, starts) = if candidate.kind == EffectKind::StructuralResonance {
+        other_modes(&candidate, &effect)
+    } else if let Some(width) = effect.number(ParameterKey::WidthRad) {
+        other_defects(&candidate, effect, width)
+    } else {
+        return candidate;
+    };
+    let starts = starts.into_iter().map(|start| (&hypothesis, start)).collect();
+    let kept = best_starts(scores(null, starts, &SETTINGS.other_depths), SETTINGS.restarts, SETTINGS.restarts);
+    let starts: Vec<EffectEntry> = kept.into_iter().map(|score| score.effect).collect();
+    let started = null.started(&hypothesis, &starts);
+    let searched: Vec<_> = started.into_par_iter().map(|c| c.searched(null, SETTINGS.steps[1])).collect();
+    best(searched).filter(|best| best.gain > candidate.gain).unwrap_or(candidate)
+}
+
+/// Modes of the same frequency with other sources, and gains of either sign.
+fn other_modes(candidate: &Candidate, effect: &EffectEntry) -> (Hypothesis, Vec<EffectEntry>) {
+    use ParameterKey::{DampingRatio, FrequencyHz, Gain};
+    let number = |key: ParameterKey| effect.number(key).unwrap_or_default();
+    let of = |(source, sign): (&str, f64)| {
+        let source = effect.clone().with_text(ParameterKey::Source, source);
+        let sizes = SETTINGS.other_modes.into_iter();
+        let resized = sizes.map(|[damping, gain]| {
+            let damped = source.clone().with_number(DampingRatio, damping * number(DampingRatio));
+            damped.with_number(Gain, sign * gain * number(Gain).abs())
+        });
+        resized.collect::<Vec<_>>()
+    };
+    let (kind, place) = (candidate.kind, candidate.place.clone());
+    let free = &[Gain, FrequencyHz, DampingRatio];
+    (Hypothesis { kind, place, free, starts: Vec::new(), size: None }, MODE_SOURCES.into_iter().flat_map(of).collect())
+}
+
+/// Defects of other widths, of another place of the zeros in the lines' envelope, or on the other side of the load.
+fn other_defects(candidate: &Candidate, effect: EffectEntry, width: f64) -> (Hypothesis, Vec<EffectEntry>) {
+    use ParameterKey::{AngleRad, DepthM, WidthRad};
     let index = candidate.model.rig.effects.len() - 1;
     let has_angle = candidate.model.coordinates.iter().any(|c| c.key.of_effect(index) == Some(AngleRad));
     let turned: Vec<EffectEntry> = match effect.number(AngleRad).filter(|_| has_angle) {
@@ -145,10 +190,6 @@ fn restarted<'d, 'a>(candidate: Candidate<'d, 'a>, null: &NullFit<'d, 'a>) -> Ca
     let (kind, place) = (candidate.kind, candidate.place.clone());
     let hypothesis = Hypothesis { kind, place, free, starts: Vec::new(), size: Some(DepthM) };
     let of_width = |share: f64| turned.iter().map(move |effect| effect.clone().with_number(WidthRad, share * width));
-    let starts = SETTINGS.other_widths.into_iter().flat_map(of_width).map(|start| (&hypothesis, start)).collect();
-    let kept = best_starts(scores(null, starts, &SETTINGS.other_depths), SETTINGS.restarts, SETTINGS.restarts);
-    let starts: Vec<EffectEntry> = kept.into_iter().map(|score| score.effect).collect();
-    let started = null.started(&hypothesis, &starts);
-    let searched: Vec<_> = started.into_par_iter().map(|c| c.searched(null, SETTINGS.steps[1])).collect();
-    best(searched).filter(|best| best.gain > candidate.gain).unwrap_or(candidate)
+    let starts = SETTINGS.other_widths.into_iter().flat_map(of_width).collect();
+    (hypothesis, starts)
 }

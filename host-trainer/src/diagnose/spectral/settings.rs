@@ -162,8 +162,10 @@ impl FitSettings {
 /// Settings of the search for events.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct EventSettings {
-    /// Rise times of a step of the load, s.
+    /// Rise times of a step of the load with corners, s.
     pub rises_s: [f64; 5],
+    /// Rise times of one without, s. By hand: a factor of two apart, up to what a response holds.
+    pub smooth_rises_s: [f64; 5],
     /// Durations of a shock, s.
     pub durations_s: [f64; 4],
     /// Where a shock acts.
@@ -192,6 +194,7 @@ impl EventSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self {
         rises_s: [1e-4, 1e-3, 4e-3, 1.5e-2, 4e-2],
+        smooth_rises_s: [2e-3, 4e-3, 8e-3, 1.6e-2, 3.2e-2],
         durations_s: [2e-4, 7e-4, 2e-3, 5e-3],
         places: ["outer-y", "outer-x", "inner-y"],
         change_share: 0.02,
@@ -209,7 +212,7 @@ impl EventSettings {
 impl EventSettings {
     /// Number of templates.
     pub const fn templates(&self) -> usize {
-        self.rises_s.len() + self.places.len() * self.durations_s.len()
+        self.rises_s.len() + self.smooth_rises_s.len() + self.places.len() * self.durations_s.len()
     }
 }
 
@@ -497,6 +500,8 @@ pub struct SearchSettings {
     pub growth: f64,
     /// Loss by a start on all recordings beyond what there is to gain, nats, from which it is not searched.
     pub hopeless_nats: f64,
+    /// Damping and gain of a mode's further starts over those where its search ended: weaker, as there, and as high but wider.
+    pub other_modes: [[f64; 2]; 4],
     /// Sizes of a friction from which its full fit starts, over that of the screening.
     pub weaker: [f64; 4],
     /// Widths of a defect from which its search is repeated, over the one found. By hand: close enough that one of them is in
@@ -535,6 +540,7 @@ impl SearchSettings {
         other_widths: [0.35, 0.45, 0.55, 0.65, 0.78, 0.9, 1.0, 1.15, 1.4, 1.8],
         other_depths: [0.3, 0.45, 0.65, 0.8, 1.3, 2.0],
         near_load_rad: 0.15,
+        other_modes: [[1.0, 0.3], [1.0, 1.0], [3.0, 1.0], [3.0, 3.0]],
         restarts: 4,
         close_nats: 40.0,
         close_share: 0.05,

@@ -41,6 +41,11 @@ pub enum Choices {
     SectionsAndContact,
     /// Channels of the recording.
     Channels,
+    /// What excites a mode of the structure: the bearing's force along the sensor or across it, or the sensor's own
+    /// motion.
+    Sources,
+    /// Course of a change over its duration: straight, or smooth without corners.
+    Shapes,
 }
 
 impl Choices {
@@ -49,6 +54,9 @@ impl Choices {
         match self {
             Self::Channels if kind == RigKind::Sdof => &["all", "q", "qd", "qdd"],
             Self::Channels => &["all", "ax", "ay"],
+            Self::Shapes => &["straight", "smooth"],
+            Self::Sources if kind == RigKind::Sdof => &["along"],
+            Self::Sources => &["along", "across", "motion"],
             _ if kind == RigKind::Sdof => &["mass"],
             Self::Supported => &["outer", "inner", "resonator", "outer-x", "outer-y", "inner-x", "inner-y"],
             Self::Sections => &["outer", "inner", "resonator"],

@@ -54,6 +54,8 @@ keys! {
     RatePerS = "rate_per_s", "Relative rate of change, 1/s.";
     RegularisationMPerS = "regularisation_m_per_s", "Speed below which dry friction is rounded, m/s.";
     RiseS = "rise_s", "Duration of a change, s.";
+    Shape = "shape", "Course of a change over its duration.";
+    Source = "source", "What excites a mode of the structure.";
     SpinRad = "spin_rad", "Angle of a ball about its own axis at shaft angle 0, rad.";
     StiffnessNPerM = "stiffness_n_per_m", "Stiffness, N/m.";
     TimeS = "time_s", "Time from the first sample, s.";

@@ -1,7 +1,9 @@
 //! The load changes at a time within the recording.
 //!
-//! The vocabulary states when, which is the middle of the change, and by how much. How long it takes, evenly, has a usual value
-//! of about one sample and can be fitted: what a machine rings with after it depends on that.
+//! The vocabulary states when, which is the middle of the change, and by how much. How long it takes has a usual value of about
+//! one sample, and how: evenly, or along half a cosine without corners. What a machine rings with after it depends on that.
+
+use std::f64::consts::PI;
 
 use super::{Definition, LibraryTerms, Parameter, ParameterDefault, ParameterKey, Phase, Rigs, Scale, Site, Timing};
 use crate::rig::{
@@ -22,6 +24,7 @@ pub(super) const EFFECT: Definition = Definition {
         Parameter::number(ParameterKey::ChangeN, "N", Domain::Any, (-1e4, 1e4), Scale::Linear),
         Parameter::number(ParameterKey::RiseS, "s", Domain::Positive, (1e-6, 1e-1), Scale::Log)
             .usually(ParameterDefault::Number(4e-5)),
+        Parameter::shape(),
     ],
     library: LibraryTerms::OUTSIDE,
     equation: |v| {
@@ -31,9 +34,13 @@ pub(super) const EFFECT: Definition = Definition {
     apply: |v, assembly| {
         let (time, change, rise) =
             (v.number(ParameterKey::TimeS), v.number(ParameterKey::ChangeN), v.number(ParameterKey::RiseS));
+        let is_smooth = v.is_smooth();
         let dof = if matches!(assembly.machine, Machine::Sdof(_)) { MASS } else { INNER_Y };
         if change != 0.0 {
-            let share = move |time_s: f64| ((time_s - time) / rise + 0.5).clamp(0.0, 1.0);
+            let share = move |time_s: f64| {
+                let even = ((time_s - time) / rise + 0.5).clamp(0.0, 1.0);
+                if is_smooth { 0.5 - 0.5 * (PI * even).cos() } else { even }
+            };
             assembly.force(move |at, _, _, force| force[dof] += change * share(at.time_s));
         }
     },

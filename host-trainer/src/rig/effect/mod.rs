@@ -231,6 +231,18 @@ impl Parameter {
         Self { key: ParameterKey::Channel, ..parameter }
     }
 
+    /// What excites a mode of the structure, usually the force along the sensor.
+    pub const fn source() -> Self {
+        let parameter = Self::component(Choices::Sources).usually(ParameterDefault::Name("along"));
+        Self { key: ParameterKey::Source, ..parameter }
+    }
+
+    /// The course of a change, usually straight.
+    pub const fn shape() -> Self {
+        let parameter = Self::component(Choices::Shapes).usually(ParameterDefault::Name("straight"));
+        Self { key: ParameterKey::Shape, ..parameter }
+    }
+
     /// The parameter with a default.
     pub const fn usually(mut self, usual: ParameterDefault) -> Self {
         self.default = usual;

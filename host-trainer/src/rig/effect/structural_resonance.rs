@@ -5,7 +5,8 @@
 //! force that the bearing passes to the housing in the sensor's direction and m_p the housing's mass,
 //! η̈ + 2ζω₀ η̇ + ω₀² η = f/m_p, and the sensor gives a + g η̈. g, the modal constant as a multiple of 1/m_p, has either
 //! sign, as sensor and bearing can be on two sides of a node; the vocabulary leaves it out. The mode does not act back
-//! on the bearing. For an sdof rig f/m_p is q̈, and the sensor gives q + g η, q̇ + g η̇ or q̈ + g η̈. The recurrence is exact for a force that goes in a straight line from
+//! on the bearing. Its source may also be the bearing's force across the sensor, or the sensor's own acceleration, as of
+//! a bracket that the sensor sits on. For an sdof rig f/m_p is q̈, and the sensor gives q + g η, q̇ + g η̇ or q̈ + g η̈. The recurrence is exact for a force that goes in a straight line from
 //! one sample to the next.
 
 use std::f64::consts::TAU;
@@ -35,6 +36,7 @@ pub(super) const EFFECT: Definition = Definition {
         Parameter::number(ParameterKey::Gain, "", Domain::Any, (-30.0, 30.0), Scale::Linear)
             .usually(ParameterDefault::Number(1.0)),
         Parameter::channel("ay"),
+        Parameter::source(),
     ],
     library: LibraryTerms::MODE,
     equation: |v| {
@@ -48,7 +50,7 @@ pub(super) const EFFECT: Definition = Definition {
         if gain == 0.0 {
             return;
         }
-        let concerns = v.channels();
+        let (concerns, source) = (v.channels(), v.source());
         let carrier = if v.kind() == RigKind::Sdof { Component::Mass } else { Component::Outer };
         let per_mass = 1.0 / carrier.part_of(&assembly.machine).mass;
         assembly.needs_path_force = true;
@@ -58,10 +60,15 @@ pub(super) const EFFECT: Definition = Definition {
                 return;
             }
             let mode = Mode::new(frequency, ratio, 1.0 / at.sample_rate_hz);
+            let driving: Vec<f64> = match source {
+                Source::Along => at.path_force.iter().map(|f| f * per_mass).collect(),
+                Source::Across => at.across_force.iter().map(|f| f * per_mass).collect(),
+                Source::Motion => signal.clone(),
+            };
             // From rest under the first force, or its static part would ring.
-            let mut last = per_mass * at.path_force.first().copied().unwrap_or_default();
+            let mut last = driving.first().copied().unwrap_or_default();
             let mut state = [last / (mode.omega * mode.omega), 0.0];
-            for (value, force) in signal.iter_mut().zip(at.path_force.iter().map(|f| f * per_mass)) {
+            for (value, force) in signal.iter_mut().zip(driving) {
                 state = mode.step(state, last, force);
                 *value += gain
                     * match at.channel {
@@ -74,6 +81,17 @@ pub(super) const EFFECT: Definition = Definition {
         });
     },
 };
+
+/// What excites a mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// The bearing's force in the sensor's direction.
+    Along,
+    /// The bearing's force across it.
+    Across,
+    /// The sensor's own acceleration.
+    Motion,
+}
 
 /// η and η̇ from sample to sample.
 struct Mode {

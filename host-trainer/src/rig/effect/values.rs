@@ -1,6 +1,6 @@
 //! An effect's parameters with defaults filled in.
 
-use super::{DefaultValue, Definition, ParameterKey, component::Component};
+use super::{DefaultValue, Definition, ParameterKey, component::Component, structural_resonance::Source};
 use crate::rig::config::{EffectEntry, RigKind, Value};
 
 /// Parameters of one effect of a rig that has been checked.
@@ -51,6 +51,20 @@ impl<'a> Values<'a> {
     pub fn channels(&self) -> impl Fn(&str) -> bool + Send + Sync + 'static {
         let name = self.name(ParameterKey::Channel).unwrap_or("all").to_owned();
         move |channel| name == "all" || name == channel
+    }
+
+    /// What excites a mode of the structure.
+    pub fn source(&self) -> Source {
+        match self.name(ParameterKey::Source) {
+            Some("across") => Source::Across,
+            Some("motion") => Source::Motion,
+            _ => Source::Along,
+        }
+    }
+
+    /// Whether a change is smooth over its duration.
+    pub fn is_smooth(&self) -> bool {
+        self.name(ParameterKey::Shape) == Some("smooth")
     }
 
     fn name(&self, key: ParameterKey) -> Option<&str> {

@@ -195,8 +195,13 @@ fn record(motion: [Vec<f64>; 3], drive: &Drive, mass: f64, signals: &[(Stage, Si
     let [q, qd, qdd] = motion;
     let channels = [("u", drive.input[drive.range()].to_vec()), ("q", q), ("qd", qd), ("qdd", qdd)];
     let channels = channels.into_iter().map(|(name, mut samples)| {
-        let at =
-            Acquisition { channel: name, sample_rate_hz: drive.sample_rate_hz, preroll: 0, path_force: &path_force };
+        let at = Acquisition {
+            channel: name,
+            sample_rate_hz: drive.sample_rate_hz,
+            preroll: 0,
+            path_force: &path_force,
+            across_force: &[],
+        };
         // The input is a command, no sensor's signal; only the logger sees it.
         let seen = signals.iter().filter(|(stage, _)| name != "u" || *stage == Stage::Logger);
         seen.for_each(|(_, alter)| alter(&at, &mut samples));
