@@ -20,16 +20,16 @@ class Bar:
     def __call__(self, done: float | None, text: str) -> None:
         is_share = done is not None
         if self._bar is None or is_share != self._is_share:
-            self._begin(is_share)
+            self._begin(is_share, text)
         self._bar.set_description_str(text, refresh=False)
         if is_share:
             self._bar.n = min(done, 1.0)
         self._bar.refresh()
 
-    def _begin(self, is_share: bool) -> None:
+    def _begin(self, is_share: bool, text: str) -> None:
         self.close(False)
         form = "{desc}: {percentage:3.0f}% |{bar}| {elapsed} ({remaining} left)" if is_share else "{desc} ({elapsed})"
-        self._bar = self._tqdm(total=1.0 if is_share else None, bar_format=form)
+        self._bar = self._tqdm(desc=text, total=1.0 if is_share else None, bar_format=form)
         self._is_share = is_share
 
     def close(self, is_done: bool) -> None:
