@@ -4,7 +4,7 @@
 //!
 //! | layer | holds | takes → gives |
 //! |---|---|---|
-//! | [`stats`] | significance, optimisation, numbers as text | |
+//! | [`stats`] | significance, optimisation, cancellation, numbers as text | |
 //! | [`paper`] | numbers of the paper whose method this is | |
 //! | [`recording`] | readers, units, resampling, writers | files → [`Recording`] |
 //! | [`signal`] | spectra, envelopes, orders, speed, kinematics, surrogates, wavelets, aging phases | samples → spectra, lines |

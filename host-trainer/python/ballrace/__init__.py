@@ -23,9 +23,12 @@ from ._ballrace import (
     fit,
     load,
     monitor,
+    phases,
     spectra,
     stlsq,
+    sweep,
 )
+from ._report import Report
 
 __all__ = [
     "Diagnosis",
@@ -34,6 +37,7 @@ __all__ = [
     "Model",
     "Page",
     "Recording",
+    "Report",
     "Rig",
     "__version__",
     "calibrate",
@@ -41,6 +45,8 @@ __all__ = [
     "fit",
     "load",
     "monitor",
+    "phases",
     "spectra",
     "stlsq",
+    "sweep",
 ]

@@ -7,6 +7,8 @@ from typing import Any, Literal, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+from ._report import Report
+
 __all__ = [
     "Diagnosis",
     "Error",
@@ -21,14 +23,16 @@ __all__ = [
     "fit",
     "load",
     "monitor",
+    "phases",
     "spectra",
     "stlsq",
+    "sweep",
 ]
 __version__: str
 
 _Path: TypeAlias = str | PathLike[str]
 _Recordings: TypeAlias = Recording | Sequence[Recording] | _Path | Sequence[_Path]
-_Progress: TypeAlias = Callable[[float | None, str], object]
+_Progress: TypeAlias = bool | Callable[[float | None, str], object]
 
 class Error(Exception): ...
 class InputError(ValueError): ...
@@ -127,10 +131,10 @@ def fit(
     seed: int = 0,
     progress: _Progress | None = None,
 ) -> Model: ...
-def monitor(model: Model, recordings: _Recordings, *, channel: str | None = None) -> dict[str, Any]: ...
+def monitor(model: Model, recordings: _Recordings, *, channel: str | None = None) -> Report: ...
 def calibrate(
     rig: Rig, recordings: _Recordings, *, seed: int = 0, progress: _Progress | None = None
-) -> tuple[Rig, dict[str, Any]]: ...
+) -> tuple[Rig, Report]: ...
 def diagnose(
     rig: Rig,
     recordings: _Recordings,
@@ -147,7 +151,24 @@ def spectra(
     band_hz: tuple[float, float] | None = None,
     channel: str | None = None,
     seed: int = 0,
-) -> dict[str, Any]: ...
+) -> Report: ...
+def phases(
+    recordings: _Recordings,
+    *,
+    healthy: int | None = None,
+    sigmas: float = 3.0,
+    failure: Literal["successive", "rising", "largest"] = "largest",
+    ratio: float = 3.0,
+    wavelet: str = "db4",
+    threshold: Literal["universal", "minimax", "sure"] = "universal",
+    shrinkage: Literal["soft", "hard"] = "soft",
+    noise: Literal["finest", "each-level"] = "each-level",
+    below_hz: float = 50.0,
+    name: _Path | None = None,
+) -> Report: ...
+def sweep(
+    recordings: _Recordings, *, out: _Path | None = None, progress: _Progress | None = None, **grid: Any
+) -> list[dict[str, Any]]: ...
 def stlsq(
     theta: NDArray[np.float64],
     targets: NDArray[np.float64],

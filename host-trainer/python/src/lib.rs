@@ -8,23 +8,29 @@
 //! | `model` | `Model`, `fit`, `monitor` |
 //! | `rig` | `Rig`, `calibrate`, `diagnose` |
 //! | `look` | `spectra`, `Page` |
+//! | `life` | `phases` |
+//! | `study` | `sweep` |
 //! | `regression` | `stlsq` |
 
 use pyo3::prelude::*;
 
 mod error;
+mod life;
 mod look;
 mod model;
 mod recording;
 mod regression;
 mod rig;
 mod run;
+mod study;
 
 /// The native half of the package `ballrace`.
 #[pymodule]
 mod _ballrace {
     #[pymodule_export]
     use super::error::{Error, InputError};
+    #[pymodule_export]
+    use super::life::phases;
     #[pymodule_export]
     use super::look::{Page, spectra};
     #[pymodule_export]
@@ -35,6 +41,8 @@ mod _ballrace {
     use super::regression::stlsq;
     #[pymodule_export]
     use super::rig::{Diagnosis, Rig, calibrate, diagnose};
+    #[pymodule_export]
+    use super::study::sweep;
 
     use pyo3::prelude::*;
 

@@ -11,6 +11,7 @@ use pyo3::types::PyDict;
 
 use crate::error::{input, other, python};
 use crate::recording::Recordings;
+use crate::run::run;
 
 /// HTML page; shows itself in a notebook.
 #[pyclass(module = "ballrace", frozen)]
@@ -48,6 +49,13 @@ impl Page {
     }
 }
 
+/// Result with its page as `page`: a dict that shows the page in a notebook.
+pub fn with_page<'py>(result: &Bound<'py, PyDict>, html: String) -> PyResult<Bound<'py, PyAny>> {
+    let shown = result.py().import("ballrace._report")?.getattr("Report")?.call1((result,))?;
+    shown.set_item("page", Page::new(html))?;
+    Ok(shown)
+}
+
 /// Text for an attribute or an element of HTML.
 pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('"', "&quot;").replace('<', "&lt;")
@@ -55,7 +63,8 @@ pub fn escaped(text: &str) -> String {
 
 /// Spectrum, kurtogram, envelope and its lines of recordings.
 ///
-/// rig: path of a rig.toml, for the bearing's geometry. Returns a dict of `recordings`, a document each, and `page`.
+/// rig: path of a rig.toml, for the bearing's geometry. Returns a dict of `recordings`, a document each, and
+/// `page`, which the dict shows in a notebook.
 #[pyfunction]
 #[pyo3(signature = (recordings, *, shaft_hz=None, rig=None, band_hz=None, channel=None, seed=0))]
 pub fn spectra<'py>(
@@ -66,7 +75,7 @@ pub fn spectra<'py>(
     channel: Option<String>,
     seed: u64,
     py: Python<'py>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<Bound<'py, PyAny>> {
     let geometry = match rig.map(|path| Rig::read(&path)).transpose().map_err(input)?.map(|rig| rig.model) {
         Some(Machine::Bearing(rig)) => Some(rig.bearing.geometry()),
         Some(Machine::Sdof(_)) => return Err(input("rig: found kind = \"sdof\", expected a rig with a bearing")),
@@ -75,12 +84,11 @@ pub fn spectra<'py>(
     let band_hz = band_hz.map(|(low, high)| low..high);
     let wanted = Wanted { geometry, shaft_hz, band_hz, channel, seed };
     let recordings = recordings.read(py)?;
-    let analyses = py.detach(|| {
+    let analyses = run(py, None, |_| {
         recordings.iter().map(|recording| Analysis::analyse(recording, &wanted)).collect::<Result<Vec<_>, _>>()
-    });
+    })?;
     let analyses = analyses.map_err(input)?;
     let out = PyDict::new(py);
     out.set_item("recordings", python(py, &analyses.iter().map(report::spectra::value).collect::<Vec<_>>())?)?;
-    out.set_item("page", Page::new(report::spectra::document(&analyses).map_err(other)?.html()))?;
-    Ok(out)
+    with_page(&out, report::spectra::document(&analyses).map_err(other)?.html())
 }

@@ -19,7 +19,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::error::{input, other, python};
-use crate::look::Page;
+use crate::look::{Page, with_page};
 use crate::recording::Recordings;
 use crate::run::run;
 
@@ -122,7 +122,8 @@ impl Model {
 ///
 /// recordings: path, paths, Recording or list of Recording. solver is "sindy-nn" or "stlsq"; dimension, degree and harmonics
 /// are n_MD, n_D and n_F of the library; alignment is "half", "forward" or "causal"; null the number of surrogates
-/// without dynamics that are fitted beside. progress(done, text) is called about 20 times a second, done from 0 to 1.
+/// without dynamics that are fitted beside. progress: True for a bar of tqdm, or a callable of (done, text), called about 20
+/// times a second, done from 0 to 1.
 /// Raises InputError with the command's text; KeyboardInterrupt ends the fit.
 #[pyfunction]
 #[pyo3(signature = (recordings, *, channel=None, solver="sindy-nn", dimension=None, degree=None, harmonics=None,
@@ -144,7 +145,7 @@ pub fn fit(
     null: Option<usize>,
     false_alarms_per_day: Option<f64>,
     seed: u64,
-    progress: Option<Py<PyAny>>,
+    progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Model> {
     let mut config = FitConfig { seed, ..FitConfig::default() };
     config.spec.dimension = dimension.unwrap_or(config.spec.dimension);
@@ -183,7 +184,8 @@ pub fn fit(
 /// Runs the device's own code over recordings.
 ///
 /// Returns a dict: `events` (status changes and faults), `recordings` (vibration indicators of each), `blocks` (each block of
-/// the monitor) and `summary`, with the keys of the command's JSON lines.
+/// the monitor) and `summary`, with the keys of the command's JSON lines, and `page`, the report, which the dict shows in a
+/// notebook.
 #[pyfunction]
 #[pyo3(signature = (model, recordings, *, channel=None))]
 pub fn monitor<'py>(
@@ -191,11 +193,12 @@ pub fn monitor<'py>(
     recordings: Recordings,
     channel: Option<&str>,
     py: Python<'py>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<Bound<'py, PyAny>> {
     let of_model = model.report.as_ref().and_then(|report| report.training.channel.clone());
     let read = Input::from_recordings(&recordings.read(py)?, channel.or(of_model.as_deref())).map_err(input)?;
-    let (done, indicators) =
-        py.detach(|| (replay(&model.model, &read, &Options::default(), &mut |_, _| ()), Indicators::of_each(&read)));
+    let (done, indicators) = run(py, None, |_| {
+        (replay(&model.model, &read, &Options::default(), &mut |_, _| ()), Indicators::of_each(&read))
+    })?;
     let done = done.map_err(input)?;
     let vibration = Vibration { indicators: &indicators, class: None };
     let ewma = |n: usize| done.blocks.iter().rev().find(|b| b.recording <= n).map(|b| b.statistics.ewma);
@@ -206,5 +209,6 @@ pub fn monitor<'py>(
     out.set_item("recordings", python(py, &each)?)?;
     out.set_item("blocks", python(py, &done.blocks.iter().map(block).collect::<Vec<_>>())?)?;
     out.set_item("summary", python(py, &done.summary)?)?;
-    Ok(out)
+    let page = report::monitor::document(&model.model, &read, &done, &vibration).map_err(other)?.html();
+    with_page(&out, page)
 }

@@ -142,6 +142,14 @@ pub enum Recordings {
 }
 
 impl Recordings {
+    /// Path, if it is one.
+    pub fn folder(&self) -> Option<PathBuf> {
+        match self {
+            Self::Path(path) => Some(path.clone()),
+            _ => None,
+        }
+    }
+
     /// The library's recordings.
     ///
     /// # Errors

@@ -10,9 +10,10 @@ use ballrace::report;
 use ballrace::rig as lib;
 use ballrace::rig::{Machine, OperatingCondition, Start, batch};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::error::{input, other, python};
-use crate::look::Page;
+use crate::look::{Page, escaped, with_page};
 use crate::recording::{Recording, Recordings};
 use crate::run::run;
 
@@ -54,7 +55,7 @@ impl Rig {
     ) -> PyResult<Recording> {
         let samples = (seconds * sample_rate_hz).round().clamp(0.0, u32::MAX.into()) as usize;
         let condition = OperatingCondition { shaft_hz, load_n, sample_rate_hz, samples };
-        let made = py.detach(|| lib::simulate(&self.rig, &condition, &Start::seeded(seed))).map_err(input)?;
+        let made = run(py, None, |_| lib::simulate(&self.rig, &condition, &Start::seeded(seed)))?.map_err(input)?;
         Ok(Recording::from_library(py, made))
     }
 
@@ -62,8 +63,12 @@ impl Rig {
     #[pyo3(signature = (recordings, *, seed=0))]
     fn predict(&self, recordings: Recordings, seed: u64, py: Python<'_>) -> PyResult<Vec<Recording>> {
         let recordings = recordings.read(py)?;
-        let made = py.detach(|| batch::recordings(&self.rig, &recordings, seed)).map_err(input)?;
+        let made = run(py, None, |_| batch::recordings(&self.rig, &recordings, seed))?.map_err(input)?;
         Ok(made.into_iter().map(|recording| Recording::from_library(py, recording)).collect())
+    }
+
+    fn _repr_html_(&self) -> String {
+        format!("<pre>{}</pre>", escaped(&self.to_toml()))
     }
 
     fn __repr__(&self) -> String {
@@ -76,29 +81,39 @@ impl Rig {
 
 /// Fits the unknown parameters of a rig to recordings of the healthy machine.
 ///
-/// Returns the calibrated Rig and a dict of the estimates with their 95 % intervals. progress(None, text) is told of each step.
+/// Returns the calibrated Rig and a dict of the estimates with their 95 % intervals and of `page`, the report, which the dict
+/// shows in a notebook. progress: True for a bar of tqdm, or a callable of (None, text), which is told of each step.
 #[pyfunction]
 #[pyo3(signature = (rig, recordings, *, seed=0, progress=None))]
 pub fn calibrate<'py>(
     rig: &Rig,
     recordings: Recordings,
     seed: u64,
-    progress: Option<Py<PyAny>>,
+    progress: Option<Bound<'py, PyAny>>,
     py: Python<'py>,
 ) -> PyResult<(Rig, Bound<'py, PyAny>)> {
     let recordings = recordings.read(py)?;
-    if matches!(rig.rig.model, Machine::Sdof(_)) {
-        let done = run(py, progress, |_| calibrate_sdof(&rig.rig, &recordings))?.map_err(input)?;
-        let about = python(py, &done)?;
-        return Ok((Rig { rig: done.rig }, about));
-    }
-    let options = Options { seed, ..Options::default() };
-    let done = run(py, progress, |progress| {
-        ballrace::calibrate(&rig.rig, &recordings, &options, &|what| progress.report(None, what))
-    })?;
-    let done = done.map_err(input)?;
-    let about = python(py, &done)?;
-    Ok((Rig { rig: done.rig }, about))
+    let (rig, about, page) = if matches!(rig.rig.model, Machine::Sdof(_)) {
+        let (done, page) = run(py, progress, |progress| {
+            progress.report(None, "fitting force balance and simulation");
+            let done = calibrate_sdof(&rig.rig, &recordings).map_err(input)?;
+            let page = report::calibrate_sdof::document(&done, &recordings).map_err(other)?.html();
+            Ok::<_, PyErr>((done, page))
+        })??;
+        (done.rig.clone(), python(py, &done)?, page)
+    } else {
+        let options = Options { seed, ..Options::default() };
+        let (done, page) = run(py, progress, |progress| {
+            let told = |what: &str| progress.report(None, what);
+            let done = ballrace::calibrate(&rig.rig, &recordings, &options, &told).map_err(input)?;
+            progress.report(None, "drawing the report");
+            let page = report::calibrate::document(&rig.rig, &done, &recordings, seed).map_err(other)?.html();
+            Ok::<_, PyErr>((done, page))
+        })??;
+        (done.rig.clone(), python(py, &done)?, page)
+    };
+    let about = with_page(about.cast::<PyDict>()?, page)?;
+    Ok((Rig { rig }, about))
 }
 
 /// What a rig leaves out: causes with probability, parameters and intervals, and the corrected rig.
@@ -157,7 +172,8 @@ impl Diagnosis {
 /// Finds what a rig lacks: fits the causes of the vocabulary to what the rig leaves and selects among them on recordings that
 /// took no part in the fit.
 ///
-/// baseline: recordings of the healthy machine. progress(None, text) is told of each step; an interrupt ends at the next.
+/// baseline: recordings of the healthy machine. progress: True for a bar of tqdm, or a callable of (None, text), which is
+/// told of each step. KeyboardInterrupt ends the diagnosis.
 #[pyfunction]
 #[pyo3(signature = (rig, recordings, *, baseline=None, seed=0, progress=None))]
 pub fn diagnose(
@@ -165,14 +181,17 @@ pub fn diagnose(
     recordings: Recordings,
     baseline: Option<Recordings>,
     seed: u64,
-    progress: Option<Py<PyAny>>,
+    progress: Option<Bound<'_, PyAny>>,
     py: Python<'_>,
 ) -> PyResult<Diagnosis> {
     let recordings = recordings.read(py)?;
     let baseline = baseline.map(|baseline| baseline.read(py)).transpose()?;
     let task = ballrace::Task { rig: &rig.rig, baseline: baseline.as_deref(), recordings: &recordings, seed };
-    let outcome = run(py, progress, |progress| ballrace::diagnose(&task, &|what: &str| progress.report(None, what)))?;
-    let outcome = outcome.map_err(input)?;
-    let page = report::diagnosis::document(&task, &outcome).map_err(other)?.html();
+    let (outcome, page) = run(py, progress, |progress| {
+        let outcome = ballrace::diagnose(&task, &|what: &str| progress.report(None, what)).map_err(input)?;
+        progress.report(None, "drawing the report");
+        let page = report::diagnosis::document(&task, &outcome).map_err(other)?.html();
+        Ok::<_, PyErr>((outcome, page))
+    })??;
     Ok(Diagnosis { outcome, page })
 }

@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import sys
 import threading
 import time
 from pathlib import Path
@@ -123,6 +124,123 @@ def test_other_threads_run_meanwhile_and_an_interrupt_ends_a_fit(interruptible):
     # Far less than the fit, which would take days.
     assert took < 30 and len([at for at in counted if at > began]) > 20
     small()
+
+
+@pytest.mark.parametrize("work", ["calibrate", "diagnose"])
+def test_an_interrupt_ends_a_search_within_its_stage(work, interruptible):
+    rig = ballrace.Rig('unknown = ["inner.stiffness_n_per_m", "outer.damping_n_s_per_m"]\n' + RIG)
+    # So much that the first stage takes a quarter of a minute and more.
+    made = [rig.simulate(20.0 + n, 400.0, seconds=8.0, seed=n) for n in range(24)]
+    sent = []
+
+    def interrupt():
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        getattr(ballrace, work)(rig, made, progress=lambda _, text: threading.Timer(1.0, interrupt).start())
+    assert time.monotonic() - sent[0] < 8
+    # The next call is not cancelled.
+    assert len(rig.simulate(20.0, 400.0, seconds=0.1)) == 2560
+
+
+def test_a_bar_of_tqdm_shows_progress_and_a_wrong_one_is_named(monkeypatch, capsys):
+    pytest.importorskip("tqdm")
+    small(progress=True)
+    shown = capsys.readouterr().err
+    assert "100% |" in shown and "left)" in shown
+    rig = ballrace.Rig(SDOF)
+    drive = [ballrace.Recording({"u": tones(3000, seed=n)}, 500.0, name=f"r{n}") for n in range(4)]
+    moved = [ballrace.Recording({"u": m["u"], "q": m["q"]}, 500.0, name=m.name) for m in rig.predict(drive)]
+    ballrace.diagnose(rig, moved, progress=True)
+    assert small(progress=False) and "%" not in capsys.readouterr().err
+    with pytest.raises(TypeError, match="progress: found str, expected True or a callable"):
+        small(progress="yes")
+    monkeypatch.setitem(sys.modules, "tqdm", None)
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
+    with pytest.raises(ImportError, match=r"found no tqdm.*ballrace\[progress\]"):
+        small(progress=True)
+
+
+def test_an_exception_in_the_callback_ends_the_work():
+    def refuse(_, text):
+        raise RuntimeError(text)
+
+    with pytest.raises(RuntimeError):
+        ballrace.fit(recordings(), max_steps=10**9, progress=refuse)
+
+
+def life(healthy=40, aging=20):
+    """Recordings of a machine: normal noise, then with more and more impacts."""
+    random = np.random.default_rng(0)
+    out = []
+    for n in range(healthy + aging):
+        samples = random.standard_normal(4096)
+        if n >= healthy:
+            samples[random.integers(0, 4096, 12)] += 6.0 + 0.3 * (n - healthy)
+        if n >= healthy + aging - 3:
+            samples *= 4.0 ** (n - healthy - aging + 4)
+        out.append(ballrace.Recording({"ay": samples}, 25600.0, name=f"r{n:03}"))
+    return out
+
+
+def test_phases_say_when_a_machine_began_to_age_and_to_fail():
+    pd = pytest.importorskip("pandas")
+    found = ballrace.phases(life())
+    rows, features = pd.DataFrame(found["phases"]), pd.DataFrame(found["features"])
+    raw = rows[~rows.denoised].iloc[0]
+    assert (raw.channel, raw.healthy, raw.aging, raw.aging_name) == ("ay", 15, 40, "r040")
+    assert 57 <= raw.failure <= 58 and raw.aging_recordings == raw.failure - 40 and raw["kurtosis"] == pytest.approx(3, abs=0.2)
+    assert len(features) == 2 * 60 and features.recording.dtype == np.int64 and features.time_s.isna().all()
+    first = features[~features.denoised].iloc[0]
+    samples = life()[0]["ay"]
+    assert first.rms == pytest.approx(samples.std()) and first["name"] == "r000"
+    assert "iframe" in found._repr_html_() and "ay ages from r040" in found["page"].html
+    # Nothing ages in noise.
+    assert all(row["aging"] is None for row in ballrace.phases(life(60, 0))["phases"])
+    with pytest.raises(ballrace.InputError, match="noise: found `loud`, expected finest, each-level"):
+        ballrace.phases(life(), noise="loud")
+    with pytest.raises(ballrace.InputError, match="healthy: found 2, expected at least 10"):
+        ballrace.phases(life(), healthy=2)
+    with pytest.raises(ballrace.InputError, match="machine: found 3 recordings"):
+        ballrace.phases(life(3, 0))
+
+
+def test_a_sweep_is_rows_for_a_data_frame_and_goes_on(tmp_path):
+    pd = pytest.importorskip("pandas")
+    grid = {"solver": "stlsq", "nd": [1, 2], "nmd": 3, "nf": 0, "null": 1, "causal": False}
+    told = []
+    rows = ballrace.sweep(recordings(), out=tmp_path, progress=lambda done, text: told.append((done, text)), **grid)
+    frame = pd.DataFrame(rows)
+    assert len(frame) == 6 and set(frame.nd) == {1, 2} and frame.error.isna().all()
+    alone = ballrace.fit(recordings(1), solver="stlsq", dimension=3, degree=1, harmonics=0, null=0)
+    assert frame.r2[0] == pytest.approx(np.mean(alone.report["scores"]["in_sample"]["derivatives"])) and (frame.seconds > 0).all()
+    assert told[-1] == (1.0, "sweep, 6 of 6")
+    assert list(frame.columns)[:5] == ["name", "recording", "nd", "nmd", "nf"] and set(frame.recording) == {"r0.csv", "r1.csv", "r2.csv"}
+    # The same times too: nothing is fitted again.
+    assert ballrace.sweep(recordings(), out=tmp_path, **grid) == rows
+    assert len((tmp_path / "rows.jsonl").read_text().splitlines()) == 6
+    assert len(ballrace.sweep(recordings(1), **grid)) == 2
+    with pytest.raises(ballrace.InputError, match="unknown field `degree`"):
+        ballrace.sweep(recordings(), degree=2)
+    with pytest.raises(ballrace.InputError, match=r"filter: found `fir`.*db1"):
+        ballrace.sweep(recordings(), filter="fir")
+    with pytest.raises(ballrace.InputError, match=r"range: found \[0, 9\], expected within 0 to 3"):
+        ballrace.sweep(recordings(), range=[0, 9])
+    with pytest.raises(ballrace.InputError, match="found two of the name r0.csv"):
+        ballrace.sweep([*recordings(1), *recordings(1)], **grid)
+
+
+def test_results_show_themselves_in_a_notebook():
+    rig = ballrace.Rig(SDOF)
+    drive = [ballrace.Recording({"u": tones(3000, seed=n)}, 500.0, name=f"r{n}") for n in range(4)]
+    moved = [ballrace.Recording({"u": m["u"], "q": m["q"]}, 500.0, name=m.name) for m in rig.predict(drive)]
+    calibrated, about = ballrace.calibrate(ballrace.Rig(SDOF + 'unknown = ["stiffness_n_per_m"]\n'), moved)
+    assert about["estimates"][0]["value"] == pytest.approx(800.0, rel=0.01) and "stiffness" in about["page"].html
+    assert "stiffness_n_per_m" in calibrated._repr_html_()
+    model = small()
+    for shown in (about, model, ballrace.monitor(model, recordings()), ballrace.spectra(recordings(1))):
+        assert "<iframe" in shown._repr_html_()
 
 
 def test_tables_go_in_and_out():

@@ -12,7 +12,7 @@ use super::{Failure, line, write};
 use crate::paper::aged_bearing;
 use crate::report::phases::{self as report, Machine};
 use crate::signal::phases::machine::Filter;
-use crate::signal::phases::{FEWEST_HEALTHY, FailureRule, Phases, Rules};
+use crate::signal::phases::{FailureRule, Phases, Rules};
 use crate::signal::wavelet::Wavelet;
 use crate::signal::wavelet::denoise::{Denoising, NoiseEstimate, Shrinkage, ThresholdRule};
 use crate::signal::wavelet::stationary::levels_below;
@@ -94,23 +94,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 impl Args {
     fn rules(&self) -> Result<Rules, Failure> {
-        let refuse = |option: &str, found: String, expected: &str| {
-            Err(Failure::Input(format!("--{option}: found {found}, expected {expected}")))
-        };
-        match self {
-            Self { healthy: Some(count), .. } if *count < FEWEST_HEALTHY => {
-                refuse("healthy", count.to_string(), &format!("at least {FEWEST_HEALTHY}"))
+        let Self { healthy, sigmas, failure, ratio, below, .. } = *self;
+        let rules = Rules { healthy, sigmas, failure, ratio };
+        let below = (!(below.is_finite() && below > 0.0))
+            .then(|| ("below", below.to_string(), "a positive number of Hz".to_owned()));
+        match rules.refused().or(below) {
+            Some((option, found, expected)) => {
+                Err(Failure::Input(format!("--{option}: found {found}, expected {expected}")))
             }
-            Self { sigmas: value, .. } if !(value.is_finite() && *value > 0.0) => {
-                refuse("sigmas", value.to_string(), "a positive number")
-            }
-            Self { ratio: value, .. } if !(value.is_finite() && *value > 0.0) => {
-                refuse("ratio", value.to_string(), "a positive number")
-            }
-            Self { below: value, .. } if !(value.is_finite() && *value > 0.0) => {
-                refuse("below", value.to_string(), "a positive number of Hz")
-            }
-            _ => Ok(Rules { healthy: self.healthy, sigmas: self.sigmas, failure: self.failure, ratio: self.ratio }),
+            None => Ok(rules),
         }
     }
 

@@ -13,8 +13,8 @@
 //!
 //! All text is escaped. A report states no time of day and no duration, so that the same input gives the same bytes.
 
-pub(crate) mod calibrate;
-pub(crate) mod calibrate_sdof;
+pub mod calibrate;
+pub mod calibrate_sdof;
 pub mod diagnosis;
 pub(crate) mod features;
 pub mod fit;

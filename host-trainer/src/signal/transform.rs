@@ -5,11 +5,14 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
+use crate::stats::cancel;
+
 /// Planner with its cache: making a plan takes longer than using it.
 static PLANNER: LazyLock<Mutex<RealFftPlanner<f64>>> = LazyLock::new(Mutex::default);
 
 /// Plan from `length` real samples to their frequencies.
 pub(crate) fn forward_plan(length: usize) -> Arc<dyn RealToComplex<f64>> {
+    cancel::check();
     PLANNER.lock().unwrap_or_else(PoisonError::into_inner).plan_fft_forward(length)
 }
 

@@ -1,5 +1,6 @@
 //! Optimisation: golden section, and one damped search for all that is fitted by least squares or likelihood.
 
+use super::cancel;
 use super::settings::GoldenSectionSettings;
 
 const SETTINGS: GoldenSectionSettings = GoldenSectionSettings::DEFAULT;
@@ -79,6 +80,7 @@ pub fn damped_search<P: Damped>(
     for _ in 0..steps {
         let mut found = None;
         while damping.value() < max_damping {
+            cancel::check();
             let Some(trial) = problem.trial(damping.value())? else {
                 damping.raise_singular();
                 continue;

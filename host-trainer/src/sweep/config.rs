@@ -9,7 +9,8 @@ use super::method::Method;
 use super::preset::Preset;
 use crate::model::fit::choice::{AlignmentKind, EstimatorKind};
 use crate::model::sindy_nn::gradient::SparsityNorm;
-use crate::recording::bounded;
+use crate::recording::input::{Input, InputError};
+use crate::recording::{Recording, bounded};
 use crate::signal::surrogate::SurrogateKind;
 use crate::signal::wavelet::Wavelet;
 
@@ -172,6 +173,25 @@ pub enum ConfigError {
     },
 }
 
+/// Recordings of which a sweep cannot be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MaterialError {
+    /// Recordings without the channel, or of several rates.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// A range beyond the recordings.
+    #[error("range: found [{first}, {end}], expected within 0 to {count}")]
+    Range {
+        /// First recording.
+        first: usize,
+        /// One past the last.
+        end: usize,
+        /// Recordings there are.
+        count: usize,
+    },
+}
+
 impl Config {
     /// Reads a file; its paths become relative to the current folder.
     ///
@@ -182,32 +202,57 @@ impl Config {
         let text = String::from_utf8_lossy(&bytes);
         let mut config: Self = toml::from_str(&text)
             .map_err(|source| ConfigError::Toml { path: path.to_owned(), source: Box::new(source) })?;
+        config.check(path)?;
+        let base = path.parent().unwrap_or(Path::new(""));
+        config.base = base.to_owned();
+        config.recordings.iter_mut().for_each(|recording| *recording = base.join(&*recording));
+        Ok(config)
+    }
+
+    /// Checks the values; `path` is where they are from.
+    ///
+    /// # Errors
+    /// [`ConfigError::Value`].
+    pub fn check(&self, path: &Path) -> Result<(), ConfigError> {
         let refuse =
             |key, found: String, expected| Err(ConfigError::Value { path: path.to_owned(), key, found, expected });
-        if config.recordings.is_empty() {
+        if self.recordings.is_empty() {
             return refuse("recordings", "none".into(), "at least one file or folder");
         }
-        if let Some([first, end]) = config.range.filter(|[first, end]| first >= end) {
+        if let Some([first, end]) = self.range.filter(|[first, end]| first >= end) {
             return refuse("range", format!("[{first}, {end}]"), "the first recording and one past the last");
         }
-        let filters = config.filter.or(NO_FILTER.into());
+        let filters = self.filter.or(NO_FILTER.into());
         if let Some(found) = filters.iter().find(|name| *name != NO_FILTER && name.parse::<Wavelet>().is_err()) {
             return refuse("filter", format!("`{found}`"), "none, db1 to db10, or sym2 to sym10");
         }
-        if let Some(found) = config.solver.or(Method::default()).into_iter().find(|method| !method.is_built()) {
+        if let Some(found) = self.solver.or(Method::default()).into_iter().find(|method| !method.is_built()) {
             return refuse(
                 "solver",
                 found.paper_name().into(),
                 "a build with the feature rivals, or sindy-nn or stlsq",
             );
         }
-        if config.lambda.or([0.0; 3]).iter().flatten().any(|l| !(l.is_finite() && *l >= 0.0)) {
+        if self.lambda.or([0.0; 3]).iter().flatten().any(|l| !(l.is_finite() && *l >= 0.0)) {
             return refuse("lambda", "a negative or infinite number".into(), "three numbers that are not negative");
         }
-        let base = path.parent().unwrap_or(Path::new(""));
-        config.base = base.to_owned();
-        config.recordings.iter_mut().for_each(|recording| *recording = base.join(&*recording));
-        Ok(config)
+        Ok(())
+    }
+
+    /// Channel of the recordings in the range, named by their paths relative to the file: files of two folders may have one name.
+    ///
+    /// # Errors
+    /// [`MaterialError`].
+    pub fn material(&self, recordings: &[Recording]) -> Result<Material, MaterialError> {
+        let mut input = Input::from_recordings(recordings, self.channel.as_deref())?;
+        for (series, recording) in input.series.iter_mut().zip(recordings) {
+            let path = &recording.source.path;
+            series.name = path.strip_prefix(&self.base).unwrap_or(path).display().to_string();
+        }
+        let count = input.series.len();
+        let [first, end] = self.range.unwrap_or([0, count]);
+        let series = input.series.get(first..end).ok_or(MaterialError::Range { first, end, count })?;
+        Ok(Material { series: series.to_vec(), sample_rate_hz: input.sample_rate_hz })
     }
 
     /// Jobs of the grid on the recordings: all combinations, the recordings last.

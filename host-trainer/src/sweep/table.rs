@@ -78,6 +78,16 @@ pub fn csv(rows: &[Row]) -> String {
     std::iter::once(head).chain(rows.iter().map(line)).map(|line| line + "\n").collect()
 }
 
+/// The same columns of a row as values by name; what is not known is null.
+pub fn values(row: &Row) -> serde_json::Map<String, serde_json::Value> {
+    let value = |column: &Column| match column {
+        Column::Text(_, of) => of(row).into(),
+        Column::Count(_, of) => of(row).into(),
+        Column::Number(_, of) => of(row).into(),
+    };
+    COLUMNS.iter().map(|column| (column.name().to_owned(), value(column))).collect()
+}
+
 /// Rows as a Parquet file of one row group.
 ///
 /// # Errors

@@ -9,7 +9,6 @@ use serde_json::json;
 use super::input::{Recordings, bar};
 use super::output::{Force, Outputs};
 use super::{Failure, line, write};
-use crate::recording::input::Input;
 use crate::sweep::config::Config;
 use crate::sweep::job::{Job, Material, Row};
 use crate::sweep::{self, table};
@@ -94,20 +93,7 @@ fn material(config: &Config) -> Result<Material, Failure> {
     let source =
         Recordings { recordings: config.recordings.clone(), channel: config.channel.clone(), ..Recordings::default() };
     let recordings = source.load(config.channel.clone().map(|channel| vec![channel]))?;
-    let mut input = Input::from_recordings(&recordings, config.channel.as_deref()).map_err(Failure::input)?;
-    // Files of two folders may have one name.
-    for (series, recording) in input.series.iter_mut().zip(&recordings) {
-        let path = &recording.source.path;
-        series.name = path.strip_prefix(&config.base).unwrap_or(path).display().to_string();
-    }
-    let [first, end] = config.range.unwrap_or([0, input.series.len()]);
-    let Some(series) = input.series.get(first..end) else {
-        return Err(Failure::Input(format!(
-            "range: found [{first}, {end}], expected within 0 to {}",
-            input.series.len()
-        )));
-    };
-    Ok(Material { series: series.to_vec(), sample_rate_hz: input.sample_rate_hz })
+    config.material(&recordings).map_err(Failure::input)
 }
 
 /// Prints the means over the recordings of each model.

@@ -13,6 +13,7 @@ use super::prune::prune;
 use super::settings::{PruneSettings, RunSettings};
 use crate::model::path::{PathPoint, last_within_one_standard_error};
 use crate::model::samples::Samples;
+use crate::stats::cancel;
 
 const SETTINGS: RunSettings = RunSettings::DEFAULT;
 
@@ -254,6 +255,7 @@ struct Run {
 
 impl Run {
     fn step(&mut self, samples: &Samples<f32>, config: &TrainConfig, lambdas: Lambdas) {
+        cancel::check();
         if self.at == 0 {
             self.order.shuffle(&mut self.rng);
         }

@@ -20,6 +20,7 @@ pub(super) use kernel::Signals;
 use lanes::{Lanes, One, Wide};
 
 use super::settings::{IntegrationSettings, LinearisationSettings};
+use crate::stats::cancel;
 
 const SETTINGS: IntegrationSettings = IntegrationSettings::DEFAULT;
 const LINEARISATION: LinearisationSettings = LinearisationSettings::DEFAULT;
@@ -28,6 +29,7 @@ const LINEARISATION: LinearisationSettings = LinearisationSettings::DEFAULT;
 ///
 /// All runs must be of one [`Shape`](prepare::Shape).
 pub(super) fn integrate(runs: &[Prepared]) -> Vec<Signals> {
+    cancel::check();
     Arch::new().dispatch(Integrate(runs))
 }
 

@@ -36,6 +36,17 @@ impl Default for Rules {
     }
 }
 
+impl Rules {
+    /// First value that no life can be judged by: its name, the value, and what is expected.
+    pub fn refused(&self) -> Option<(&'static str, String, String)> {
+        let fewest = self.healthy.filter(|count| *count < FEWEST_HEALTHY);
+        let few = fewest.map(|count| ("healthy", count.to_string(), format!("at least {FEWEST_HEALTHY}")));
+        let numbers = [("sigmas", self.sigmas), ("ratio", self.ratio)];
+        let wrong = numbers.into_iter().find(|(_, value)| !(value.is_finite() && *value > 0.0));
+        few.or_else(|| wrong.map(|(name, value)| (name, value.to_string(), "a positive number".into())))
+    }
+}
+
 /// Increments of the RMS against which an increment is compared. The paper's text, d_(j+1) > 3 d_j, can be read in each way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
