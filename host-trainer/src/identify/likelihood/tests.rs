@@ -10,6 +10,7 @@ use super::problem::{Point, Problem};
 use super::search::search_from_rig;
 use super::whittle::{Noise, NoiseFreeRun, judged_bins, mean_power, means, noises};
 use crate::rig::random_part::Asked;
+use crate::rig::state::OUTER_Y;
 use crate::rig::test_support::{condition, nominal};
 use crate::rig::{EffectEntry, Rig, Run, Start, simulate_many};
 
@@ -255,4 +256,16 @@ fn invariant_the_mean_power_is_that_of_long_transforms() {
         assert!((found - right).abs() < 1e-12, "{k}: {found}, {right}");
     }
     assert_eq!(found.len(), 26);
+}
+
+/// A drag that is far stiffer where the shaft shakes the housing than in the noise that its steps are counted for.
+#[test]
+fn invariant_a_stiff_drag_has_a_random_part() {
+    let shaken = nominal().with_effect(EffectEntry::new(EffectKind::Unbalance, &[(ParameterKey::UnbalanceKgM, 0.03)]));
+    let drag = EffectEntry::new(EffectKind::QuadraticDrag, &[(ParameterKey::DragNS2PerM2, 1e9)])
+        .with_text(ParameterKey::Component, "outer");
+    let noise = |rig: &Rig| alone(&Asked { rig, condition: condition(30.0, 500.0, 12_800), known: None });
+    let (free, held) = (noise(&shaken), noise(&shaken.clone().with_effect(drag)));
+    let power = |noise: &Noise| noise.velocity_covariance.0[OUTER_Y][OUTER_Y];
+    assert!(power(&held).is_finite() && power(&held) < 0.5 * power(&free), "{} {}", power(&held), power(&free));
 }

@@ -200,3 +200,21 @@ fn literature_stop_stiffens_and_play_softens() {
     let play = ringing(&with(EffectKind::Backlash, &[(ParameterKey::WidthM, 1e-3)]), 500.0);
     assert!(play < plain - 30.0, "{play} beside {plain}");
 }
+
+/// Corners ring the modes; along half a cosine the load comes to the same without them.
+#[test]
+fn invariant_a_smooth_step_of_the_load_rings_less() {
+    let before = noise_free(&nominal());
+    let change = |shape: &str| -> Vec<f64> {
+        let numbers = [(ParameterKey::TimeS, 0.25), (ParameterKey::ChangeN, 200.0), (ParameterKey::RiseS, 0.02)];
+        let step = EffectEntry::new(EffectKind::LoadStep, &numbers).with_text(ParameterKey::Shape, shape);
+        let after = noise_free(&nominal().with_effect(step));
+        samples(&after, "ay").iter().zip(samples(&before, "ay")).map(|(a, b)| a - b).collect()
+    };
+    let (straight, smooth) = (change("straight"), change("smooth"));
+    let during = 6100..6700;
+    assert!(rms(&straight[..6100]) < 1e-6 && rms(&smooth[..6100]) < 1e-6, "nothing before");
+    assert!(rms(&smooth[during.clone()]) < 0.7 * rms(&straight[during]), "{} {}", rms(&smooth), rms(&straight));
+    let apart: Vec<f64> = straight[11_000..].iter().zip(&smooth[11_000..]).map(|(a, b)| a - b).collect();
+    assert!(rms(&apart) < 0.1 * rms(&straight[11_000..]), "the same load in the end");
+}

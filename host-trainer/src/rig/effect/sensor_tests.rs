@@ -1,7 +1,7 @@
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{
     EffectEntry,
-    test_support::{RATE, line, noise_free, nominal, samples, with},
+    test_support::{RATE, line, noise_free, nominal, rms, samples, with},
 };
 
 fn change(kind: EffectKind, numbers: &[(ParameterKey, f64)]) -> Vec<f64> {
@@ -76,4 +76,30 @@ fn invariant_unmodelled_mode_rises_at_its_frequency() {
     assert!((band(&after, "ay", 300) / band(&before, "ay", 300) - 1.0).abs() < 0.3);
     // The bearing knows nothing of it.
     assert_eq!(samples(&after, "tacho"), samples(&before, "tacho"));
+}
+
+/// The force across one sensor is that along the other; a mode that motion drives is linear in it and stays in its channel.
+#[test]
+fn invariant_a_mode_follows_its_source() {
+    let before = noise_free(&nominal());
+    let change = |channel: &str, source: &str, gain: f64| {
+        let numbers =
+            [(ParameterKey::FrequencyHz, 900.0), (ParameterKey::DampingRatio, 0.02), (ParameterKey::Gain, gain)];
+        let mode = EffectEntry::new(EffectKind::StructuralResonance, &numbers)
+            .with_text(ParameterKey::Channel, channel)
+            .with_text(ParameterKey::Source, source);
+        let after = noise_free(&nominal().with_effect(mode));
+        ["ax", "ay"]
+            .map(|c| -> Vec<f64> { samples(&after, c).iter().zip(samples(&before, c)).map(|(a, b)| a - b).collect() })
+    };
+    let alike = |a: &[f64], b: &[f64], factor: f64| {
+        let most = rms(a).max(1e-9);
+        a.iter().zip(b).all(|(a, b)| (a - factor * b).abs() < 1e-9 * most)
+    };
+    let ([ax, _], [still, across]) = (change("ax", "along", 1.0), change("ay", "across", 1.0));
+    assert!(alike(&across, &ax, 1.0) && rms(&ax) > 1e-4 && rms(&still) == 0.0);
+    let [_, along] = change("ay", "along", 1.0);
+    assert!(!alike(&across, &along, 1.0));
+    let ([still, once], [_, twice]) = (change("ay", "motion", 0.5), change("ay", "motion", 1.0));
+    assert!(alike(&twice, &once, 2.0) && rms(&once) > 1e-4 && rms(&still) == 0.0);
 }
