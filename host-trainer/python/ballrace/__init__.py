@@ -9,44 +9,9 @@
 Many machines at once: `ballrace.fleet`. Estimators of scikit-learn: `ballrace.sklearn`. Tables: `ballrace.tables`.
 """
 
-from ._ballrace import (
-    Diagnosis,
-    Error,
-    InputError,
-    Model,
-    Page,
-    Recording,
-    Rig,
-    __version__,
-    calibrate,
-    diagnose,
-    fit,
-    load,
-    monitor,
-    phases,
-    spectra,
-    stlsq,
-    sweep,
-)
+from . import _ballrace
+from ._ballrace import *  # noqa: F403
 from ._report import Report
 
-__all__ = [
-    "Diagnosis",
-    "Error",
-    "InputError",
-    "Model",
-    "Page",
-    "Recording",
-    "Report",
-    "Rig",
-    "__version__",
-    "calibrate",
-    "diagnose",
-    "fit",
-    "load",
-    "monitor",
-    "phases",
-    "spectra",
-    "stlsq",
-    "sweep",
-]
+__all__ = ["Report"]
+__all__ += _ballrace.__all__

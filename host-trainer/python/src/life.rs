@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use ballrace::report::phases::{self as report, Machine};
-use ballrace::signal::phases::Rules;
 use ballrace::signal::phases::life::Timeline;
 use ballrace::signal::phases::machine::{ChannelLife, Filter};
+use ballrace::signal::phases::{Rules, not_positive};
 use ballrace::signal::wavelet::Wavelet;
 use ballrace::signal::wavelet::denoise::Denoising;
 use ballrace::signal::wavelet::stationary::levels_below;
@@ -54,9 +54,8 @@ pub fn phases<'py>(
     py: Python<'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let rules = Rules { healthy, sigmas, failure: choice("failure", failure)?, ratio };
-    let below = (!(below_hz.is_finite() && below_hz > 0.0))
-        .then(|| ("below_hz", below_hz.to_string(), "a positive number of Hz".to_owned()));
-    if let Some((what, found, expected)) = rules.refused().or(below) {
+    let refused = rules.refused().or_else(|| not_positive("below_hz", below_hz, " of Hz"));
+    if let Some((what, found, expected)) = refused {
         return Err(input(format!("{what}: found {found}, expected {expected}")));
     }
     let wavelet: Wavelet = wavelet.parse().map_err(|error| input(format!("wavelet: {error}")))?;

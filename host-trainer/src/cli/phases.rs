@@ -12,7 +12,7 @@ use super::{Failure, line, write};
 use crate::paper::aged_bearing;
 use crate::report::phases::{self as report, Machine};
 use crate::signal::phases::machine::Filter;
-use crate::signal::phases::{FailureRule, Phases, Rules};
+use crate::signal::phases::{FailureRule, Phases, Rules, not_positive};
 use crate::signal::wavelet::Wavelet;
 use crate::signal::wavelet::denoise::{Denoising, NoiseEstimate, Shrinkage, ThresholdRule};
 use crate::signal::wavelet::stationary::levels_below;
@@ -96,9 +96,7 @@ impl Args {
     fn rules(&self) -> Result<Rules, Failure> {
         let Self { healthy, sigmas, failure, ratio, below, .. } = *self;
         let rules = Rules { healthy, sigmas, failure, ratio };
-        let below = (!(below.is_finite() && below > 0.0))
-            .then(|| ("below", below.to_string(), "a positive number of Hz".to_owned()));
-        match rules.refused().or(below) {
+        match rules.refused().or_else(|| not_positive("below", below, " of Hz")) {
             Some((option, found, expected)) => {
                 Err(Failure::Input(format!("--{option}: found {found}, expected {expected}")))
             }

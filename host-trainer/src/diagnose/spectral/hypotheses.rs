@@ -14,6 +14,8 @@ use crate::rig::{EffectEntry, Rig};
 /// Component and direction on which the load acts.
 pub const LOAD_COMPONENT: &str = "inner-y";
 
+/// Parameters of a mode that are fitted.
+pub const MODE_KEYS: &[ParameterKey] = &[ParameterKey::Gain, ParameterKey::FrequencyHz, ParameterKey::DampingRatio];
 /// Sources of a mode with the signs of its gain that make a difference: the force across the sensor is not in step with what the
 /// sensor has.
 pub const MODE_SOURCES: [(&str, f64); 5] =
@@ -326,7 +328,7 @@ impl List<'_> {
             };
             let modes: Vec<EffectEntry> = peaks.iter().flat_map(of).collect();
             if !modes.is_empty() {
-                self.add(EffectKind::StructuralResonance, channel, &[Gain, FrequencyHz, DampingRatio], modes);
+                self.add(EffectKind::StructuralResonance, channel, MODE_KEYS, modes);
             }
         }
         for channel in ["all", "ax", "ay"] {

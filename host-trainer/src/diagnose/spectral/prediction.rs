@@ -279,7 +279,7 @@ pub fn is_inner(effect: &EffectEntry) -> bool {
 }
 
 /// Power of the deterministic part of rigs in each recording, all simulated side by side; a rig that cannot run, or a run that
-/// diverges, has an error of its own.
+/// diverges in finer steps too, has an error of its own.
 pub fn lines_of(asked: &[Deterministic], observations: &[Observation]) -> Vec<Result<Vec<Parts>, RigError>> {
     let without_inner = |asked: &Deterministic| {
         let mut rig = asked.rig.clone();

@@ -6,11 +6,12 @@ use rayon::prelude::*;
 
 use super::candidate::{Candidate, NullFit, best, rank};
 use super::guesses::Guesses;
-use super::hypotheses::{Hypothesis, LOAD_COMPONENT, MODE_SOURCES, all};
+use super::hypotheses::{Hypothesis, LOAD_COMPONENT, MODE_KEYS, MODE_SOURCES, all};
 use super::lack::lack;
 use super::observation::{duration_s, mean_load_n};
 use super::screening::{Brief, StartScore, best_starts, scores, screened};
 use super::settings::SearchSettings;
+use crate::identify::likelihood::coordinate::Coordinate;
 use crate::rig::EffectEntry;
 use crate::rig::effect::{EffectKind, ParameterKey};
 
@@ -140,13 +141,19 @@ fn sizes(effect: &EffectEntry) -> Vec<EffectEntry> {
 /// Better of a candidate and of effects with like spectra, at which a search may have ended.
 fn restarted<'d, 'a>(candidate: Candidate<'d, 'a>, null: &NullFit<'d, 'a>) -> Candidate<'d, 'a> {
     let Some(effect) = candidate.effect() else { return candidate };
-    let (hypothesis, starts) = if candidate.kind == EffectKind::StructuralResonance {
-        other_modes(&candidate, &effect)
+    let (free, size, starts) = if candidate.kind == EffectKind::StructuralResonance {
+        (MODE_KEYS, None, other_modes(&effect))
     } else if let Some(width) = effect.number(ParameterKey::WidthRad) {
-        other_defects(&candidate, effect, width)
+        let index = candidate.model.rig.effects.len() - 1;
+        let is_angle = |c: &Coordinate| c.key.of_effect(index) == Some(ParameterKey::AngleRad);
+        let has_angle = candidate.model.coordinates.iter().any(is_angle);
+        let free = if has_angle { DEFECT_KEYS } else { &DEFECT_KEYS[..2] };
+        (free, Some(ParameterKey::DepthM), other_defects(effect, width, has_angle))
     } else {
         return candidate;
     };
+    let (kind, place) = (candidate.kind, candidate.place.clone());
+    let hypothesis = Hypothesis { kind, place, free, starts: Vec::new(), size };
     let starts = starts.into_iter().map(|start| (&hypothesis, start)).collect();
     let kept = best_starts(scores(null, starts, &SETTINGS.other_depths), SETTINGS.restarts, SETTINGS.restarts);
     let starts: Vec<EffectEntry> = kept.into_iter().map(|score| score.effect).collect();
@@ -156,8 +163,8 @@ fn restarted<'d, 'a>(candidate: Candidate<'d, 'a>, null: &NullFit<'d, 'a>) -> Ca
 }
 
 /// Modes of the same frequency with other sources, and gains of either sign.
-fn other_modes(candidate: &Candidate, effect: &EffectEntry) -> (Hypothesis, Vec<EffectEntry>) {
-    use ParameterKey::{DampingRatio, FrequencyHz, Gain};
+fn other_modes(effect: &EffectEntry) -> Vec<EffectEntry> {
+    use ParameterKey::{DampingRatio, Gain};
     let number = |key: ParameterKey| effect.number(key).unwrap_or_default();
     let of = |(source, sign): (&str, f64)| {
         let source = effect.clone().with_text(ParameterKey::Source, source);
@@ -168,16 +175,12 @@ fn other_modes(candidate: &Candidate, effect: &EffectEntry) -> (Hypothesis, Vec<
         });
         resized.collect::<Vec<_>>()
     };
-    let (kind, place) = (candidate.kind, candidate.place.clone());
-    let free = &[Gain, FrequencyHz, DampingRatio];
-    (Hypothesis { kind, place, free, starts: Vec::new(), size: None }, MODE_SOURCES.into_iter().flat_map(of).collect())
+    MODE_SOURCES.into_iter().flat_map(of).collect()
 }
 
 /// Defects of other widths, of another place of the zeros in the lines' envelope, or on the other side of the load.
-fn other_defects(candidate: &Candidate, effect: EffectEntry, width: f64) -> (Hypothesis, Vec<EffectEntry>) {
-    use ParameterKey::{AngleRad, DepthM, WidthRad};
-    let index = candidate.model.rig.effects.len() - 1;
-    let has_angle = candidate.model.coordinates.iter().any(|c| c.key.of_effect(index) == Some(AngleRad));
+fn other_defects(effect: EffectEntry, width: f64, has_angle: bool) -> Vec<EffectEntry> {
+    use ParameterKey::{AngleRad, WidthRad};
     let turned: Vec<EffectEntry> = match effect.number(AngleRad).filter(|_| has_angle) {
         Some(angle) => {
             let near_load = FRAC_PI_2 + SETTINGS.near_load_rad;
@@ -186,10 +189,6 @@ fn other_defects(candidate: &Candidate, effect: EffectEntry, width: f64) -> (Hyp
         }
         None => vec![effect],
     };
-    let free = if has_angle { DEFECT_KEYS } else { &DEFECT_KEYS[..2] };
-    let (kind, place) = (candidate.kind, candidate.place.clone());
-    let hypothesis = Hypothesis { kind, place, free, starts: Vec::new(), size: Some(DepthM) };
     let of_width = |share: f64| turned.iter().map(move |effect| effect.clone().with_number(WidthRad, share * width));
-    let starts = SETTINGS.other_widths.into_iter().flat_map(of_width).collect();
-    (hypothesis, starts)
+    SETTINGS.other_widths.into_iter().flat_map(of_width).collect()
 }

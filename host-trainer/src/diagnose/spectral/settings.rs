@@ -494,13 +494,14 @@ pub struct SearchSettings {
     pub full_fits: usize,
     /// Steps of these fits, then of those that are close to the best.
     pub steps: [usize; 2],
-    /// Difference in gain, nats, below which an effect in one direction and in both are the same. By hand: chance.
+    /// Difference in gain, nats, that is chance: below it an effect in one direction and in both are the same, and the candidate
+    /// of fewest numbers comes first. By hand.
     pub twin_nats: f64,
     /// Factor by which a gain can grow in a longer search; what is farther from the gain that is asked for is not followed up.
     pub growth: f64,
     /// Loss by a start on all recordings beyond what there is to gain, nats, from which it is not searched.
     pub hopeless_nats: f64,
-    /// Damping and gain of a mode's further starts over those where its search ended: weaker, as there, and as high but wider.
+    /// Damping and gain from which a mode's search is repeated, over those found: weaker, as there, and wider, twice.
     pub other_modes: [[f64; 2]; 4],
     /// Sizes of a friction from which its full fit starts, over that of the screening.
     pub weaker: [f64; 4],

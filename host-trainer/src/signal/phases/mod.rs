@@ -36,14 +36,21 @@ impl Default for Rules {
     }
 }
 
+/// Value that is refused: its name, what was found, and what is expected.
+pub type Refused = (&'static str, String, String);
+
+/// A number that is not positive, refused by its name; `unit` follows what is expected.
+pub fn not_positive(name: &'static str, value: f64, unit: &str) -> Option<Refused> {
+    let is_positive = value.is_finite() && value > 0.0;
+    (!is_positive).then(|| (name, value.to_string(), format!("a positive number{unit}")))
+}
+
 impl Rules {
-    /// First value that no life can be judged by: its name, the value, and what is expected.
-    pub fn refused(&self) -> Option<(&'static str, String, String)> {
+    /// First value that no life can be judged by.
+    pub fn refused(&self) -> Option<Refused> {
         let fewest = self.healthy.filter(|count| *count < FEWEST_HEALTHY);
         let few = fewest.map(|count| ("healthy", count.to_string(), format!("at least {FEWEST_HEALTHY}")));
-        let numbers = [("sigmas", self.sigmas), ("ratio", self.ratio)];
-        let wrong = numbers.into_iter().find(|(_, value)| !(value.is_finite() && *value > 0.0));
-        few.or_else(|| wrong.map(|(name, value)| (name, value.to_string(), "a positive number".into())))
+        few.or_else(|| not_positive("sigmas", self.sigmas, "")).or_else(|| not_positive("ratio", self.ratio, ""))
     }
 }
 
