@@ -6,7 +6,7 @@
 //! The runs to failure are FEMTO bearings in `$BALLRACE_DATA`, then `../shared/data`, and are skipped where neither is there.
 
 use ballrace::model::fit::Solver;
-use ballrace::model::fit::limits::{HealthyBlocks, Rate, limit};
+use ballrace::model::fit::limits::{HealthyBlocks, MAX_DRIFT, Rate, limit};
 use ballrace::model::replay::{Options, Replayed, replay};
 use ballrace::model::stlsq::StlsqConfig;
 use ballrace::recording::input::Input;
@@ -42,7 +42,7 @@ impl Machine {
     fn levels(self, healthy: usize, rng: &mut ChaCha8Rng) -> Vec<f64> {
         let noise = 0.05 * 4f64.powf(rng.random());
         let time = 10.0 * healthy as f64;
-        let drift = 0.5 * rng.random::<f64>();
+        let drift = MAX_DRIFT * rng.random::<f64>();
         let mut state = drift * rng.sample::<f64, _>(StandardNormal);
         (0..healthy + MONITORED)
             .map(|_| {

@@ -15,6 +15,9 @@ use super::settings::LimitSettings;
 
 const SETTINGS: LimitSettings = LimitSettings::DEFAULT;
 
+/// Greatest standard deviation of a healthy machine's drift that a limit allows for, natural logarithm of power.
+pub const MAX_DRIFT: f64 = SETTINGS.max_drift;
+
 /// Blocks of the healthy machine.
 #[derive(Clone, Copy, Debug)]
 pub struct HealthyBlocks<'a> {

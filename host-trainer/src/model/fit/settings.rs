@@ -1,5 +1,7 @@
 //! Settings of a fit around its solver, one struct per stage.
 
+use std::f64::consts::{LN_2, LN_10};
+
 /// Least numbers of rows of virtual states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RowSettings {
@@ -84,21 +86,25 @@ impl MonitorSettings {
     };
 }
 
+/// Natural logarithm of 2.5.
+const LN_2_5: f64 = LN_10 - 2.0 * LN_2;
+
 /// Settings of the monitor's limit, theory (87) to (89).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimitSettings {
-    /// False alarms a day, unless stated: one in ten days. Chosen with `max_drift` and `correlation_factor` on Bearing3_3,
-    /// Bearing3_1 and Bearing2_7, 40 to 100 healthy recordings: the least limits without an alarm in the first 30 % of life.
+    /// False alarms a day, unless stated: one in ten days. Chosen with `correlation_factor` on Bearing3_3, Bearing3_1 and
+    /// Bearing2_7, 40 to 100 healthy recordings: the least limits without an alarm in the first 30 % of life.
     pub false_alarms_per_day: f64,
     /// Weight of the newest block in the EWMA. Not tuned: chosen by hand.
     pub ewma_weight: f32,
     /// Correlation time of the drift over the length of the healthy record: drift within a tenth of it is all that the record
     /// shows.
     pub correlation_factor: usize,
-    /// Greatest standard deviation of a healthy machine's drift, natural logarithm of power.
+    /// Greatest standard deviation of a healthy machine's drift, natural logarithm of power: three of them are a zone of
+    /// ISO 10816-1, annex B, a factor of 2.5 in amplitude.
     pub max_drift: f64,
-    /// Number of the greatest standard deviations beyond which a level is no drift of a healthy machine: an extrapolated limit
-    /// goes no further. Not tuned: chosen by hand.
+    /// Number of the greatest standard deviations that are a zone, beyond which a level is no drift of a healthy machine: an
+    /// extrapolated limit goes no further.
     pub max_drift_deviations: f64,
     /// Cells of the posterior in the drift.
     pub drifts: usize,
@@ -128,7 +134,7 @@ impl LimitSettings {
         false_alarms_per_day: 0.1,
         ewma_weight: 0.3,
         correlation_factor: 10,
-        max_drift: 0.5,
+        max_drift: 2.0 * LN_2_5 / 3.0,
         max_drift_deviations: 3.0,
         drifts: 20,
         noises: 13,
