@@ -1,9 +1,9 @@
 //! Hypotheses: the lasting effects of the vocabulary that a bearing rig can have, with starts of their search.
 //!
 //! Sizes follow from the rig: a defect's depth from the contact's deflection, a spring's curvature from its static
-//! deflection. Phases are no part of a power spectrum and are not estimated.
+//! deflection. Phases are no part of a power spectrum and are not estimated, but that of a few lobes under the load.
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use super::guesses::Guesses;
 use crate::rig::config::{BearingRig, Machine, RigKind};
@@ -45,6 +45,12 @@ fn ladder(from: f64, to: f64, count: u32) -> Vec<f64> {
 /// The same with both signs.
 fn both_ways(from: f64, to: f64, count: u32) -> Vec<f64> {
     ladder(from, to, count).into_iter().flat_map(|v| [v, -v]).collect()
+}
+
+/// Effect along each axis by itself, and the same in every direction.
+fn both_symmetries(effect: EffectEntry) -> [EffectEntry; 2] {
+    let isotropic = effect.clone().with_text(ParameterKey::Symmetry, "isotropic");
+    [effect, isotropic]
 }
 
 /// All lasting hypotheses for a rig under a load, N.
@@ -134,13 +140,22 @@ impl List<'_> {
     }
 
     fn races(&mut self) {
-        use ParameterKey::{AmplitudeM, Exponent, Lobes, RadialClearanceM};
+        use ParameterKey::{AmplitudeM, Exponent, Lobes, PhaseRad, RadialClearanceM};
+        let balls = self.machine.bearing.balls;
         for kind in [EffectKind::OuterRaceWaviness, EffectKind::InnerRaceWaviness] {
-            for lobes in 2..=(2 * self.machine.bearing.balls + 3) {
-                let of =
-                    |share: f64| EffectEntry::new(kind, &[(AmplitudeM, share * self.contact()), (Lobes, lobes as f64)]);
-                let starts = vec![of(0.03)];
-                self.add(kind, format!("{lobes} lobes"), &[AmplitudeM], starts);
+            for lobes in 2..=(2 * balls + 3) {
+                let place = format!("{lobes} lobes");
+                let height = 0.03 * self.contact();
+                let of = |phase: f64| {
+                    EffectEntry::new(kind, &[(AmplitudeM, height), (Lobes, lobes as f64), (PhaseRad, phase)])
+                };
+                // Few lobes at rest bend the balls' mean path under the load: what that does depends on where they are.
+                if kind == EffectKind::OuterRaceWaviness && 2 * lobes <= balls {
+                    let starts = [0.0, FRAC_PI_2, PI, -FRAC_PI_2].map(of).to_vec();
+                    self.add(kind, place, &[AmplitudeM, PhaseRad], starts);
+                } else {
+                    self.add(kind, place, &[AmplitudeM], vec![of(0.0)]);
+                }
             }
         }
         let clearance = self.machine.bearing.radial_clearance_m;
@@ -192,10 +207,12 @@ impl List<'_> {
             };
             let cubic = |share: f64| share * k / (3.0 * still * still);
             let hard = ladder(0.03, 2.0, 12).into_iter();
-            let hard = hard.map(|s| of(EffectKind::HardeningStiffness, CubicNPerM3, cubic(s))).collect();
+            let hard = hard.map(|s| of(EffectKind::HardeningStiffness, CubicNPerM3, cubic(s)));
+            let hard = hard.flat_map(both_symmetries).collect();
             self.add(EffectKind::HardeningStiffness, component, &[CubicNPerM3], hard);
             let soft = ladder(0.03, 0.5, 8).into_iter();
-            let soft = soft.map(|s| of(EffectKind::SofteningStiffness, CubicNPerM3, -cubic(s))).collect();
+            let soft = soft.map(|s| of(EffectKind::SofteningStiffness, CubicNPerM3, -cubic(s)));
+            let soft = soft.flat_map(both_symmetries).collect();
             self.add(EffectKind::SofteningStiffness, component, &[CubicNPerM3], soft);
             let square = |share: f64| share * k / (2.0 * still);
             let skew = both_ways(0.04, 0.6, 6).into_iter();
@@ -265,7 +282,7 @@ impl List<'_> {
                     EffectEntry::new(EffectKind::QuadraticDrag, &[(DragNS2PerM2, damping.max(1.0) / speed)])
                         .with_text(Component, component)
                 };
-                let starts = ladder(1e-2, 1e-4, 4).into_iter().map(of).collect();
+                let starts = ladder(1e-2, 1e-4, 4).into_iter().map(of).flat_map(both_symmetries).collect();
                 self.add(EffectKind::QuadraticDrag, component, &[DragNS2PerM2], starts);
             }
             if damping == 0.0 {

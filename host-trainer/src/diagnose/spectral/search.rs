@@ -143,6 +143,8 @@ fn restarted<'d, 'a>(candidate: Candidate<'d, 'a>, null: &NullFit<'d, 'a>) -> Ca
     let Some(effect) = candidate.effect() else { return candidate };
     let (free, size, starts) = if candidate.kind == EffectKind::StructuralResonance {
         (MODE_KEYS, None, other_modes(&effect))
+    } else if let Some(key) = symmetric_size(&effect) {
+        (key, None, other_symmetry(&effect, key[0]))
     } else if let Some(width) = effect.number(ParameterKey::WidthRad) {
         let index = candidate.model.rig.effects.len() - 1;
         let is_angle = |c: &Coordinate| c.key.of_effect(index) == Some(ParameterKey::AngleRad);
@@ -160,6 +162,26 @@ fn restarted<'d, 'a>(candidate: Candidate<'d, 'a>, null: &NullFit<'d, 'a>) -> Ca
     let started = null.started(&hypothesis, &starts);
     let searched: Vec<_> = started.into_par_iter().map(|c| c.searched(null, SETTINGS.steps[1])).collect();
     best(searched).filter(|best| best.gain > candidate.gain).unwrap_or(candidate)
+}
+
+/// Size of an effect whose law may be the same in every direction.
+fn symmetric_size(effect: &EffectEntry) -> Option<&'static [ParameterKey]> {
+    let is_whole = matches!(effect.text(ParameterKey::Component), Some("inner" | "outer"));
+    match effect.kind {
+        EffectKind::HardeningStiffness | EffectKind::SofteningStiffness if is_whole => {
+            Some(&[ParameterKey::CubicNPerM3])
+        }
+        EffectKind::QuadraticDrag if is_whole => Some(&[ParameterKey::DragNS2PerM2]),
+        _ => None,
+    }
+}
+
+/// Effect with the other symmetry, at sizes around the one found.
+fn other_symmetry(effect: &EffectEntry, key: ParameterKey) -> Vec<EffectEntry> {
+    let is_isotropic = effect.text(ParameterKey::Symmetry) == Some("isotropic");
+    let other = effect.clone().with_text(ParameterKey::Symmetry, if is_isotropic { "axes" } else { "isotropic" });
+    let size = effect.number(key).unwrap_or_default();
+    SETTINGS.other_sizes.map(|share| other.clone().with_number(key, share * size)).to_vec()
 }
 
 /// Modes of the same frequency with other sources, and gains of either sign.

@@ -503,6 +503,8 @@ pub struct SearchSettings {
     pub hopeless_nats: f64,
     /// Damping and gain from which a mode's search is repeated, over those found: weaker, as there, and wider, twice.
     pub other_modes: [[f64; 2]; 4],
+    /// Sizes of a law of the other symmetry from which its search is repeated, over the one found.
+    pub other_sizes: [f64; 4],
     /// Sizes of a friction from which its full fit starts, over that of the screening.
     pub weaker: [f64; 4],
     /// Widths of a defect from which its search is repeated, over the one found. By hand: close enough that one of them is in
@@ -537,6 +539,7 @@ impl SearchSettings {
         twin_nats: 2.0,
         growth: 3.0,
         hopeless_nats: 300.0,
+        other_sizes: [0.5, 0.8, 1.2, 2.0],
         weaker: [1.0, 0.6, 0.35, 0.2],
         other_widths: [0.35, 0.45, 0.55, 0.65, 0.78, 0.9, 1.0, 1.15, 1.4, 1.8],
         other_depths: [0.3, 0.45, 0.65, 0.8, 1.3, 2.0],

@@ -46,6 +46,8 @@ pub enum Choices {
     Sources,
     /// Course of a change over its duration: straight, or smooth without corners.
     Shapes,
+    /// Symmetry of a law over the directions of a component: along each axis by itself, or the same in every direction.
+    Symmetries,
 }
 
 impl Choices {
@@ -55,6 +57,8 @@ impl Choices {
             Self::Channels if kind == RigKind::Sdof => &["all", "q", "qd", "qdd"],
             Self::Channels => &["all", "ax", "ay"],
             Self::Shapes => &["straight", "smooth"],
+            Self::Symmetries if kind == RigKind::Sdof => &["axes"],
+            Self::Symmetries => &["axes", "isotropic"],
             Self::Sources if kind == RigKind::Sdof => &["along"],
             Self::Sources => &["along", "across", "motion"],
             _ if kind == RigKind::Sdof => &["mass"],
@@ -80,14 +84,15 @@ impl Motion {
         q[self.dof] - self.base.map_or(0.0, |base| q[base])
     }
 
+    /// Covariance of its velocity and another's.
+    pub fn covariance(self, other: Self, VelocityCovariance(covariance): &VelocityCovariance) -> f64 {
+        let with = |dof: usize| covariance[dof][other.dof] - other.base.map_or(0.0, |base| covariance[dof][base]);
+        with(self.dof) - self.base.map_or(0.0, with)
+    }
+
     /// Standard deviation of its velocity.
-    fn velocity_std(self, VelocityCovariance(covariance): &VelocityCovariance) -> f64 {
-        let of = |i: usize, j: usize| covariance[i][j];
-        let variance = match self.base {
-            None => of(self.dof, self.dof),
-            Some(base) => of(self.dof, self.dof) - 2.0 * of(self.dof, base) + of(base, base),
-        };
-        variance.max(0.0).sqrt()
+    fn velocity_std(self, covariance: &VelocityCovariance) -> f64 {
+        self.covariance(self, covariance).max(0.0).sqrt()
     }
 
     /// A force on the part, and its reaction.
@@ -208,6 +213,14 @@ impl Part {
             for motion in &self.motions {
                 motion.push(law(motion.relative(q), motion.relative(v)), force);
             }
+        });
+    }
+
+    /// Adds a force along the displacement of all its motions together, `factor` of the square of its length times it.
+    pub fn isotropic_law(self, assembly: &mut Assembly, factor: impl Fn(f64) -> f64 + Send + Sync + 'static) {
+        assembly.force(move |_, q, _, force| {
+            let square = self.motions.iter().map(|m| m.relative(q).powi(2)).sum::<f64>();
+            self.motions.iter().for_each(|m| m.push(factor(square) * m.relative(q), force));
         });
     }
 

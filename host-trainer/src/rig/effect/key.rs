@@ -58,6 +58,7 @@ keys! {
     Source = "source", "What excites a mode of the structure.";
     SpinRad = "spin_rad", "Angle of a ball about its own axis at shaft angle 0, rad.";
     StiffnessNPerM = "stiffness_n_per_m", "Stiffness, N/m.";
+    Symmetry = "symmetry", "Whether a law holds along each axis by itself, or is the same in every direction.";
     TimeS = "time_s", "Time from the first sample, s.";
     UnbalanceKgM = "unbalance_kg_m", "Unbalance, kg m.";
     Value = "value", "Value of the quantity that is changed, in its own unit.";

@@ -1,7 +1,13 @@
 //! What the other causes must show in a bearing rig.
 
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
 use crate::rig::config::ModelKey;
 use crate::rig::effect::{EffectKind, ParameterKey};
+use crate::rig::simulate::assemble_in_noise;
+use crate::rig::state::{DOFS, Instant, OUTER_X, OUTER_Y, VelocityCovariance};
 use crate::rig::{
     EffectEntry, Rig, Start, simulate,
     test_support::{RATE, condition, line, noise_free, nominal, peak, rms, samples, with},
@@ -217,4 +223,71 @@ fn invariant_a_smooth_step_of_the_load_rings_less() {
     assert!(rms(&smooth[during.clone()]) < 0.7 * rms(&straight[during]), "{} {}", rms(&smooth), rms(&straight));
     let apart: Vec<f64> = straight[11_000..].iter().zip(&smooth[11_000..]).map(|(a, b)| a - b).collect();
     assert!(rms(&apart) < 0.1 * rms(&straight[11_000..]), "the same load in the end");
+}
+
+/// Force of a law of inner or outer race on it in both directions, at a displacement and speed `at`, with the noise's covariance.
+fn force_of(effect: EffectEntry, at: [f64; 2], noise: Option<VelocityCovariance>) -> [f64; 2] {
+    let assembly = assemble_in_noise(&nominal().with_effect(effect), noise);
+    let (mut motion, mut force) = ([0.0; DOFS], [0.0; DOFS]);
+    (motion[OUTER_X], motion[OUTER_Y]) = (at[0], at[1]);
+    assembly.forces.iter().for_each(|law| law(&Instant::default(), &motion, &motion, &mut force));
+    [force[OUTER_X], force[OUTER_Y]]
+}
+
+/// Laws of the outer race that can be the same in every direction.
+fn symmetric(kind: EffectKind, symmetry: &str) -> EffectEntry {
+    let size = match kind {
+        EffectKind::QuadraticDrag => (ParameterKey::DragNS2PerM2, 5e6),
+        EffectKind::HardeningStiffness => (ParameterKey::CubicNPerM3, 5e12),
+        _ => (ParameterKey::CubicNPerM3, -5e12),
+    };
+    let outer = EffectEntry::new(kind, &[size]).with_text(ParameterKey::Component, "outer");
+    outer.with_text(ParameterKey::Symmetry, symmetry)
+}
+
+#[test]
+fn invariant_an_isotropic_law_turns_with_the_motion_and_is_that_of_an_axis_along_it() {
+    for kind in [EffectKind::QuadraticDrag, EffectKind::HardeningStiffness, EffectKind::SofteningStiffness] {
+        let along = force_of(symmetric(kind, "isotropic"), [2e-5, 0.0], None);
+        let axis = force_of(symmetric(kind, "axes"), [2e-5, 0.0], None);
+        assert!((along[0] / axis[0] - 1.0).abs() < 1e-12 && along[1] == 0.0, "{kind}: {along:?} {axis:?}");
+        for angle in [0.3, 1.0, 2.5] {
+            let (sin, cos) = f64::sin_cos(angle);
+            let turned = force_of(symmetric(kind, "isotropic"), [2e-5 * cos, 2e-5 * sin], None);
+            let expected = [along[0] * cos, along[0] * sin];
+            let off = (turned[0] - expected[0]).hypot(turned[1] - expected[1]);
+            assert!(off < 1e-12 * along[0].abs(), "{kind} {angle}: {turned:?} {expected:?}");
+            assert!(force_of(symmetric(kind, "axes"), [2e-5 * cos, 2e-5 * sin], None) != turned, "{kind}");
+        }
+    }
+}
+
+#[test]
+fn invariant_an_isotropic_drag_in_noise_is_its_mean_over_the_noise() {
+    let [x, y, xy] = [4e-10, 1e-10, 1e-10];
+    let mut covariance = VelocityCovariance([[0.0; DOFS]; DOFS]);
+    covariance.0[OUTER_X][OUTER_X] = x;
+    covariance.0[OUTER_Y][OUTER_Y] = y;
+    (covariance.0[OUTER_X][OUTER_Y], covariance.0[OUTER_Y][OUTER_X]) = (xy, xy);
+    let drag = symmetric(EffectKind::QuadraticDrag, "isotropic");
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let draws: Vec<[f64; 2]> = (0..200_000)
+        .map(|_| {
+            let [a, b]: [f64; 2] = [rng.sample(StandardNormal), rng.sample(StandardNormal)];
+            [x.sqrt() * a, xy / x.sqrt() * a + (y - xy * xy / x).sqrt() * b]
+        })
+        .collect();
+    for at in [[3e-6, 2e-6], [2e-5, -1e-5], [-1e-5, 4e-5], [1e-4, 1e-4]] {
+        let found = force_of(drag.clone(), at, Some(covariance.clone()));
+        let mut mean = [0.0; 2];
+        for draw in &draws {
+            let v = [at[0] + draw[0], at[1] + draw[1]];
+            let factor = -5e6 * v[0].hypot(v[1]) / draws.len() as f64;
+            mean[0] += factor * v[0];
+            mean[1] += factor * v[1];
+        }
+        // The law has no coupling by the noise's correlation, and another curve between rest and high speed.
+        let off = (found[0] - mean[0]).hypot(found[1] - mean[1]) / mean[0].hypot(mean[1]);
+        assert!(off < 0.12, "{at:?}: {found:?} {mean:?}");
+    }
 }

@@ -243,6 +243,12 @@ impl Parameter {
         Self { key: ParameterKey::Shape, ..parameter }
     }
 
+    /// The symmetry of a law over the directions of a component, usually along each axis by itself.
+    pub const fn symmetry() -> Self {
+        let parameter = Self::component(Choices::Symmetries).usually(ParameterDefault::Name("axes"));
+        Self { key: ParameterKey::Symmetry, ..parameter }
+    }
+
     /// The parameter with a default.
     pub const fn usually(mut self, usual: ParameterDefault) -> Self {
         self.default = usual;

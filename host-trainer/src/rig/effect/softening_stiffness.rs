@@ -18,6 +18,7 @@ pub(super) const EFFECT: Definition = Definition {
     parameters: &[
         Parameter::number(ParameterKey::CubicNPerM3, "N/m³", Domain::NotPositive, (-1e18, -1e9), Scale::Log),
         Parameter::component(Choices::Supported),
+        Parameter::symmetry(),
     ],
     library: LibraryTerms::CUBIC,
     equation,

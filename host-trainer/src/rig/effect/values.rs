@@ -67,6 +67,11 @@ impl<'a> Values<'a> {
         self.name(ParameterKey::Shape) == Some("smooth")
     }
 
+    /// Whether a law is the same in every direction.
+    pub fn is_isotropic(&self) -> bool {
+        self.name(ParameterKey::Symmetry) == Some("isotropic")
+    }
+
     fn name(&self, key: ParameterKey) -> Option<&str> {
         match (self.entry.parameters.get(&key), self.default(key)) {
             (Some(Value::Text(text)), _) => Some(text),
