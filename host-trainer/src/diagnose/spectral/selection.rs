@@ -82,14 +82,12 @@ impl<'d, 'a> Selection<'d, 'a> {
             let best = found.remove(load_error_or_first(&found, observations));
             // A rig that cannot run under the conditions of the held-out recordings does not explain them.
             let judged = refit_nuisances(held_data, &best.model, &best.point).map_or(f64::INFINITY, |p| p.objective());
-            let held_share = duration_s(held_data.observations) / duration_s(observations);
-            let enough_held = GATE.held_out.max(GATE.held_out_share * held_share * best.gain);
-            if best.gain < asked || held_now - judged < enough_held {
+            let held_out = held_now - judged;
+            if best.gain < asked || !is_in(held_data, held_now, held_out, &best) {
                 self.rejected.push(best);
                 self.rejected.extend(found);
                 break;
             }
-            let held_out = held_now - judged;
             (self.model, self.point, held_now) = (best.model.clone(), best.point.clone(), judged);
             if is_load_error(&best, observations) {
                 self.corrected_loads = true;
@@ -145,21 +143,43 @@ fn is_load_error(candidate: &Candidate, observations: &[Observation]) -> bool {
     is_of_load && force.abs() < GATE.load_share * mean_load_n(observations)
 }
 
+/// Whether held-out recordings have a candidate's effect too, `held_null` being −ln there without it and `held_out` what it gains:
+/// as much as in as many of the fitted recordings, or, where theirs is another speed or load that shows less of it, most of
+/// what the effect gains at its best there.
+fn is_in(held_data: &Data, held_null: f64, held_out: f64, candidate: &Candidate) -> bool {
+    let share = duration_s(held_data.observations) / duration_s(candidate.model.data.observations);
+    let at_best = || {
+        let fitted = refit(held_data, &candidate.model, &candidate.point);
+        fitted.map_or(f64::INFINITY, |point| held_null - point.objective())
+    };
+    held_out > GATE.held_out
+        && (held_out > GATE.held_out_share * share * candidate.gain || held_out > GATE.agreement * at_best())
+}
+
+/// Fitted model on other recordings, to which all of it is fitted again.
+///
+/// # Errors
+/// What the simulation refuses.
+fn refit(data: &Data, model: &Model, point: &Point) -> Result<Point, RigError> {
+    let (coordinates, guesses) = (model.coordinates.clone(), model.guesses.clone());
+    let other = Model { coordinates, guesses, ..Model::fixed(data, model.rig_at(&point.values)?) };
+    other.search(other.start_from(&nuisances_from(data, point))?, FIT.held_out_steps)
+}
+
 /// Fitted model on other recordings, of which only the nuisances are fitted.
 ///
 /// # Errors
 /// What the simulation refuses.
 pub fn refit_nuisances(data: &Data, model: &Model, point: &Point) -> Result<Point, RigError> {
     let other = Model::fixed(data, model.rig_at(&point.values)?);
+    other.search(other.start_from(&nuisances_from(data, point))?, FIT.held_out_steps)
+}
+
+/// Nuisances of a machine as a start for other recordings of it.
+fn nuisances_from(data: &Data, point: &Point) -> Point {
     let count = data.observations.len();
-    let jitter = point.jitter.iter().copied().max().unwrap_or(0);
-    let from = Point {
-        values: Vec::new(),
-        stretch: vec![Stretch::default(); count],
-        jitter: vec![jitter; count],
-        ..point.clone()
-    };
-    other.search(other.start_from(&from)?, FIT.held_out_steps)
+    let jitter = vec![point.jitter.iter().copied().max().unwrap_or(0); count];
+    Point { values: Vec::new(), stretch: vec![Stretch::default(); count], jitter, ..point.clone() }
 }
 
 /// Effects that were considered and are no causes, each once, with the reason.

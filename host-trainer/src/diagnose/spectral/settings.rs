@@ -257,6 +257,8 @@ pub struct GateSettings {
     pub held_out: f64,
     /// Gain on the held-out recordings over that on as many fitted ones that a cause must have: a cause is in all recordings.
     pub held_out_share: f64,
+    /// Gain on the held-out recordings over that at the effect's best there, from which they agree about it. By hand.
+    pub agreement: f64,
     /// Gain over the lack of fit that a first cause must have.
     pub first_share: f64,
     /// Gain over the lack of fit that the first cause leaves, for a second one.
@@ -307,6 +309,7 @@ impl GateSettings {
         gain: 25.0,
         held_out: 8.0,
         held_out_share: 0.4,
+        agreement: 0.7,
         first_share: 0.1,
         second_share: 0.3,
         load_share: 0.025,
