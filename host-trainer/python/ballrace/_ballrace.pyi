@@ -167,7 +167,14 @@ def phases(
     name: _Path | None = None,
 ) -> Report: ...
 def sweep(
-    recordings: _Recordings, *, out: _Path | None = None, progress: _Progress | None = None, **grid: Any
+    recordings: _Recordings,
+    *,
+    preset: Literal["table3", "table4", "table5", "fig10", "fig11", "all"] | None = None,
+    count: int | None = None,
+    lambda_: Sequence[float] | Sequence[Sequence[float]] | None = None,
+    out: _Path | None = None,
+    progress: _Progress | None = None,
+    **grid: Any,
 ) -> list[dict[str, Any]]: ...
 def stlsq(
     theta: NDArray[np.float64],

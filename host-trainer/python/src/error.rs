@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 
+use clap::ValueEnum;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
@@ -17,6 +18,15 @@ pub fn input(error: impl Display) -> PyErr {
 /// Any other failure, with the text of an error.
 pub fn other(error: impl Display) -> PyErr {
     Error::new_err(error.to_string())
+}
+
+/// Value of a command's option, by its name there.
+pub fn choice<T: ValueEnum>(name: &str, text: &str) -> PyResult<T> {
+    T::from_str(text, false).map_err(|_| {
+        let names =
+            T::value_variants().iter().filter_map(|value| Some(value.to_possible_value()?.get_name().to_owned()));
+        input(format!("{name}: found `{text}`, expected {}", names.collect::<Vec<_>>().join(", ")))
+    })
 }
 
 /// Python value of what serialises.

@@ -9,12 +9,11 @@ use ballrace::signal::phases::{Rules, not_positive};
 use ballrace::signal::wavelet::Wavelet;
 use ballrace::signal::wavelet::denoise::Denoising;
 use ballrace::signal::wavelet::stationary::levels_below;
-use clap::ValueEnum;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-use crate::error::{input, other};
+use crate::error::{choice, input, other};
 use crate::look::with_page;
 use crate::recording::Recordings;
 use crate::run::run;
@@ -34,7 +33,8 @@ use crate::run::run;
 /// `_time_s`, s, of each, `in_a_row`, and `aging_recordings`, the count between both;
 /// `features`: a dict of columns with a row for each channel, signal and recording: `channel`, `denoised`, `recording` (int64
 /// index), `name`, `time_s` (float64, s since the first, NaN if unknown), `kurtosis` and `rms` (float64, in the channel's unit).
-/// Both go into pandas.DataFrame as they are. Raises InputError for recordings too few or of several rates.
+/// Both go into pandas.DataFrame as they are. Raises InputError for recordings too few or of several rates. Many machines:
+/// `ballrace.fleet`.
 #[pyfunction]
 #[pyo3(signature = (recordings, *, healthy=None, sigmas=3.0, failure="largest", ratio=3.0, wavelet="db4",
     threshold="universal", shrinkage="soft", noise="each-level", below_hz=50.0, name=None))]
@@ -73,15 +73,6 @@ pub fn phases<'py>(
     out.set_item("features", features(py, &machine)?)?;
     let page = report::document(std::slice::from_ref(&machine), &rules).map_err(other)?.html();
     with_page(&out, page)
-}
-
-/// Value of a command's option, by its name there.
-fn choice<T: ValueEnum>(name: &str, text: &str) -> PyResult<T> {
-    T::from_str(text, false).map_err(|_| {
-        let names =
-            T::value_variants().iter().filter_map(|value| Some(value.to_possible_value()?.get_name().to_owned()));
-        input(format!("{name}: found `{text}`, expected {}", names.collect::<Vec<_>>().join(", ")))
-    })
 }
 
 /// Phases of each life.

@@ -150,6 +150,15 @@ impl Recordings {
         }
     }
 
+    /// Files and folders, if they are paths.
+    pub fn paths(&self) -> Option<&[PathBuf]> {
+        match self {
+            Self::Path(path) => Some(std::slice::from_ref(path)),
+            Self::Paths(paths) => Some(paths),
+            _ => None,
+        }
+    }
+
     /// The library's recordings.
     ///
     /// # Errors

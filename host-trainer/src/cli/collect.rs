@@ -15,7 +15,7 @@ use crate::recording::bounded;
 /// Interval of the progress lines.
 const PROGRESS: Duration = Duration::from_secs(5);
 
-/// Collect the messages of machines from an MQTT broker into SQLite
+/// Collect the messages of machines from an MQTT broker into SQLite, and into Parquet if wanted
 ///
 /// Each message is stored before it is acknowledged, once: killed and started again, the collector goes on where it was,
 /// and the broker keeps what comes meanwhile. Messages that are too long, malformed or of an unknown machine are counted and
@@ -29,6 +29,9 @@ pub struct Args {
     /// SQLite file, continued if it is there
     #[arg(long, value_name = "FILE.sqlite")]
     out: PathBuf,
+    /// Also write Parquet, DIR/machine=NAME/day=DATE/*.parquet, every 5 minutes and at the end
+    #[arg(long, value_name = "DIR")]
+    parquet: Option<PathBuf>,
     /// Known machines, one name a line; messages of others are dropped [default: all are known]
     #[arg(long, value_name = "FILE")]
     machines: Option<PathBuf>,
@@ -52,7 +55,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         known: args.machines.as_deref().map(names).transpose()?,
         end_after: seconds("for", args.end_after)?,
         until_idle: seconds("until-idle", args.until_idle)?,
+        parquet: args.parquet.clone(),
     };
+    if let Some(found) = args.parquet.as_ref().filter(|path| path.exists() && !path.is_dir()) {
+        return Err(Failure::Input(format!("--parquet: found {}, expected a folder", found.display())));
+    }
     let mut store = Store::open(&args.out).map_err(Failure::input)?;
     let mut printed = Instant::now();
     let counts = collect(&link, &mut store, &options, &mut |notice| match notice {
@@ -71,6 +78,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     .map_err(|error| match error {
         CollectError::Link(error) => failure(error),
         CollectError::Store(error) => Failure::other(error),
+        CollectError::Partitions(error) => Failure::other(error),
     })?;
     let all = store.counts().map_err(Failure::other)?;
     if args.json {

@@ -1,12 +1,14 @@
-//! Collector: messages of a broker into a [`Store`], each stored before it is acknowledged.
+//! Collector: messages of a broker into a [`Store`], each stored before it is acknowledged, and from there into Parquet.
 
 use std::collections::{HashSet, VecDeque};
-use std::time::{Duration, Instant};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use ballrace_core::telemetry::{MESSAGE_LEN, Message};
 use rumqttc::{Client, Connection, Event, Packet, Publish, QoS, SubscribeReasonCode};
 
 use super::link::{Link, LinkError};
+use super::partitions::{PartitionError, Partitions};
 use super::settings::FleetSettings;
 use super::store::{Counts, Received, Store, StoreError};
 
@@ -23,6 +25,8 @@ pub struct Options {
     pub end_after: Option<Duration>,
     /// Time without a message, while connected, after which it ends; `None`: never.
     pub until_idle: Option<Duration>,
+    /// Folder of Parquet partitions; `None`: SQLite alone.
+    pub parquet: Option<PathBuf>,
 }
 
 /// What happens to a collector.
@@ -53,18 +57,22 @@ pub enum CollectError {
     /// Failure of the file.
     #[error(transparent)]
     Store(#[from] StoreError),
+    /// Failure of the Parquet partitions.
+    #[error(transparent)]
+    Partitions(#[from] PartitionError),
 }
 
 /// Takes messages until an end of the options; returns what was counted since the call.
 ///
 /// # Errors
-/// A broker that cannot be reached at first or refuses, errors of the file. A connection lost later is made again.
+/// A broker that cannot be reached at first or refuses, errors of the files. A connection lost later is made again.
 pub fn collect(
     link: &Link,
     store: &mut Store,
     options: &Options,
     on_notice: &mut dyn FnMut(&Notice<'_>),
 ) -> Result<Counts, CollectError> {
+    let parts = options.parquet.as_deref().map(|folder| Parts::open(folder, store)).transpose()?;
     let start = Instant::now();
     let mut collector = Collector {
         client_id: store.client_id()?,
@@ -76,6 +84,7 @@ pub fn collect(
         heard: start,
         ever_connected: false,
         counts: Counts::default(),
+        parts,
     };
     let mut failed = 0;
     loop {
@@ -93,6 +102,9 @@ pub fn collect(
         }
         std::thread::sleep(wait);
     }
+    if let Some(parts) = &mut collector.parts {
+        parts.partitions.write(collector.store, usize::MAX)?;
+    }
     Ok(collector.counts)
 }
 
@@ -107,6 +119,34 @@ struct Collector<'a> {
     heard: Instant,
     ever_connected: bool,
     counts: Counts,
+    parts: Option<Parts>,
+}
+
+/// Parquet partitions, and when they are written next.
+struct Parts {
+    partitions: Partitions,
+    due: Instant,
+}
+
+impl Parts {
+    /// Partitions that have all of the store.
+    fn open(folder: &Path, store: &Store) -> Result<Self, PartitionError> {
+        let mut partitions = Partitions::open(folder, store)?;
+        partitions.write(store, usize::MAX)?;
+        Ok(Self { partitions, due: Instant::now() + SETTINGS.parquet_every })
+    }
+
+    /// Writes some if it is time.
+    fn write_if_due(&mut self, store: &Store) -> Result<(), PartitionError> {
+        if Instant::now() < self.due {
+            return Ok(());
+        }
+        self.partitions.write(store, SETTINGS.partitions_at_once)?;
+        if self.partitions.is_current() {
+            self.due = Instant::now() + SETTINGS.parquet_every;
+        }
+        Ok(())
+    }
 }
 
 impl Collector<'_> {
@@ -131,6 +171,9 @@ impl Collector<'_> {
                 && client.try_ack(publish).is_ok()
             {
                 stored.pop_front();
+            }
+            if let Some(parts) = &mut self.parts {
+                parts.write_if_due(self.store)?;
             }
             // While messages are at hand, take what has already arrived and do not wait for more.
             let wait = match (connected, batch.is_empty()) {
@@ -197,7 +240,15 @@ impl Collector<'_> {
             return Ok(());
         }
         let received: Vec<Received<'_>> = batch.iter().map(|publish| self.received(publish)).collect();
-        let added = self.store.take(&received)?;
+        let received_ms = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_millis() as i64;
+        let added = self.store.take(&received, received_ms)?;
+        if let Some(parts) = &mut self.parts {
+            let machines = received.iter().filter_map(|received| match received {
+                Received::Message(message) => Some(message.machine),
+                _ => None,
+            });
+            machines.for_each(|machine| parts.partitions.note(machine, received_ms));
+        }
         self.counts = self.counts.with(&added);
         (self.on_notice)(&Notice::Stored(&self.counts));
         Ok(())

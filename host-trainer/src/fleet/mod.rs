@@ -1,4 +1,4 @@
-//! Telemetry of machines by MQTT: published by devices, collected into SQLite, summed up machine by machine.
+//! Telemetry of machines by MQTT: published by devices, collected into SQLite and Parquet, summed up machine by machine.
 //!
 //! | module | holds |
 //! |---|---|
@@ -6,6 +6,7 @@
 //! | [`publish`] | events of a device as messages, sent until each is acknowledged |
 //! | [`collect`] | messages of a broker, stored before they are acknowledged |
 //! | [`store`] | the SQLite file |
+//! | [`partitions`] | its messages as Parquet, by machine and day |
 //! | [`machines`] | state of each machine, worst first |
 //!
 //! [`ballrace_core::telemetry`] has the message.
@@ -13,6 +14,7 @@
 pub mod collect;
 pub mod link;
 pub mod machines;
+pub mod partitions;
 pub mod publish;
 pub mod settings;
 pub mod store;

@@ -19,6 +19,10 @@ pub struct FleetSettings {
     pub batch: usize,
     /// Greatest packet taken, bytes: MQTT's own limit, since the broker sends a refused packet again and again.
     pub greatest_packet: usize,
+    /// Interval at which Parquet partitions with new messages are written.
+    pub parquet_every: Duration,
+    /// Partitions written before the connection is served again, at most.
+    pub partitions_at_once: usize,
     /// Blocks in the picture of a machine, at most; the newest.
     pub trend_blocks: usize,
     /// Silence of a machine while others are heard, after which it is to be looked at.
@@ -37,6 +41,8 @@ impl FleetSettings {
         window: 64,
         batch: 1000,
         greatest_packet: 268_435_455,
+        parquet_every: Duration::from_secs(300),
+        partitions_at_once: 64,
         trend_blocks: 400,
         silent_after: Duration::from_secs(24 * 3600),
         watch_share: 0.7,

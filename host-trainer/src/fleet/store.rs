@@ -1,7 +1,6 @@
 //! SQLite file of a fleet: every message once, and the counts of what was dropped.
 
 use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use ballrace_core::input_check::Quality;
 use ballrace_core::monitor::Status;
@@ -198,17 +197,17 @@ impl Store {
         counts.map_err(|error| self.failed(error))
     }
 
-    /// Stores a batch in one transaction, on the disk when it returns; what it added to the counts.
+    /// Stores a batch that came at `received_ms`, ms since 1970-01-01 UTC, in one transaction, on the disk when it returns;
+    /// what it added to the counts.
     ///
     /// # Errors
     /// Errors of SQLite; then nothing of the batch is stored.
-    pub fn take(&mut self, batch: &[Received<'_>]) -> Result<Counts, StoreError> {
+    pub fn take(&mut self, batch: &[Received<'_>], received_ms: i64) -> Result<Counts, StoreError> {
         let path = self.path.clone();
-        self.store(batch).map_err(|error| StoreError::Sqlite { path, error })
+        self.store(batch, received_ms).map_err(|error| StoreError::Sqlite { path, error })
     }
 
-    fn store(&mut self, batch: &[Received<'_>]) -> rusqlite::Result<Counts> {
-        let received_ms = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_millis() as i64;
+    fn store(&mut self, batch: &[Received<'_>], received_ms: i64) -> rusqlite::Result<Counts> {
         let transaction = self.connection.transaction()?;
         let mut added = Counts::default();
         {

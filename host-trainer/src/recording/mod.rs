@@ -28,6 +28,7 @@ mod load;
 pub mod manifest;
 mod options;
 pub(crate) mod owned;
+pub(crate) mod parquet_table;
 mod parse_number;
 pub mod reference_data;
 pub mod resample;

@@ -190,6 +190,19 @@ pub enum MaterialError {
         /// Recordings there are.
         count: usize,
     },
+    /// No bearing that ages.
+    #[error("found no folder with an aging phase, expected one such as {}", super::preset::PAPER_BEARING)]
+    NoAging,
+    /// Bearings of different sample rates.
+    #[error("{bearing}: found {found_hz} Hz, expected {expected_hz} Hz as the others")]
+    Rate {
+        /// Bearing.
+        bearing: String,
+        /// Its sample rate, Hz.
+        found_hz: f64,
+        /// Sample rate of the others, Hz.
+        expected_hz: f64,
+    },
 }
 
 impl Config {

@@ -6,6 +6,7 @@
 //! | [`construct`] | a library in three steps, under a limit of time |
 //! | [`preset`] | the tables and figures of the paper, and their jobs |
 //! | [`method`] | what a fit is made by: a solver, or a rival of Table 4 |
+//! | [`life`] | bearings run to failure, for the presets |
 //! | [`job`] | one fit: what it is, and its row |
 //! | [`journal`] | rows that are done, on disk |
 //! | [`table`] | rows as CSV and Parquet |
@@ -14,6 +15,7 @@ pub mod config;
 pub mod construct;
 pub mod job;
 pub mod journal;
+pub mod life;
 pub mod method;
 pub mod preset;
 pub mod table;

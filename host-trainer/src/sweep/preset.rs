@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
 use serde::{Deserialize, Serialize};
 
 use super::config::{Sizes, each};
@@ -11,7 +13,7 @@ use crate::paper::{PaperLibrary, TABLE_3};
 use crate::signal::surrogate::SurrogateKind;
 
 /// Table or figure of the paper.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
     /// Table 3: 21 libraries on Bearing 3_3.
@@ -84,6 +86,47 @@ impl Preset {
         // The paper has no causal score of its libraries, and each costs a training.
         jobs.iter_mut().for_each(|job| job.causal = job.solver == Method::Stlsq || self == Self::Table4);
         jobs
+    }
+}
+
+/// Name of a preset, or of all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PresetName {
+    /// All.
+    All,
+    /// One.
+    One(Preset),
+}
+
+const NAMES: [PresetName; 6] = [
+    PresetName::One(Preset::Table3),
+    PresetName::One(Preset::Table4),
+    PresetName::One(Preset::Table5),
+    PresetName::One(Preset::Fig10),
+    PresetName::One(Preset::Fig11),
+    PresetName::All,
+];
+
+impl ValueEnum for PresetName {
+    fn value_variants<'a>() -> &'a [Self] {
+        &NAMES
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        match self {
+            Self::All => Some(PossibleValue::new("all").help("All of them")),
+            Self::One(preset) => preset.to_possible_value(),
+        }
+    }
+}
+
+impl PresetName {
+    /// The presets that it names.
+    pub fn presets(self) -> Vec<Preset> {
+        match self {
+            Self::All => Preset::ALL.to_vec(),
+            Self::One(preset) => vec![preset],
+        }
     }
 }
 

@@ -1,15 +1,9 @@
 //! Rows of a sweep as CSV and Parquet, the same columns in both.
 
-use std::sync::Arc;
-
-use parquet::column::writer::ColumnWriter;
-use parquet::data_type::ByteArray;
 use parquet::errors::ParquetError;
-use parquet::file::properties::WriterProperties;
-use parquet::file::writer::SerializedFileWriter;
-use parquet::schema::parser::parse_message_type;
 
 use super::job::Row;
+use crate::recording::parquet_table::{self, Values};
 
 /// Column: its name and its values.
 enum Column {
@@ -93,45 +87,12 @@ pub fn values(row: &Row) -> serde_json::Map<String, serde_json::Value> {
 /// # Errors
 /// Errors of the Parquet library.
 pub fn parquet(rows: &[Row]) -> Result<Vec<u8>, ParquetError> {
-    let field = |column: &Column| match column {
-        Column::Text(name, _) => format!("OPTIONAL BYTE_ARRAY {name} (UTF8);"),
-        Column::Count(name, _) => format!("OPTIONAL INT64 {name};"),
-        Column::Number(name, _) => format!("OPTIONAL DOUBLE {name};"),
+    let values = |column: &Column| match column {
+        Column::Text(_, of) => Values::Text(rows.iter().map(of).collect()),
+        Column::Count(_, of) => Values::Count(rows.iter().map(of).collect()),
+        Column::Number(_, of) => Values::Number(rows.iter().map(of).collect()),
     };
-    let schema = format!("message sweep {{ {} }}", COLUMNS.iter().map(field).collect::<Vec<_>>().join(" "));
-    let mut bytes = Vec::new();
-    let properties = Arc::new(WriterProperties::builder().build());
-    let mut writer = SerializedFileWriter::new(&mut bytes, Arc::new(parse_message_type(&schema)?), properties)?;
-    let mut group = writer.next_row_group()?;
-    for column in &COLUMNS {
-        let Some(mut place) = group.next_column()? else { break };
-        match (column, place.untyped()) {
-            (Column::Text(_, of), ColumnWriter::ByteArrayColumnWriter(to)) => {
-                let (values, levels) = split(rows, |row| of(row).map(|text| ByteArray::from(text.into_bytes())));
-                to.write_batch(&values, Some(&levels), None)?;
-            }
-            (Column::Count(_, of), ColumnWriter::Int64ColumnWriter(to)) => {
-                let (values, levels) = split(rows, of);
-                to.write_batch(&values, Some(&levels), None)?;
-            }
-            (Column::Number(_, of), ColumnWriter::DoubleColumnWriter(to)) => {
-                let (values, levels) = split(rows, of);
-                to.write_batch(&values, Some(&levels), None)?;
-            }
-            _ => return Err(ParquetError::General(format!("{} is not of its column's type", column.name()))),
-        }
-        place.close()?;
-    }
-    group.close()?;
-    writer.close()?;
-    Ok(bytes)
-}
-
-/// Values that are known, and for each row whether it is.
-fn split<T>(rows: &[Row], of: impl Fn(&Row) -> Option<T>) -> (Vec<T>, Vec<i16>) {
-    let all: Vec<Option<T>> = rows.iter().map(of).collect();
-    let levels = all.iter().map(|value| i16::from(value.is_some())).collect();
-    (all.into_iter().flatten().collect(), levels)
+    parquet_table::encode("sweep", COLUMNS.iter().map(|column| (column.name(), values(column))).collect())
 }
 
 #[cfg(test)]

@@ -18,6 +18,8 @@ use ballrace::fleet::publish::Publisher;
 use ballrace_core::telemetry::MESSAGE_LEN;
 use broker::{Broker, program};
 use message::block;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::RowAccessor;
 use rumqttc::{Client, Event, MqttOptions, Packet, QoS};
 use serde_json::Value;
 use support::{ballrace, done, refused, text};
@@ -28,10 +30,25 @@ fn stored(file: &Path) -> Vec<(String, u32)> {
     query.query_map([], |row| Ok((row.get(0)?, row.get(1)?))).unwrap().map(Result::unwrap).collect()
 }
 
+/// Sequence numbers in all Parquet files of a folder `machine=NAME`, and the number of files.
+fn in_parquet(folder: &Path) -> (Vec<u32>, usize) {
+    let days = fs::read_dir(folder).unwrap().map(|day| day.unwrap().path());
+    let files: Vec<_> = days.flat_map(|day| fs::read_dir(day).unwrap()).map(|file| file.unwrap().path()).collect();
+    let mut sequences = Vec::new();
+    for file in &files {
+        let reader = SerializedFileReader::new(fs::File::open(file).unwrap()).unwrap();
+        for row in reader.get_row_iter(None).unwrap() {
+            sequences.push(u32::try_from(row.unwrap().get_long(1).unwrap()).unwrap());
+        }
+    }
+    sequences.sort_unstable();
+    (sequences, files.len())
+}
+
 /// A collector without an end, once it is connected.
 fn collector(folder: &Path, address: &str) -> Child {
     let mut command = Command::new(env!("CARGO_BIN_EXE_ballrace"));
-    command.current_dir(folder).args(["collect", address, "--out", "fleet.sqlite"]);
+    command.current_dir(folder).args(["collect", address, "--out", "fleet.sqlite", "--parquet", "parts"]);
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     let mut errors = BufReader::new(child.stderr.take().unwrap());
     let mut line = String::new();
@@ -84,11 +101,16 @@ fn invariant_each_message_once_though_collector_and_broker_are_killed() {
         }
     }
     assert_eq!(publisher.finish().unwrap(), count as usize);
-    let collected = done(folder.path(), &["collect", &address, "--out", "fleet.sqlite", "--until-idle", "1", "--json"]);
-    let collected: Value = serde_json::from_str(&collected).unwrap();
+    // The second run wrote, as it began, what the first had stored.
+    let (before, files) = in_parquet(&folder.path().join("parts/machine=pump"));
+    assert!(!before.is_empty() && before.len() < count as usize && files <= 2, "{} in {files}", before.len());
+    let arguments = ["collect", &address, "--out", "fleet.sqlite", "--parquet", "parts", "--until-idle", "1", "--json"];
+    let collected: Value = serde_json::from_str(&done(folder.path(), &arguments)).unwrap();
     let expected: Vec<_> = (0..count).map(|sequence| ("pump".to_owned(), sequence)).collect();
     assert_eq!(stored(&folder.path().join("fleet.sqlite")), expected);
     assert_eq!(collected["in_all"]["accepted"], count, "{collected}");
+    let (sequences, files) = in_parquet(&folder.path().join("parts/machine=pump"));
+    assert!(sequences.into_iter().eq(0..count) && files <= 2, "{files} files");
     // What was stored before the first kill was not sent for nothing.
     assert!(collected["counts"]["accepted"].as_u64().unwrap() < u64::from(count), "{collected}");
 }
@@ -234,6 +256,9 @@ fn bad_input_says_what_was_expected() {
     assert!(error.contains("mqtt://HOST"), "{error}");
     let error = refused(path, &["collect", "mqtt://broker", "--out", "fleet.sqlite", "--user", "me"]);
     assert!(error.contains("--password-file"), "{error}");
+    fs::write(path.join("file"), "").unwrap();
+    let error = refused(path, &["collect", "mqtt://broker", "--out", "f.sqlite", "--parquet", "file"]);
+    assert!(error.contains("--parquet: found file, expected a folder"), "{error}");
     let error = refused(path, &["collect", "mqtt://broker", "--out", "f.sqlite", "--until-idle=-1"]);
     assert!(error.contains("--until-idle"), "{error}");
     fs::write(path.join("other.sqlite"), "text, not a database, of more than a hundred bytes. ".repeat(20)).unwrap();

@@ -11,6 +11,8 @@ use serde_json::Value;
 use crate::broker::program;
 use crate::support::{done, text};
 
+const RECEIVED_MS: i64 = 1_700_000_000_000;
+
 /// A fleet of four machines: one that drifts into an anomaly, one blind, one near its limit, one healthy.
 fn fleet(file: &Path) {
     let mut store = Store::open(file).unwrap();
@@ -44,10 +46,10 @@ fn fleet(file: &Path) {
             };
             let mut bytes = [0; MESSAGE_LEN];
             message.encode(&mut bytes).unwrap();
-            store.take(&[Received::Message(Message::decode(&bytes).unwrap())]).unwrap();
+            store.take(&[Received::Message(Message::decode(&bytes).unwrap())], RECEIVED_MS).unwrap();
         }
     }
-    store.take(&[Received::TooLong, Received::Malformed, Received::Malformed]).unwrap();
+    store.take(&[Received::TooLong, Received::Malformed, Received::Malformed], RECEIVED_MS).unwrap();
 }
 
 /// Runs the browser on the page.

@@ -5,11 +5,13 @@ from __future__ import annotations
 import os
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import dask
-from distributed import Client, KilledWorker, LocalCluster, as_completed, get_worker
+from distributed import Client, Future, KilledWorker, LocalCluster, as_completed, get_worker
 
 from . import results, settings
 from .sources import InputError, open_source
@@ -67,6 +69,7 @@ def run(
     job = Job(command, source, out, find_program(program), **given, options=tuple(options), timeout_s=timeout_s)
     what = {"command": command, "source": asdict(source), "options": job.options} | given
     with results.claim(out, what):
+        results.write_schemas(out, command)
         total = results.extend_plan(out, source.names(), batch)
         counts, errors, before = 0, 0, 0
         todo = []
@@ -77,42 +80,45 @@ def run(
             else:
                 counts, errors, before = counts + had[0], errors + had[1], before + had[0]
         if todo:
-            with _client(workers, scheduler) as client:
-                for ended, wrong in _batches(client, job, todo):
+            with _client(workers, scheduler) as client, closing(_batches(client, job, todo)) as ends:
+                for ended, wrong in ends:
                     counts, errors = counts + ended, errors + wrong
                     if progress:
                         progress(counts, total, errors, time.perf_counter() - began)
     return Summary(counts, errors, before, time.perf_counter() - began)
 
 
-def _client(workers: int | None, scheduler: str | None) -> Client:
+@contextmanager
+def _client(workers: int | None, scheduler: str | None) -> Iterator[Client]:
+    """Client of the scheduler, or of workers of its own. It is closed before them: they would warn of results that it holds."""
     if scheduler:
-        return Client(scheduler)
-    dask.config.set({"distributed.scheduler.allowed-failures": settings.DEATHS})
-    cluster = LocalCluster(n_workers=workers or os.cpu_count(), threads_per_worker=1, dashboard_address=None)
-    client = Client(cluster)
-    client._own_cluster = cluster
-    return client
+        with Client(scheduler) as client:
+            yield client
+        return
+    with dask.config.set({"distributed.scheduler.allowed-failures": settings.DEATHS}):
+        count = workers or os.cpu_count()
+        with LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+            yield client
 
 
-def _batches(client: Client, job: Job, todo: list[int]):
+def _batches(client: Client, job: Job, todo: list[int]) -> Iterator[tuple[int, int]]:
     """Numbers of machines and of errors of each batch as it ends, with a bounded number of them submitted."""
     ahead = settings.AHEAD * max(1, len(client.scheduler_info()["workers"]))
     left = iter(todo)
-    batches = {}
+    batches: dict[Future, int] = {}
 
     def submit():
         number = next(left, None)
         if number is None:
             return None
         future = client.submit(run_batch, job, number, pure=False)
-        batches[future.key] = number
+        batches[future] = number
         return future
 
     try:
         running = as_completed([future for _ in range(ahead) if (future := submit())])
         for future in running:
-            number = batches.pop(future.key)
+            number = batches.pop(future)
             try:
                 yield future.result()
             except KilledWorker as died:
@@ -122,8 +128,6 @@ def _batches(client: Client, job: Job, todo: list[int]):
                 running.add(fresh)
     finally:
         client.cancel(list(batches))
-        if hasattr(client, "_own_cluster"):
-            client._own_cluster.close()
 
 
 def _machines(job: Job, number: int) -> list[str]:
@@ -143,7 +147,7 @@ def run_batch(job: Job, number: int) -> tuple[int, int]:
         statuses.append(status)
         for name, entries in rows.items():
             tables.setdefault(name, []).extend(entry | {"machine": machine} for entry in entries)
-    results.write_batch(job.out, number, statuses, tables)
+    results.write_batch(job.out, job.command, number, statuses, tables)
     return len(statuses), sum(status["status"] == "error" for status in statuses)
 
 
@@ -151,7 +155,8 @@ def give_up(job: Job, number: int, why: str) -> tuple[int, int]:
     """Rows that say why, for a batch whose workers died again and again."""
     machines = _machines(job, number)
     error = f"the worker died with this machine's batch: {why}"
-    results.write_batch(job.out, number, [{"machine": name, "status": "error", "error": error} for name in machines], {})
+    statuses = [{"machine": name, "status": "error", "error": error} for name in machines]
+    results.write_batch(job.out, job.command, number, statuses, {})
     return len(machines), len(machines)
 
 

@@ -1,5 +1,7 @@
 """Results in Parquet: `OUT/TABLE/batch-NNNNNNN.parquet`, each written to a temporary name and renamed.
 
+A table without rows, `schema.parquet`, is there from the start.
+
 `OUT/plan` says which machines a batch has, before its work begins, and never changes. A batch is done once its file in
 `status` exists, which is written last. A batch that is repeated replaces its own files, so nothing is there twice.
 """
@@ -28,9 +30,17 @@ def _columns(kind: pa.DataType, names: str) -> list[tuple[str, pa.DataType]]:
     return [(name, kind) for name in names.split()]
 
 
-#: Columns of each table after `machine`. `sweep` has those of the command's own table.
+#: Tables of each command beside `status`.
+OF_COMMAND = {
+    "monitor": ("indicators", "events", "summary"),
+    "phases": ("phases",),
+    "sweep": ("sweep",),
+    "diagnose": ("diagnosis", "causes"),
+}
+
+#: Columns of each table after `machine`.
 TABLES: dict[str, list[tuple[str, pa.DataType]]] = {
-    "status": _columns(TEXT, "status error") + _columns(REAL, "seconds"),
+    "status": _columns(TEXT, "status error") + _columns(REAL, "seconds") + _columns(TEXT, "version"),
     "indicators": _columns(TEXT, "recording")
     + _columns(WHOLE, "recording_index")
     + _columns(REAL, "start_s rms_m_per_s2 peak_m_per_s2 crest_factor kurtosis velocity_mm_per_s")
@@ -61,6 +71,16 @@ TABLES: dict[str, list[tuple[str, pa.DataType]]] = {
     + _columns(TEXT, "failure_name")
     + _columns(REAL, "failure_time_s")
     + _columns(WHOLE, "aging_recordings"),
+    "sweep": _columns(TEXT, "name recording")
+    + _columns(WHOLE, "nd nmd nf powers")
+    + _columns(TEXT, "solver alignment estimator filter")
+    + _columns(REAL, "lambda1 lambda2 lambda3")
+    + _columns(TEXT, "sparsity")
+    + _columns(WHOLE, "seed epochs functions terms")
+    + _columns(REAL, "r2 r2_validation r2_held_out r2_causal")
+    + _columns(TEXT, "null_kind")
+    + _columns(REAL, "r2_causal_null r2_null seconds")
+    + _columns(TEXT, "error"),
     "diagnosis": _columns(TEXT, "verdict")
     + _columns(WHOLE, "causes")
     + _columns(TEXT, "fit_metric fit_held_out")
@@ -72,30 +92,36 @@ TABLES: dict[str, list[tuple[str, pa.DataType]]] = {
 }
 
 
-def write_batch(out: str, batch: int, statuses: list[dict], rows: dict[str, list[dict]]) -> None:
+def write_schemas(out: str, command: str) -> None:
+    """Write each table of the command without rows, `OUT/TABLE/schema.parquet`, so that all can be read at any time."""
+    for name in ("status", *OF_COMMAND[command]):
+        path = Path(out, name, "schema.parquet")
+        if not path.exists():
+            _write(path, _table(name, []))
+
+
+def write_batch(out: str, command: str, batch: int, statuses: list[dict], rows: dict[str, list[dict]]) -> None:
     """Write a batch's tables, `status` last: only then is the batch done. `rows` have their `machine`."""
-    for name, entries in rows.items():
+    for name in OF_COMMAND[command]:
+        entries = rows.get(name)
         if entries:
-            columns = TABLES.get(name) or [(key, None) for key in entries[0] if key != "machine"]
-            _write(out, name, batch, _table(columns, entries))
+            _write(_file(out, name, batch), _table(name, entries))
         else:
+            # What a repeated batch had before.
             _file(out, name, batch).unlink(missing_ok=True)
-    _write(out, "status", batch, _table(TABLES["status"], statuses))
+    _write(_file(out, "status", batch), _table("status", statuses))
 
 
-def _table(columns: list[tuple[str, pa.DataType | None]], rows: list[dict]) -> pa.Table:
-    names = [("machine", TEXT), *columns]
-    arrays = {name: pa.array([row.get(name) for row in rows], kind) for name, kind in names}
-    # A column without any value, such as the errors of a sweep, is text in every batch.
-    return pa.table({name: array.cast(TEXT) if pa.types.is_null(array.type) else array for name, array in arrays.items()})
+def _table(name: str, rows: list[dict]) -> pa.Table:
+    columns = [("machine", TEXT), *TABLES[name]]
+    return pa.table({column: pa.array([row.get(column) for row in rows], kind) for column, kind in columns})
 
 
 def _file(out: str, name: str, batch: int) -> Path:
     return Path(out, name, f"batch-{batch:07}.parquet")
 
 
-def _write(out: str, name: str, batch: int, table: pa.Table) -> None:
-    path = _file(out, name, batch)
+def _write(path: Path, table: pa.Table) -> None:
     path.parent.mkdir(exist_ok=True)
     descriptor, temporary = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".tmp", dir=path.parent)
     try:
@@ -134,7 +160,7 @@ def claim(out: str, what: dict) -> Iterator[None]:
             fresh = note.with_suffix(".tmp")
             fresh.write_text(json.dumps(what, indent=2) + "\n")
             fresh.replace(note)
-        for left in folder.glob("*/.batch-*.tmp"):
+        for left in folder.glob("*/.*.parquet.*.tmp"):
             left.unlink(missing_ok=True)
         yield
 
@@ -151,7 +177,7 @@ def extend_plan(out: str, machines: Iterable[str], size: int) -> int:
     fresh = (name for name in machines if name not in known)
     count = len(known)
     while names := list(islice(fresh, size)):
-        _write(out, "plan", first, pa.table({"machine": pa.array(names, TEXT)}))
+        _write(_file(out, "plan", first), pa.table({"machine": pa.array(names, TEXT)}))
         first, count = first + 1, count + len(names)
     return count
 

@@ -14,6 +14,7 @@ import subprocess
 import tempfile
 import time
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -54,12 +55,23 @@ def find_program(stated: str | None = None) -> str:
     return os.path.abspath(path)
 
 
+@cache
+def version(program: str) -> str:
+    """What `ballrace --version` prints on this host. Raises `CommandError` where the program cannot be run."""
+    try:
+        done = subprocess.run([program, "--version"], capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise CommandError(f"{program} --version: {error}") from None
+    return done.stdout.strip()
+
+
 def run_machine(job: Job, machine: str, scratch_root: str | None = None) -> tuple[dict, Rows]:
     """Status row of a machine, and its rows of each table. Never raises for what is wrong with the machine."""
     began = time.perf_counter()
     rows: Rows = {}
-    error = None
+    error = made_by = None
     try:
+        made_by = version(job.program)
         with tempfile.TemporaryDirectory(prefix="ballrace-", dir=scratch_root) as scratch:
             recordings = job.source.recordings(machine, Path(scratch))
             rows = RUN[job.command](job, machine, recordings, Path(scratch))
@@ -67,7 +79,7 @@ def run_machine(job: Job, machine: str, scratch_root: str | None = None) -> tupl
         text = str(caught) if isinstance(caught, CommandError | InputError) else f"{type(caught).__name__}: {caught}"
         error, rows = text[: settings.TEXT], {}
     status = {"machine": machine, "status": "error" if error else "ok", "error": error}
-    return status | {"seconds": time.perf_counter() - began}, rows
+    return status | {"seconds": time.perf_counter() - began, "version": made_by}, rows
 
 
 def call(job: Job, arguments: list[str | Path]) -> str:

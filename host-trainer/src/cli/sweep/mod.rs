@@ -11,8 +11,8 @@ use super::output::{Force, Outputs};
 use super::{Failure, line, write};
 use crate::sweep::config::Config;
 use crate::sweep::job::{Job, Material, Row};
+use crate::sweep::preset::PresetName;
 use crate::sweep::{self, table};
-use presets::PresetName;
 
 /// Fit a grid of models: libraries, dimensions, alignments, filters, solvers; or the paper's tables and figures
 ///

@@ -2,9 +2,6 @@
 
 use std::path::Path;
 
-use clap::ValueEnum;
-use clap::builder::PossibleValue;
-
 use super::{Args, fitted};
 use crate::cli::bearings::{self, Aging};
 use crate::cli::input::Recordings;
@@ -13,57 +10,17 @@ use crate::cli::{Failure, write};
 use crate::model::baseline::LinearPredictor;
 use crate::model::fit::{FitConfig, Split, fit};
 use crate::model::{OwnedModel, file};
-use crate::recording::input::{Input, Series};
+use crate::recording::input::Series;
 use crate::report::paper::{self, Baseline, Page, PresetRows};
 use crate::report::phases::Machine;
 use crate::rivals::windows::linear_r_squared;
 use crate::rivals::{self, Task};
 use crate::signal::phases::Rules;
-use crate::signal::phases::machine::{Filter, Lives};
-use crate::signal::wavelet::denoise::Denoising;
 use crate::sweep::job::{Material, Row};
-use crate::sweep::preset::{Bearing, PAPER_BEARING, Preset};
+use crate::sweep::life::{self, Life};
+use crate::sweep::preset::{Preset, PresetName};
 
 const SETTINGS: CliSettings = CliSettings::DEFAULT;
-
-/// Name of a preset, or of all.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PresetName {
-    /// All.
-    All,
-    /// One.
-    One(Preset),
-}
-
-const NAMES: [PresetName; 6] = [
-    PresetName::One(Preset::Table3),
-    PresetName::One(Preset::Table4),
-    PresetName::One(Preset::Table5),
-    PresetName::One(Preset::Fig10),
-    PresetName::One(Preset::Fig11),
-    PresetName::All,
-];
-
-impl ValueEnum for PresetName {
-    fn value_variants<'a>() -> &'a [Self] {
-        &NAMES
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        match self {
-            Self::All => Some(PossibleValue::new("all").help("All of them")),
-            Self::One(preset) => preset.to_possible_value(),
-        }
-    }
-}
-
-/// Loaded run-to-failure folder.
-struct Loaded {
-    bearing: Bearing,
-    series: Vec<Series>,
-    sample_rate_hz: f64,
-    machine: Machine,
-}
 
 /// Rows of the presets; writes the page.
 pub fn run(args: &Args, name: PresetName) -> Result<Vec<Row>, Failure> {
@@ -71,20 +28,9 @@ pub fn run(args: &Args, name: PresetName) -> Result<Vec<Row>, Failure> {
         return Err(Failure::Input("--count: found 0, expected at least 1".into()));
     }
     let loaded = bearings::aging(&args.bearings, &args.channel, |folder, name| load(args, folder, name))?;
-    let loaded: Vec<Loaded> = loaded.into_iter().map(|aging| aging.value).collect();
-    let Some(first) = loaded.iter().find(|l| l.bearing.name == PAPER_BEARING).or(loaded.first()) else {
-        return Err(Failure::Input("found no folder with an aging phase, expected one such as Bearing3_3".into()));
-    };
-    let bearings: Vec<Bearing> = loaded.iter().map(|l| l.bearing.clone()).collect();
-    let presets: Vec<Preset> = match name {
-        PresetName::All => Preset::ALL.to_vec(),
-        PresetName::One(preset) => vec![preset],
-    };
-    let material = Material {
-        series: loaded.iter().flat_map(|l| l.series.clone()).collect(),
-        sample_rate_hz: first.sample_rate_hz,
-    };
-    let jobs: Vec<_> = presets.iter().map(|preset| preset.jobs(&bearings, args.count)).collect();
+    let lives: Vec<Life> = loaded.into_iter().map(|aging| aging.value).collect();
+    let presets = name.presets();
+    let (material, jobs) = life::grid(&lives, &presets, args.count).map_err(Failure::input)?;
     let rows = fitted(&jobs.concat(), &material, args)?;
     let mut left = rows.as_slice();
     let by_preset = presets.iter().zip(&jobs).map(|(preset, jobs)| {
@@ -94,10 +40,15 @@ pub fn run(args: &Args, name: PresetName) -> Result<Vec<Row>, Failure> {
     });
     let by_preset: Vec<PresetRows<'_>> = by_preset.collect();
     let baselines = by_preset.iter().find(|own| own.preset == Preset::Table4).map(|own| baselines(own.rows, &material));
+    let first = life::of_paper(&lives).map_err(Failure::input)?;
     let (model, series) = best_model(args, first)?;
+    let machines: Vec<Machine> = lives
+        .iter()
+        .map(|life| Machine { name: life.bearing.name.clone(), lives: life.lives.clone(), phases: life.phases.clone() })
+        .collect();
     let page = paper::document(&Page {
         presets: &by_preset,
-        machines: loaded.iter().map(|l| &l.machine).collect(),
+        machines: machines.iter().collect(),
         bearing: &first.bearing.name,
         channel: &args.channel,
         rules: Rules::default(),
@@ -111,32 +62,16 @@ pub fn run(args: &Args, name: PresetName) -> Result<Vec<Row>, Failure> {
 }
 
 /// Folder; `None` if its channel does not age.
-fn load(args: &Args, folder: &Path, name: String) -> Result<Option<Aging<Loaded>>, Failure> {
+fn load(args: &Args, folder: &Path, name: String) -> Result<Option<Aging<Life>>, Failure> {
     let source = Recordings {
         recordings: vec![folder.to_owned()],
         channel: Some(args.channel.clone()),
         ..Recordings::default()
     };
     let recordings = source.load(Some(vec![args.channel.clone()]))?;
-    let mut input = Input::from_recordings(&recordings, Some(&args.channel)).map_err(Failure::input)?;
-    input.series.iter_mut().for_each(|series| series.name = format!("{name}/{}", series.name));
     let wavelet = SETTINGS.wavelet.parse().map_err(Failure::other)?;
-    let lives = Lives::new(&recordings, &Denoising::of_paper(wavelet, input.sample_rate_hz));
-    let phases = lives.phases(&Rules::default());
-    let raw = lives.channels.iter().zip(&phases).find(|(life, _)| life.filter == Filter::Raw);
-    let aging = raw.and_then(|(_, phases)| {
-        let phases = (*phases)?;
-        Some(phases.aging?..phases.failure.unwrap_or(input.series.len()))
-    });
-    let Some(aging) = aging else { return Ok(None) };
-    let recordings = input.series.iter().map(|series| series.name.clone()).collect();
-    let value = Loaded {
-        bearing: Bearing { name: name.clone(), recordings, aging },
-        series: input.series,
-        sample_rate_hz: input.sample_rate_hz,
-        machine: Machine { name: name.clone(), lives, phases },
-    };
-    Ok(Some(Aging { name, sample_rate_hz: value.sample_rate_hz, value }))
+    let life = Life::new(&name, &recordings, &args.channel, wavelet).map_err(Failure::input)?;
+    Ok(life.map(|value| Aging { name, sample_rate_hz: value.sample_rate_hz, value }))
 }
 
 /// Scores of the linear baselines on the recordings of some rows, fitted and held out as the models are.
@@ -175,7 +110,7 @@ fn baselines(rows: &[Row], material: &Material) -> Vec<Baseline> {
 const WINDOW: usize = rivals::settings::SETTINGS.window;
 
 /// The paper's best model on the middle recording of an aging phase, and that recording.
-fn best_model<'a>(args: &Args, loaded: &'a Loaded) -> Result<(OwnedModel, &'a Series), Failure> {
+fn best_model<'a>(args: &Args, loaded: &'a Life) -> Result<(OwnedModel, &'a Series), Failure> {
     let aging = &loaded.bearing.aging;
     let series = &loaded.series[(aging.start + aging.end) / 2];
     let config = FitConfig { null_fits: 0, causal: false, trainings: 1, ..FitConfig::default() };
