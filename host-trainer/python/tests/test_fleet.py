@@ -124,11 +124,13 @@ def test_scheduler_and_workers_that_were_started_apart(tmp_path):
             process = subprocess.Popen([*dask, *arguments, *where], cwd=folder, stderr=subprocess.DEVNULL)
             started.callback(process.wait)
             started.callback(process.terminate)
+            return process
 
-        start("scheduler", "--host", "127.0.0.1", "--port", "0", folder=tmp_path / "scheduler")
+        scheduler = start("scheduler", "--host", "127.0.0.1", "--port", "0", folder=tmp_path / "scheduler")
         for name in ("w1", "w2"):
             start("worker", "--nthreads", "1", "--no-nanny", "--local-directory", ".", "--name", name, folder=tmp_path / name)
         while not file.exists():
+            assert scheduler.poll() is None, "the scheduler ended"
             time.sleep(0.05)
         with Client(scheduler_file=str(file)) as client:
             client.wait_for_workers(2)

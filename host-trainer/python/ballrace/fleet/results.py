@@ -22,7 +22,7 @@ import pyarrow.parquet as pq
 
 from .sources import InputError
 
-SCHEMA = "ballrace-fleet/1"
+SCHEMA = "ballrace-fleet/2"
 TEXT, FLAG, REAL, WHOLE = pa.string(), pa.bool_(), pa.float64(), pa.int64()
 
 

@@ -55,9 +55,14 @@ def find_program(stated: str | None = None) -> str:
     return os.path.abspath(path)
 
 
-@cache
 def version(program: str) -> str:
-    """What `ballrace --version` prints on this host. Raises `CommandError` where the program cannot be run."""
+    """What `ballrace --version` prints on this host. Raises `CommandError` or `OSError` where the program cannot be run."""
+    return _version(program, os.stat(program).st_mtime_ns)
+
+
+@cache
+def _version(program: str, changed_ns: int) -> str:
+    """As `version`; a worker may live longer than a program."""
     try:
         done = subprocess.run([program, "--version"], capture_output=True, text=True, check=True)
     except (OSError, subprocess.CalledProcessError) as error:
