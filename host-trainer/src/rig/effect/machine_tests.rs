@@ -278,7 +278,7 @@ fn invariant_an_isotropic_drag_in_noise_is_its_mean_over_the_noise() {
         })
         .collect();
     for at in [[3e-6, 2e-6], [2e-5, -1e-5], [-1e-5, 4e-5], [1e-4, 1e-4]] {
-        let found = force_of(drag.clone(), at, Some(covariance.clone()));
+        let found = force_of(drag.clone(), at, Some(covariance));
         let mut mean = [0.0; 2];
         for draw in &draws {
             let v = [at[0] + draw[0], at[1] + draw[1]];
