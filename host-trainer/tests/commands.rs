@@ -70,7 +70,7 @@ fn from_recordings_to_the_same_events_from_every_form_of_the_model() {
     let lines: Vec<serde_json::Value> =
         events[0].lines().map(|line| serde_json::from_str(line).expect("a JSON line an event")).collect();
     let alarm = lines.iter().find(|e| e["event"] == "anomalous").expect("the rattle is noticed");
-    assert!((10..14).contains(&alarm["recording_index"].as_u64().expect("an index")), "{alarm}");
+    assert!((10..15).contains(&alarm["recording_index"].as_u64().expect("an index")), "{alarm}");
     assert_eq!(lines.last().expect("a summary")["event"], "summary");
     let document = done(folder, &["monitor", "--model", "model.bin", "data", "--json", "--iso-class", "2-rigid"]);
     let all: Vec<serde_json::Value> = serde_json::from_str(&document).expect("one document");
