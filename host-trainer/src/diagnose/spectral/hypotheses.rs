@@ -14,8 +14,8 @@ use crate::rig::{EffectEntry, Rig};
 /// Component and direction on which the load acts.
 pub const LOAD_COMPONENT: &str = "inner-y";
 
-/// Parameters of a mode that are fitted.
-pub const MODE_KEYS: &[ParameterKey] = &[ParameterKey::Gain, ParameterKey::FrequencyHz, ParameterKey::DampingRatio];
+/// Symmetry of a law that is the same in every direction.
+pub const ISOTROPIC: &str = "isotropic";
 /// Sources of a mode with the signs of its gain that make a difference: the force across the sensor is not in step with what the
 /// sensor has.
 pub const MODE_SOURCES: [(&str, f64); 5] =
@@ -49,7 +49,7 @@ fn both_ways(from: f64, to: f64, count: u32) -> Vec<f64> {
 
 /// Effect along each axis by itself, and the same in every direction.
 fn both_symmetries(effect: EffectEntry) -> [EffectEntry; 2] {
-    let isotropic = effect.clone().with_text(ParameterKey::Symmetry, "isotropic");
+    let isotropic = effect.clone().with_text(ParameterKey::Symmetry, ISOTROPIC);
     [effect, isotropic]
 }
 
@@ -345,7 +345,7 @@ impl List<'_> {
             };
             let modes: Vec<EffectEntry> = peaks.iter().flat_map(of).collect();
             if !modes.is_empty() {
-                self.add(EffectKind::StructuralResonance, channel, MODE_KEYS, modes);
+                self.add(EffectKind::StructuralResonance, channel, &[Gain, FrequencyHz, DampingRatio], modes);
             }
         }
         for channel in ["all", "ax", "ay"] {

@@ -6,12 +6,11 @@ use rayon::prelude::*;
 
 use super::candidate::{Candidate, NullFit, best, rank};
 use super::guesses::Guesses;
-use super::hypotheses::{Hypothesis, LOAD_COMPONENT, MODE_KEYS, MODE_SOURCES, all};
+use super::hypotheses::{Hypothesis, ISOTROPIC, LOAD_COMPONENT, MODE_SOURCES, all};
 use super::lack::lack;
 use super::observation::{duration_s, mean_load_n};
 use super::screening::{Brief, StartScore, best_starts, scores, screened};
 use super::settings::SearchSettings;
-use crate::identify::likelihood::coordinate::Coordinate;
 use crate::rig::EffectEntry;
 use crate::rig::effect::{EffectKind, ParameterKey};
 
@@ -20,8 +19,6 @@ const SETTINGS: SearchSettings = SearchSettings::DEFAULT;
 /// Effects that bend a spring's force.
 const CURVATURES: [EffectKind; 3] =
     [EffectKind::HardeningStiffness, EffectKind::SofteningStiffness, EffectKind::AsymmetricStiffness];
-/// Parameters of a defect that a power spectrum shows.
-const DEFECT_KEYS: &[ParameterKey] = &[ParameterKey::DepthM, ParameterKey::WidthRad, ParameterKey::AngleRad];
 /// Effects that are always fitted to all recordings: a brief recording does not show a drift of the speed, and an error of the
 /// load is always a rival.
 const ALWAYS_FITTED: [(EffectKind, &str); 2] =
@@ -63,7 +60,7 @@ pub fn candidates<'d, 'a>(
     let least = (most - SETTINGS.close_nats - SETTINGS.close_share * most.abs()).max(asked);
     let close = |c: &Candidate| c.gain > least;
     let (near, far): (Vec<Candidate>, Vec<Candidate>) = fits.into_iter().partition(close);
-    let near = near.into_par_iter().map(|c| restarted(c.searched(null, SETTINGS.steps[1]), null));
+    let near = near.into_par_iter().map(|c| restarted(c.searched(null, SETTINGS.steps[1]), &hypotheses, null));
     let mut near: Vec<Candidate> = near.collect();
     rank(&mut near);
     let siblings = near.first().map_or_else(Vec::new, |best| siblings(best, &near, &hypotheses, null));
@@ -139,47 +136,36 @@ fn sizes(effect: &EffectEntry) -> Vec<EffectEntry> {
 }
 
 /// Better of a candidate and of effects with like spectra, at which a search may have ended.
-fn restarted<'d, 'a>(candidate: Candidate<'d, 'a>, null: &NullFit<'d, 'a>) -> Candidate<'d, 'a> {
+fn restarted<'d, 'a>(
+    candidate: Candidate<'d, 'a>,
+    hypotheses: &[Hypothesis],
+    null: &NullFit<'d, 'a>,
+) -> Candidate<'d, 'a> {
     let Some(effect) = candidate.effect() else { return candidate };
-    let (free, size, starts) = if candidate.kind == EffectKind::StructuralResonance {
-        (MODE_KEYS, None, other_modes(&effect))
-    } else if let Some(key) = symmetric_size(&effect) {
-        (key, None, other_symmetry(&effect, key[0]))
+    let own = |h: &&Hypothesis| (h.kind, &h.place) == (candidate.kind, &candidate.place);
+    let Some(hypothesis) = hypotheses.iter().find(own) else { return candidate };
+    let has_symmetry = hypothesis.starts.iter().any(|start| start.text(ParameterKey::Symmetry).is_some());
+    let starts = if candidate.kind == EffectKind::StructuralResonance {
+        other_modes(&effect)
+    } else if has_symmetry {
+        other_symmetry(&effect, hypothesis.free[0])
     } else if let Some(width) = effect.number(ParameterKey::WidthRad) {
-        let index = candidate.model.rig.effects.len() - 1;
-        let is_angle = |c: &Coordinate| c.key.of_effect(index) == Some(ParameterKey::AngleRad);
-        let has_angle = candidate.model.coordinates.iter().any(is_angle);
-        let free = if has_angle { DEFECT_KEYS } else { &DEFECT_KEYS[..2] };
-        (free, Some(ParameterKey::DepthM), other_defects(effect, width, has_angle))
+        other_defects(effect, width, hypothesis.free.contains(&ParameterKey::AngleRad))
     } else {
         return candidate;
     };
-    let (kind, place) = (candidate.kind, candidate.place.clone());
-    let hypothesis = Hypothesis { kind, place, free, starts: Vec::new(), size };
-    let starts = starts.into_iter().map(|start| (&hypothesis, start)).collect();
+    let starts = starts.into_iter().map(|start| (hypothesis, start)).collect();
     let kept = best_starts(scores(null, starts, &SETTINGS.other_depths), SETTINGS.restarts, SETTINGS.restarts);
     let starts: Vec<EffectEntry> = kept.into_iter().map(|score| score.effect).collect();
-    let started = null.started(&hypothesis, &starts);
+    let started = null.started(hypothesis, &starts);
     let searched: Vec<_> = started.into_par_iter().map(|c| c.searched(null, SETTINGS.steps[1])).collect();
     best(searched).filter(|best| best.gain > candidate.gain).unwrap_or(candidate)
 }
 
-/// Size of an effect whose law may be the same in every direction.
-fn symmetric_size(effect: &EffectEntry) -> Option<&'static [ParameterKey]> {
-    let is_whole = matches!(effect.text(ParameterKey::Component), Some("inner" | "outer"));
-    match effect.kind {
-        EffectKind::HardeningStiffness | EffectKind::SofteningStiffness if is_whole => {
-            Some(&[ParameterKey::CubicNPerM3])
-        }
-        EffectKind::QuadraticDrag if is_whole => Some(&[ParameterKey::DragNS2PerM2]),
-        _ => None,
-    }
-}
-
 /// Effect with the other symmetry, at sizes around the one found.
 fn other_symmetry(effect: &EffectEntry, key: ParameterKey) -> Vec<EffectEntry> {
-    let is_isotropic = effect.text(ParameterKey::Symmetry) == Some("isotropic");
-    let other = effect.clone().with_text(ParameterKey::Symmetry, if is_isotropic { "axes" } else { "isotropic" });
+    let is_isotropic = effect.text(ParameterKey::Symmetry) == Some(ISOTROPIC);
+    let other = effect.clone().with_text(ParameterKey::Symmetry, if is_isotropic { "axes" } else { ISOTROPIC });
     let size = effect.number(key).unwrap_or_default();
     SETTINGS.other_sizes.map(|share| other.clone().with_number(key, share * size)).to_vec()
 }

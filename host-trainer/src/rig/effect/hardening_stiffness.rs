@@ -1,5 +1,5 @@
-//! A support spring that stiffens: k q + k₃ q³ with k₃ > 0 in each direction, or k q + k₃ |q|² q along the displacement (I. Kovacic, M. J. Brennan, "The Duffing
-//! Equation", 2011). Its slope k + 3 k₃ q² rises with the static deflection, hence the resonance with the load.
+//! A support spring that stiffens: k q + k₃ q³ with k₃ > 0 in each direction, or k q + k₃ |q|² q along the displacement
+//! (I. Kovacic, M. J. Brennan, "The Duffing Equation", 2011). Its slope k + 3 k₃ q² rises with the static deflection, hence the resonance with the load.
 
 use super::Values;
 use super::{Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing, component::Choices};

@@ -1,6 +1,6 @@
-//! A force against the motion that grows with the square of the speed, −d v |v|, as of a fluid pushed aside: of each direction's
-//! speed by itself, or of the whole speed
-//! (A. H. Nayfeh, D. T. Mook, "Nonlinear Oscillations", 1979, section 3.3).
+//! A force against the motion that grows with the square of the speed, −d v |v|, as of a fluid pushed aside
+//! (A. H. Nayfeh, D. T. Mook, "Nonlinear Oscillations", 1979, section 3.3): of each direction's speed by itself, or of the
+//! whole speed.
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_PI, FRAC_PI_2, TAU};
 

@@ -1,5 +1,5 @@
-//! A support spring that yields: k q + k₃ q³ with k₃ < 0 (I. Kovacic, M. J. Brennan, "The Duffing Equation", 2011).
-//! k₃ is written with its sign.
+//! A support spring that yields: k q + k₃ q³ with k₃ < 0, or k q + k₃ |q|² q along the displacement (I. Kovacic,
+//! M. J. Brennan, "The Duffing Equation", 2011). k₃ is written with its sign.
 
 use super::{
     Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing,
