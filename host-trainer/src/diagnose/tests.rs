@@ -101,6 +101,34 @@ fn a_stiffness_is_not_taken_for_another_effect() {
     assert_eq!(outcome.diagnosis.causes[0].parameters["component"], Parameter::Name("outer".into()));
 }
 
+/// Nor is it taken for a mode or a gain, and the corrected rig has it.
+#[test]
+fn a_sensor_that_is_sensitive_across_is_no_cause_of_the_vocabulary() {
+    let transverse = EffectEntry::new(EffectKind::TransverseSensitivity, &[(ParameterKey::Value, 0.6)])
+        .with_text(ParameterKey::Channel, "ax");
+    let outcome = diagnosed_alone(&nominal().with_effect(transverse), 4);
+    assert_eq!(outcome.diagnosis.verdict, Verdict::Unexplained, "{:?}", outcome.diagnosis);
+    assert!(names(&outcome).is_empty() && outcome.caveats.iter().any(|c| c.contains("transverse-sensitivity")));
+    let share = outcome.rig.effects[0].number(ParameterKey::Value).unwrap();
+    assert!((share.abs() / 0.6 - 1.0).abs() < 0.05, "{share}");
+    let fit = &outcome.diagnosis.fit;
+    assert!(fit.after < fit.before, "{fit:?}");
+}
+
+#[test]
+fn a_coarse_converter_is_a_mismatch_unless_the_baseline_has_it() {
+    let coarse = |seed: u64| {
+        let mut made = recordings(&nominal(), seed);
+        let step = 0.05;
+        let samples = made.iter_mut().flat_map(|r| &mut r.channels).flat_map(|c| &mut c.samples);
+        samples.for_each(|v| *v = (*v / step).floor() * step + 0.5 * step);
+        made
+    };
+    let verdict = |baseline: Option<&[Recording]>| diagnosed(&nominal(), baseline, &coarse(1), 1).diagnosis.verdict;
+    assert_eq!(verdict(None), Verdict::Unexplained);
+    assert_eq!(verdict(Some(&coarse(2))), Verdict::NoMismatch);
+}
+
 #[test]
 fn what_the_baseline_shows_as_well_is_no_change_since() {
     let change = EffectEntry::new(EffectKind::StiffnessChange, &[(ParameterKey::Value, 1.2e7)])

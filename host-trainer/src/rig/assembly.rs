@@ -40,6 +40,8 @@ pub struct Acquisition<'a> {
     pub path_force: &'a [f64],
     /// The same across the channel's direction; empty for an sdof rig.
     pub across_force: &'a [f64],
+    /// Acceleration of the rig across the channel's direction, m/s²; empty for an sdof rig.
+    pub across: &'a [f64],
 }
 
 impl Acquisition<'_> {

@@ -108,27 +108,35 @@ fn random_part(of: &Asked, states: Option<Result<Vec<Visited>, RigError>>) -> Re
     };
     let scatter = scatter(machine, condition, &impulses);
     let chain: Vec<_> = output_chain(assembly).into_iter().filter(|(stage, _)| *stage <= Stage::Amplifier).collect();
-    let sensed = |(channel, mut signal, [along, across]): (&str, Vec<f64>, [&[f64]; 2])| {
+    let sensed = |(channel, [along, across], [path_force, across_force]): (&str, [&[f64]; 2], [&[f64]; 2])| {
         let sample_rate_hz = condition.sample_rate_hz;
-        let at = Acquisition { channel, sample_rate_hz, preroll: 0, path_force: along, across_force: across };
+        let at = Acquisition { channel, sample_rate_hz, preroll: 0, path_force, across_force, across };
+        let mut signal = along.to_vec();
         // The chain's output at rest is no response.
         let rest = vec![0.0; signal.len()];
         let mut offset = rest.clone();
         for (_, alter) in &chain {
             alter(&at, &mut signal);
-            alter(&Acquisition { path_force: &rest, across_force: &rest, ..at }, &mut offset);
+            alter(&Acquisition { path_force: &rest, across_force: &rest, across: &rest, ..at }, &mut offset);
         }
         signal.iter_mut().zip(offset).for_each(|(value, offset)| *value -= offset);
         signal
     };
     let responses = impulses.iter_mut().map(|impulse| {
         let [ax, ay, fx, fy] = std::mem::take(&mut impulse.signals);
-        [("ax", ax, [&*fx, &*fy]), ("ay", ay, [&*fy, &*fx])].map(sensed)
+        [("ax", [&*ax, &*ay], [&*fx, &*fy]), ("ay", [&*ay, &*ax], [&*fy, &*fx])].map(sensed)
     });
     let responses = responses.collect();
     let noise_gain = ["ax", "ay"].map(|channel| {
         let sample_rate_hz = condition.sample_rate_hz;
-        let at = Acquisition { channel, sample_rate_hz, preroll: 0, path_force: &[0.0], across_force: &[0.0] };
+        let at = Acquisition {
+            channel,
+            sample_rate_hz,
+            preroll: 0,
+            path_force: &[0.0],
+            across_force: &[0.0],
+            across: &[0.0],
+        };
         let mut unit = vec![1.0];
         chain.iter().filter(|(stage, _)| *stage == Stage::Amplifier).for_each(|(_, alter)| alter(&at, &mut unit));
         unit[0]

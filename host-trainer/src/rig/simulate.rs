@@ -280,9 +280,10 @@ fn finish(run: &Run, prepared: &Prepared, chain: &Chain, signals: Signals) -> Re
     }
     let mut channels = Vec::with_capacity(3);
     let [ax, ay, fx, fy] = signals;
-    let channel = [("ax", ax, [&fx, &fy]), ("ay", ay, [&fy, &fx])];
-    for (index, (name, mut signal, [path_force, across_force])) in channel.into_iter().enumerate() {
-        let at = Acquisition { channel: name, sample_rate_hz, preroll, path_force, across_force };
+    let channel = [("ax", [&ax, &ay], [&fx, &fy]), ("ay", [&ay, &ax], [&fy, &fx])];
+    for (index, (name, [along, across], [path_force, across_force])) in channel.into_iter().enumerate() {
+        let at = Acquisition { channel: name, sample_rate_hz, preroll, path_force, across_force, across };
+        let mut signal = along.clone();
         let (sensor, rest): (Vec<_>, Vec<_>) = chain.signals.iter().partition(|(stage, _)| *stage <= Stage::Transducer);
         for (_, alter) in sensor {
             alter(&at, &mut signal);
@@ -306,7 +307,14 @@ fn finish(run: &Run, prepared: &Prepared, chain: &Chain, signals: Signals) -> Re
     let mut tacho = tachometer(&prepared.turning, sample_rate_hz, prepared.samples);
     for (_, alter) in chain.signals.iter().filter(|(stage, _)| *stage == Stage::Logger) {
         alter(
-            &Acquisition { channel: "tacho", sample_rate_hz, preroll: 0, path_force: &[], across_force: &[] },
+            &Acquisition {
+                channel: "tacho",
+                sample_rate_hz,
+                preroll: 0,
+                path_force: &[],
+                across_force: &[],
+                across: &[],
+            },
             &mut tacho,
         );
     }

@@ -2,9 +2,11 @@
 //! removed or cut out.
 
 mod clipping;
+mod converter;
 mod dropped;
 
 use clipping::Limits;
+pub use converter::Converter;
 
 use super::DiagnoseError;
 use crate::identify::calibrate::split::{longer_part, part};

@@ -124,7 +124,8 @@ pub fn sought_by(kind: EffectKind) -> Option<SoughtBy> {
         | EffectKind::SpeedDrift
         | EffectKind::CageSlip
         | EffectKind::ContactExponent
-        | EffectKind::LubricantFilm => return None,
+        | EffectKind::LubricantFilm
+        | EffectKind::TransverseSensitivity => return None,
         EffectKind::HardeningStiffness
         | EffectKind::AsymmetricStiffness
         | EffectKind::StiffnessChange

@@ -8,6 +8,7 @@ use super::hypotheses::Hypothesis;
 use super::likelihood::Colour;
 use super::prediction::{Known, is_inner};
 use crate::identify::likelihood::coordinate::Coordinate;
+use crate::identify::likelihood::observed::CHANNELS;
 use crate::rig::config::RigKey;
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{EffectEntry, Rig};
@@ -37,6 +38,13 @@ impl Candidate<'_, '_> {
         }
     }
 
+    /// Gain less what numbers of any value gain in as many bins: ½ ln N nats each (G. Schwarz, Ann. Stat. 6 (1978) 461–464), so
+    /// that dry friction rounded beyond the speeds of the motion is a damper.
+    pub fn merit(&self) -> f64 {
+        let bins: usize = self.model.data.observations.iter().map(|o| CHANNELS.len() * o.bins().len()).sum();
+        self.gain - 0.5 * self.model.coordinates.len() as f64 * (bins as f64).ln()
+    }
+
     /// Effect with its fitted parameters; `None` if they are out of range.
     pub fn effect(&self) -> Option<EffectEntry> {
         self.model.rig_at(&self.point.values).ok()?.effects.last().cloned()
@@ -48,9 +56,9 @@ pub fn best<'d, 'a>(candidates: impl IntoIterator<Item = Candidate<'d, 'a>>) -> 
     candidates.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))
 }
 
-/// Sorts candidates, the one that gains most first.
+/// Sorts candidates, the one of greatest merit first.
 pub fn rank(candidates: &mut [Candidate]) {
-    candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    candidates.sort_by(|a, b| b.merit().total_cmp(&a.merit()));
 }
 
 /// Fit of a rig without another effect, on top of which hypotheses are fitted.

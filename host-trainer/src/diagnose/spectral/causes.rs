@@ -42,7 +42,7 @@ pub struct Accepted<'d, 'a> {
 pub fn probability(best: &Candidate, rivals: &[Candidate], is_second: bool) -> f64 {
     let [least, share] = GATE.rivalry;
     let scale = least + share * best.gain.max(0.0);
-    let weight = |c: &Candidate| ((c.gain - best.gain) / scale).exp();
+    let weight = |c: &Candidate| ((c.merit() - best.merit()) / scale).exp();
     let others: f64 = rivals.iter().filter(|c| c.kind != best.kind).map(weight).sum();
     let by_gain = 1.0 - GATE.doubt / best.gain.max(1.0).sqrt();
     let by_rank = if is_second { GATE.second_trust } else { 1.0 };

@@ -14,7 +14,7 @@ use super::settings::{self, FitSettings, GateSettings};
 use super::terms::term;
 use super::text;
 use super::unevenness::UnevenMachines;
-use crate::diagnose::acquisition::Acquired;
+use crate::diagnose::acquisition::{Acquired, Converter};
 use crate::diagnose::result::{Cause, Diagnosis, DiagnosisResult, Nuisance, SCHEMA, Term, Verdict};
 use crate::diagnose::{DiagnoseError, Task, evidence, locate, shown};
 use crate::identify::calibrate::split::Split;
@@ -35,6 +35,12 @@ const FIT: FitSettings = FitSettings::DEFAULT;
 pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<DiagnosisResult, DiagnoseError> {
     let machine = rig.bearing().ok_or(DiagnoseError::NotBearing { found: rig.model.kind().name() })?;
     let orders = machine.bearing.geometry().orders();
+    let converter = Converter::of(rig, task.recordings);
+    let rig = &converter.map_or_else(|| rig.clone(), |converter| converter.noisy(rig));
+    let coarse = converter.filter(Converter::is_coarse).filter(|coarse| {
+        let healthy = task.baseline.and_then(|recordings| Converter::of(task.rig, recordings));
+        healthy.is_none_or(|healthy| healthy.is_finer_than(coarse))
+    });
     let mut acquired = Acquired::detect(rig, task.recordings)?;
     let split = Split::new(&acquired.recordings);
     let observe = |recordings: &[Recording]| -> Result<Vec<Observation>, DiagnoseError> {
@@ -72,14 +78,15 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     let chance = GATE.lack * (fitted.len() + held.len()) as f64 / 4.0;
     let doubtful = selection.rejected.iter().find(|c| c.gain > GATE.doubtful_gain).cloned();
     let is_beyond_chance = unexplained > chance || doubtful.is_some();
+    let is_nameless = coarse.is_some() || !selection.nameless.is_empty();
     let share = left / (before.total() + held_before.total() + event.map_or(0.0, Event::gain)).max(1.0);
     let trust = Trust { share: if left > chance { share } else { 0.0 } };
     let event = event.filter(|e| trust.states(GATE.event_probability, e.effect.kind));
-    selection.judge(trust, &nominal, &null);
+    selection.judge(trust);
     let Selection { model, point, accepted, rejected, .. } = &selection;
 
     let is_named = !accepted.is_empty() || event.is_some() || acquired.faults().next().is_some();
-    let verdict = match (is_named, is_beyond_chance) {
+    let verdict = match (is_named, is_beyond_chance || is_nameless) {
         (true, _) => Verdict::Mismatch,
         (false, true) => Verdict::Unexplained,
         (false, false) => Verdict::NoMismatch,
@@ -118,12 +125,14 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     };
     corrected_rig.effects.extend(acquired.faults().map(|fault| fault.effect.clone()).rev());
     let mut caveats = Vec::new();
-    if verdict == Verdict::Unexplained {
+    if verdict == Verdict::Unexplained && is_beyond_chance {
         let each = before.nats.iter().chain(&held_before.nats).zip(&names);
         let most = each.max_by(|a, b| a.0.total_cmp(b.0)).map_or(String::new(), |(_, name)| format!("in {name}"));
         caveats.push(text::unexplained(unexplained, &most));
         caveats.extend(doubtful.map(|candidate| text::doubtful(&candidate)));
     }
+    caveats.extend(selection.nameless.iter().map(text::nameless));
+    caveats.extend(coarse.as_ref().map(text::coarse));
     caveats.extend((!selection.in_baseline.is_empty()).then(|| text::in_baseline(&selection.in_baseline)));
     caveats.extend(load_caveats(selection.corrected_loads, task.recordings));
     let diagnosis = Diagnosis {

@@ -19,10 +19,18 @@ const SETTINGS: SearchSettings = SearchSettings::DEFAULT;
 /// Effects that bend a spring's force.
 const CURVATURES: [EffectKind; 3] =
     [EffectKind::HardeningStiffness, EffectKind::SofteningStiffness, EffectKind::AsymmetricStiffness];
-/// Effects that are always fitted to all recordings: a brief recording does not show a drift of the speed, and an error of the
-/// load is always a rival.
-const ALWAYS_FITTED: [(EffectKind, &str); 2] =
-    [(EffectKind::SpeedDrift, ""), (EffectKind::ConstantForce, LOAD_COMPONENT)];
+/// Effects that take a motion's energy.
+const DISSIPATION: [EffectKind; 3] =
+    [EffectKind::CoulombFriction, EffectKind::QuadraticDrag, EffectKind::DampingChange];
+/// Effects that are always fitted to all recordings: a brief recording does not show a drift of the speed or a small gain, and an
+/// error of the load is always a rival.
+const ALWAYS_FITTED: [(EffectKind, &str); 5] = [
+    (EffectKind::SpeedDrift, ""),
+    (EffectKind::ConstantForce, LOAD_COMPONENT),
+    (EffectKind::SensorGain, "all"),
+    (EffectKind::SensorGain, "ax"),
+    (EffectKind::SensorGain, "ay"),
+];
 
 /// Candidates that gain most, best first; none of the kinds that the rig has already, except `corrections` of the calibration.
 /// Those that are far from `asked`, the gain that a cause must have, are not followed up.
@@ -60,13 +68,17 @@ pub fn candidates<'d, 'a>(
     let least = (most - SETTINGS.close_nats - SETTINGS.close_share * most.abs()).max(asked);
     let close = |c: &Candidate| c.gain > least;
     let (near, far): (Vec<Candidate>, Vec<Candidate>) = fits.into_iter().partition(close);
-    let near = near.into_par_iter().map(|c| restarted(c.searched(null, SETTINGS.steps[1]), &hypotheses, null));
+    let followed = |candidate: Candidate<'d, 'a>| {
+        let candidate = candidate.searched(null, SETTINGS.steps[1]);
+        let Some(hypothesis) = hypotheses.iter().find(|h| h.is_of(&candidate)) else { return candidate };
+        extended(restarted(candidate, hypothesis, null), hypothesis, null)
+    };
+    let near = near.into_par_iter().map(followed);
     let mut near: Vec<Candidate> = near.collect();
     rank(&mut near);
     let siblings = near.first().map_or_else(Vec::new, |best| siblings(best, &near, &hypotheses, null));
     near.extend(siblings);
     rank(&mut near);
-    simplest_first(&mut near);
     near.into_iter().chain(far).collect()
 }
 
@@ -88,19 +100,8 @@ fn without_twins(scores: Vec<StartScore>) -> Vec<StartScore> {
     kept
 }
 
-/// Puts that of fewest numbers first among candidates that differ from the best by chance: dry friction that is rounded beyond
-/// the speeds of the motion is a damper.
-fn simplest_first(ranked: &mut [Candidate]) {
-    let Some(most) = ranked.first().map(|best| best.gain) else { return };
-    let numbers = |at: &usize| ranked[*at].model.coordinates.len();
-    let alike = (0..ranked.len()).take_while(|at| ranked[*at].gain > most - SETTINGS.twin_nats);
-    if let Some(simplest) = alike.min_by_key(numbers) {
-        ranked[..=simplest].rotate_right(1);
-    }
-}
-
-/// Fits of the other curvatures of the spring that the best candidate bends or stops: they differ by little, and a screening may
-/// have lost the right one.
+/// Fits of the other curvatures of the spring that the best candidate bends or stops, or of other dissipation there: they differ
+/// by little, and a screening may have lost the right one.
 fn siblings<'d, 'a>(
     best_so_far: &Candidate,
     fits: &[Candidate],
@@ -108,16 +109,19 @@ fn siblings<'d, 'a>(
     null: &NullFit<'d, 'a>,
 ) -> Vec<Candidate<'d, 'a>> {
     // A stop with its gap and stiffness bends in most of the ways that a curvature does.
-    if !(CURVATURES.contains(&best_so_far.kind) || best_so_far.kind == EffectKind::EndStopContact) {
-        return Vec::new();
-    }
+    let family = match best_so_far.kind {
+        EffectKind::EndStopContact => CURVATURES,
+        kind if CURVATURES.contains(&kind) => CURVATURES,
+        kind if DISSIPATION.contains(&kind) => DISSIPATION,
+        _ => return Vec::new(),
+    };
     let is_fitted = |h: &Hypothesis| fits.iter().any(|c| c.kind == h.kind && c.place == h.place);
     let of = |h: &Hypothesis| {
         let whole = hypotheses.iter().find(|w| h.is_direction_of(w)).unwrap_or(h);
         let starts: Vec<EffectEntry> = whole.starts.iter().map(|start| h.placed(start)).collect();
         Some(best(null.started(h, &starts))?.searched(null, SETTINGS.steps[1]))
     };
-    let others = hypotheses.iter().filter(|h| CURVATURES.contains(&h.kind) && h.place == best_so_far.place);
+    let others = hypotheses.iter().filter(|h| family.contains(&h.kind) && h.place == best_so_far.place);
     others.filter(|h| !is_fitted(h)).filter_map(of).collect()
 }
 
@@ -135,15 +139,25 @@ fn sizes(effect: &EffectEntry) -> Vec<EffectEntry> {
     }
 }
 
-/// Better of a candidate and of effects with like spectra, at which a search may have ended.
+/// Better of a candidate and of the same effect with more numbers.
+fn extended<'d, 'a>(
+    candidate: Candidate<'d, 'a>,
+    hypothesis: &Hypothesis,
+    null: &NullFit<'d, 'a>,
+) -> Candidate<'d, 'a> {
+    let Some((extension, effect)) = hypothesis.extension.zip(candidate.effect()) else { return candidate };
+    let more = Hypothesis { free: extension.free, ..hypothesis.clone() };
+    let searched = best(null.started(&more, &(extension.starts)(&effect))).map(|c| c.searched(null, SETTINGS.steps[1]));
+    searched.filter(|searched| searched.merit() > candidate.merit()).unwrap_or(candidate)
+}
+
+/// Better of a candidate of a hypothesis and of effects with like spectra, at which a search may have ended.
 fn restarted<'d, 'a>(
     candidate: Candidate<'d, 'a>,
-    hypotheses: &[Hypothesis],
+    hypothesis: &Hypothesis,
     null: &NullFit<'d, 'a>,
 ) -> Candidate<'d, 'a> {
     let Some(effect) = candidate.effect() else { return candidate };
-    let own = |h: &&Hypothesis| (h.kind, &h.place) == (candidate.kind, &candidate.place);
-    let Some(hypothesis) = hypotheses.iter().find(own) else { return candidate };
     let has_symmetry = hypothesis.starts.iter().any(|start| start.text(ParameterKey::Symmetry).is_some());
     let starts = if candidate.kind == EffectKind::StructuralResonance {
         other_modes(&effect)

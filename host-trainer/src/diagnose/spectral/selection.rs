@@ -11,16 +11,17 @@ use super::likelihood::Stretch;
 use super::observation::{Observation, duration_s, mean_load_n};
 use super::screening::Brief;
 use super::search::candidates;
-use super::settings::{FitSettings, GateSettings};
+use super::settings::{FitSettings, GateSettings, LikelihoodSettings};
 use super::text;
 use super::unevenness::turns_otherwise;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::result::{Cause, Rejected};
-use crate::rig::RigError;
 use crate::rig::effect::{EffectKind, ParameterKey};
+use crate::rig::{EffectEntry, RigError};
 
 const GATE: GateSettings = GateSettings::DEFAULT;
 const FIT: FitSettings = FitSettings::DEFAULT;
+const LIKELIHOOD: LikelihoodSettings = LikelihoodSettings::DEFAULT;
 
 /// Selection of causes, one after the other.
 pub struct Selection<'d, 'a> {
@@ -28,6 +29,8 @@ pub struct Selection<'d, 'a> {
     pub model: Model<'d, 'a>,
     /// Fit of the model.
     pub point: Point,
+    /// Both before the first cause.
+    uncaused: (Model<'d, 'a>, Point),
     /// Causes.
     pub accepted: Vec<Accepted<'d, 'a>>,
     /// Candidates that did not pass the gate.
@@ -36,6 +39,8 @@ pub struct Selection<'d, 'a> {
     pub corrected_loads: bool,
     /// Effects that the baseline has as well.
     pub in_baseline: Vec<EffectKind>,
+    /// Effects in the model that the vocabulary has no name for.
+    pub nameless: Vec<EffectEntry>,
 }
 
 impl<'d, 'a> Selection<'d, 'a> {
@@ -43,12 +48,14 @@ impl<'d, 'a> Selection<'d, 'a> {
     pub fn new(nominal: &Model<'d, 'a>, null: &Point) -> Self {
         let (model, point) = (nominal.clone(), null.clone());
         Self {
+            uncaused: (model.clone(), point.clone()),
             model,
             point,
             accepted: Vec::new(),
             rejected: Vec::new(),
             corrected_loads: false,
             in_baseline: Vec::new(),
+            nameless: Vec::new(),
         }
     }
 
@@ -67,7 +74,7 @@ impl<'d, 'a> Selection<'d, 'a> {
         let brief = Brief::new(observations);
         let mut held_now = held_null;
         while self.accepted.len() < 2 && self.in_baseline.len() < GATE.most_corrections {
-            let is_second = !self.accepted.is_empty();
+            let is_second = !(self.accepted.is_empty() && self.nameless.is_empty());
             progress(if is_second { "searching for a second cause" } else { "searching for a cause" });
             let left = lack(self.model.data, &self.point).total();
             if is_second && left < GATE.second_lack {
@@ -83,10 +90,13 @@ impl<'d, 'a> Selection<'d, 'a> {
             // A rig that cannot run under the conditions of the held-out recordings does not explain them.
             let judged = refit_nuisances(held_data, &best.model, &best.point).map_or(f64::INFINITY, |p| p.objective());
             let held_out = held_now - judged;
-            if best.gain < asked || !is_in(held_data, held_now, held_out, &best) {
+            if best.gain < asked || !is_resolved(&best) || !is_in(held_data, held_now, held_out, &best) {
                 self.rejected.push(best);
                 self.rejected.extend(found);
                 break;
+            }
+            if self.accepted.is_empty() {
+                self.uncaused = (self.model, self.point);
             }
             (self.model, self.point, held_now) = (best.model.clone(), best.point.clone(), judged);
             if is_load_error(&best, observations) {
@@ -95,6 +105,10 @@ impl<'d, 'a> Selection<'d, 'a> {
             }
             if baseline.as_mut().map_or(Ok(false), |baseline| baseline.shows(&best))? {
                 self.in_baseline.push(best.kind);
+                continue;
+            }
+            if let Some(effect) = best.effect().filter(|effect| !effect.kind.in_vocabulary()) {
+                self.nameless.push(effect);
                 continue;
             }
             let probability = causes::probability(&best, &found, is_second);
@@ -108,12 +122,12 @@ impl<'d, 'a> Selection<'d, 'a> {
     }
 
     /// Lowers the probability of the causes by what they leave; none is one if the most probable leaves too much.
-    pub fn judge(&mut self, trust: Trust, nominal: &Model<'d, 'a>, null: &Point) {
+    pub fn judge(&mut self, trust: Trust) {
         let is_stated = self.accepted.iter().any(|a| trust.states(a.probability, a.candidate.kind));
         if is_stated {
             self.accepted.iter_mut().for_each(|a| a.probability *= trust.of(a.candidate.kind));
         } else if !self.accepted.is_empty() {
-            (self.model, self.point) = (nominal.clone(), null.clone());
+            (self.model, self.point) = self.uncaused.clone();
             self.rejected.splice(0..0, self.accepted.drain(..).map(|a| a.candidate));
         }
     }
@@ -141,6 +155,15 @@ fn is_load_error(candidate: &Candidate, observations: &[Observation]) -> bool {
     let force = candidate.effect().and_then(|e| e.number(ParameterKey::ForceN)).unwrap_or_default();
     let is_of_load = candidate.kind == EffectKind::ConstantForce && candidate.place == LOAD_COMPONENT;
     is_of_load && force.abs() < GATE.load_share * mean_load_n(observations)
+}
+
+/// Whether a candidate is no tone from elsewhere: a mode is wider than a line in the finest of the spectra.
+fn is_resolved(candidate: &Candidate) -> bool {
+    let Some(mode) = candidate.effect().filter(|e| e.kind == EffectKind::StructuralResonance) else { return true };
+    let number = |key: ParameterKey| mode.number(key).unwrap_or_default();
+    let half_power_hz = 2.0 * number(ParameterKey::DampingRatio) * number(ParameterKey::FrequencyHz);
+    let bins_hz = candidate.model.data.observations.iter().map(|o| o.hz(1.0));
+    half_power_hz > (LIKELIHOOD.tapers + 1) as f64 * bins_hz.fold(f64::MAX, f64::min)
 }
 
 /// Whether held-out recordings have a candidate's effect too, `held_null` being −ln there without it and `held_out` what it gains:
@@ -187,7 +210,8 @@ pub fn rejected_names(accepted: &[Accepted], rejected: &[Candidate], causes: &[C
     let kept = accepted.first().map(|a| a.candidate.gain);
     let rivals = accepted.iter().flat_map(|a| a.rivals.iter().map(|rival| (rival, kept)));
     let mut out: Vec<Rejected> = Vec::new();
-    for (candidate, kept) in rivals.chain(rejected.iter().map(|c| (c, None))) {
+    let all = rivals.chain(rejected.iter().map(|c| (c, None)));
+    for (candidate, kept) in all.filter(|(candidate, _)| candidate.kind.in_vocabulary()) {
         let name = candidate.kind.to_string();
         if !out.iter().any(|r| r.name == name) && !causes.iter().any(|c| c.name == name) {
             out.push(Rejected { name, why: text::rejected(candidate, kept) });

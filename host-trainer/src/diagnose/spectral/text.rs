@@ -2,6 +2,9 @@
 
 use super::candidate::Candidate;
 use super::settings::GateSettings;
+use crate::diagnose::acquisition::Converter;
+use crate::rig::EffectEntry;
+use crate::rig::config::RigKind;
 use crate::rig::effect::EffectKind;
 
 const GATE: GateSettings = GateSettings::DEFAULT;
@@ -58,6 +61,25 @@ pub fn doubtful(candidate: &Candidate) -> String {
         "{} gains {:.0} in ln L on the fitted recordings, but the held-out ones do not bear it out or too much is left beside it.",
         named(candidate.kind.name(), &candidate.place),
         candidate.gain
+    )
+}
+
+/// Caveat of an effect that the vocabulary has no name for.
+pub fn nameless(effect: &EffectEntry) -> String {
+    format!(
+        "The recordings are as with {} ({}), which is no name of the vocabulary; the corrected rig has it.",
+        effect.kind,
+        effect.equation(RigKind::Bearing5Dof)
+    )
+}
+
+/// Caveat of a coarse converter.
+pub fn coarse(converter: &Converter) -> String {
+    format!(
+        "The samples are multiples of {:.4} m/s²: a converter of so coarse steps adds {:.0} % of the sensor's noise in power, \
+         and distorts what is smaller than a step.",
+        converter.step,
+        100.0 * converter.of_noise
     )
 }
 

@@ -153,6 +153,7 @@ pub fn draw(kind: EffectKind, share: f64, drawn: &Drawn, without: &[Recording], 
             let channel = ["all", "ax", "ay"][rng.random_range(0..3)];
             entry(&[(ParameterKey::Value, (sign * log(0.03, 0.7)).exp())]).with_text(ParameterKey::Channel, channel)
         }
+        EffectKind::TransverseSensitivity => entry(&[(ParameterKey::Value, sign * log(0.05, 0.5))]),
         EffectKind::SensorClipping => entry(&[(ParameterKey::Value, log(0.9, 0.45) * greatest(without))]),
         EffectKind::DroppedSamples => entry(&[
             (ParameterKey::TimeS, rng.random_range(0.15..0.85) * seconds),

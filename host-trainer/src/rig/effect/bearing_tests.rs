@@ -86,6 +86,25 @@ fn literature_ball_pit_gives_twice_bsf_with_cage_sidebands() {
 }
 
 /// Wardle (1988), table 1: lobes of a multiple of the number of balls, or one off.
+/// The same as three numbers of lobes.
+#[test]
+fn invariant_neighbours_are_one_lobe_more_and_less() {
+    let lobes = |rig: Rig, count: f64, amplitude: f64, neighbours: f64| {
+        let numbers = [
+            (ParameterKey::AmplitudeM, amplitude),
+            (ParameterKey::Lobes, count),
+            (ParameterKey::PhaseRad, 0.3),
+            (ParameterKey::Neighbours, neighbours),
+        ];
+        rig.with_effect(EffectEntry::new(EffectKind::InnerRaceWaviness, &numbers))
+    };
+    let together = noise_free(&lobes(nominal(), 11.0, 4e-7, 0.25));
+    let apart = lobes(lobes(lobes(nominal(), 11.0, 4e-7, 0.0), 10.0, 1e-7, 0.0), 12.0, 1e-7, 0.0);
+    let apart = noise_free(&apart);
+    let pairs = samples(&together, "ay").iter().zip(samples(&apart, "ay"));
+    assert!(pairs.clone().all(|(a, b)| (a - b).abs() < 1e-9) && pairs.clone().any(|(a, _)| a.abs() > 1e-3));
+}
+
 #[test]
 fn literature_waviness_lines() {
     let before = noise_free(&nominal());

@@ -43,9 +43,11 @@ keys! {
     Fraction = "fraction", "Fraction of the cage's kinematic speed that slip takes away.";
     FrequencyHz = "frequency_hz", "Frequency, Hz.";
     Gain = "gain", "Modal constant, as a multiple of one over the housing's mass.";
+    GainAcross = "gain_across", "Modal constant of the same mode at the sensor across, as a multiple of one over the housing's mass.";
     GapM = "gap_m", "Gap to an end stop, m.";
     ImpulseNS = "impulse_n_s", "Impulse, N s.";
     Lobes = "lobes", "Lobes of a race around its circumference.";
+    Neighbours = "neighbours", "Amplitude of one lobe more and one less, as a share of the lobes' own.";
     PhaseRad = "phase_rad", "Phase, rad.";
     PhaseYRad = "phase_y_rad", "Phase of a force's vertical part beyond that of a rotating force, rad.";
     PressureViscosityPerPa = "pressure_viscosity_per_pa", "Pressure–viscosity coefficient of a lubricant, 1/Pa.";

@@ -347,6 +347,7 @@ registry! {
     MainsInterference = mains_interference,
     SensorBias = sensor_bias,
     SensorGain = sensor_gain,
+    TransverseSensitivity = transverse_sensitivity,
     SensorClipping = sensor_clipping,
     DroppedSamples = dropped_samples,
 }
@@ -354,7 +355,7 @@ registry! {
 impl EffectKind {
     /// Whether a diagnosis may name the effect. The others exist in a rig only.
     pub const fn in_vocabulary(self) -> bool {
-        !matches!(self, Self::LubricantFilm)
+        !matches!(self, Self::LubricantFilm | Self::TransverseSensitivity)
     }
 
     /// The effects that a diagnosis may name.

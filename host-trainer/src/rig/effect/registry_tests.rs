@@ -120,6 +120,7 @@ fn nothing(kind: EffectKind, nominal: &Rig) -> (ParameterKey, f64) {
         EffectKind::MainsInterference => (ParameterKey::Amplitude, 0.0),
         EffectKind::SensorBias => (ParameterKey::Value, 0.0),
         EffectKind::SensorGain => (ParameterKey::Value, 1.0),
+        EffectKind::TransverseSensitivity => (ParameterKey::Value, 0.0),
         EffectKind::SensorClipping => (ParameterKey::Value, 1e4),
         EffectKind::DroppedSamples => (ParameterKey::Count, 0.0),
     }

@@ -1,7 +1,8 @@
 use crate::rig::effect::{EffectKind, ParameterKey};
+use crate::rig::random_part::{Asked, random_parts};
 use crate::rig::{
-    EffectEntry,
-    test_support::{RATE, line, noise_free, nominal, rms, samples, with},
+    EffectEntry, Rig,
+    test_support::{RATE, condition, line, noise_free, nominal, rms, samples, with},
 };
 
 fn change(kind: EffectKind, numbers: &[(ParameterKey, f64)]) -> Vec<f64> {
@@ -27,6 +28,26 @@ fn invariant_bias_adds_and_gain_scales() {
     let after = noise_free(&with(EffectKind::SensorGain, &[(ParameterKey::Value, 1.5)]));
     let pairs = samples(&after, "ax").iter().zip(samples(&before, "ax"));
     assert!(pairs.clone().all(|(a, b)| *a == 1.5 * b));
+}
+
+/// In a run without noise, and in the response to noise.
+#[test]
+fn invariant_a_transverse_sensor_adds_a_share_of_the_other_channel() {
+    let transverse = EffectEntry::new(EffectKind::TransverseSensitivity, &[(ParameterKey::Value, -0.25)])
+        .with_text(ParameterKey::Channel, "ax");
+    let rig = nominal().with_effect(transverse);
+    let is_shared = |[ax, ay]: [&[f64]; 2], [after_x, after_y]: [&[f64]; 2]| {
+        let share = |((x, y), after): ((&f64, &f64), &f64)| (x - 0.25 * y - after).abs() < 1e-12;
+        ax.iter().zip(ay).zip(after_x).all(share) && ay == after_y && ay.iter().any(|v| *v != 0.0)
+    };
+    let (before, after) = (noise_free(&nominal()), noise_free(&rig));
+    let of = |recording| ["ax", "ay"].map(|channel| samples(recording, channel));
+    assert!(is_shared(of(&before), of(&after)));
+    let condition = condition(30.0, 500.0, 2000);
+    let response = |rig: &Rig| random_parts(&[Asked { rig, condition, known: None }]).remove(0).unwrap();
+    let (before, after) = (response(&nominal()), response(&rig));
+    assert!(is_shared(before.responses[0].each_ref().map(|r| &**r), after.responses[0].each_ref().map(|r| &**r)));
+    assert_eq!(before.noise_gain, after.noise_gain);
 }
 
 #[test]
@@ -82,9 +103,13 @@ fn invariant_unmodelled_mode_rises_at_its_frequency() {
 #[test]
 fn invariant_a_mode_follows_its_source() {
     let before = noise_free(&nominal());
-    let change = |channel: &str, source: &str, gain: f64| {
-        let numbers =
-            [(ParameterKey::FrequencyHz, 900.0), (ParameterKey::DampingRatio, 0.02), (ParameterKey::Gain, gain)];
+    let change_in_both = |channel: &str, source: &str, [gain, across]: [f64; 2]| {
+        let numbers = [
+            (ParameterKey::FrequencyHz, 900.0),
+            (ParameterKey::DampingRatio, 0.02),
+            (ParameterKey::Gain, gain),
+            (ParameterKey::GainAcross, across),
+        ];
         let mode = EffectEntry::new(EffectKind::StructuralResonance, &numbers)
             .with_text(ParameterKey::Channel, channel)
             .with_text(ParameterKey::Source, source);
@@ -92,6 +117,7 @@ fn invariant_a_mode_follows_its_source() {
         ["ax", "ay"]
             .map(|c| -> Vec<f64> { samples(&after, c).iter().zip(samples(&before, c)).map(|(a, b)| a - b).collect() })
     };
+    let change = |channel: &str, source: &str, gain: f64| change_in_both(channel, source, [gain, 0.0]);
     let alike = |a: &[f64], b: &[f64], factor: f64| {
         let most = rms(a).max(1e-9);
         a.iter().zip(b).all(|(a, b)| (a - factor * b).abs() < 1e-9 * most)
@@ -102,4 +128,9 @@ fn invariant_a_mode_follows_its_source() {
     assert!(!alike(&across, &along, 1.0));
     let ([still, once], [_, twice]) = (change("ay", "motion", 0.5), change("ay", "motion", 1.0));
     assert!(alike(&twice, &once, 2.0) && rms(&once) > 1e-4 && rms(&still) == 0.0);
+    // The same mode at the other sensor.
+    for source in ["along", "across", "motion"] {
+        let ([still, once], [other, both]) = (change("ay", source, 1.0), change_in_both("ay", source, [1.0, -0.5]));
+        assert!(rms(&still) == 0.0 && both == once && alike(&other, &once, -0.5), "{source}");
+    }
 }

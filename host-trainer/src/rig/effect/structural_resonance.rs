@@ -6,7 +6,7 @@
 //! η̈ + 2ζω₀ η̇ + ω₀² η = f/m_p, and the sensor gives a + g η̈. g, the modal constant as a multiple of 1/m_p, has either
 //! sign, as sensor and bearing can be on two sides of a node; the vocabulary leaves it out. The mode does not act back
 //! on the bearing. Its source may also be the bearing's force across the sensor, or the sensor's own acceleration, as of
-//! a bracket that the sensor sits on. For an sdof rig f/m_p is q̈, and the sensor gives q + g η, q̇ + g η̇ or q̈ + g η̈. The recurrence is exact for a force that goes in a straight line from
+//! a bracket that the sensor sits on. The sensor across may have the same η by a constant of its own. For an sdof rig f/m_p is q̈, and the sensor gives q + g η, q̇ + g η̇ or q̈ + g η̈. The recurrence is exact for a force that goes in a straight line from
 //! one sample to the next.
 
 use std::f64::consts::TAU;
@@ -35,6 +35,8 @@ pub(super) const EFFECT: Definition = Definition {
         Parameter::number(ParameterKey::DampingRatio, "", Domain::Between(0.0, 1.0), (1e-3, 0.3), Scale::Log),
         Parameter::number(ParameterKey::Gain, "", Domain::Any, (-30.0, 30.0), Scale::Linear)
             .usually(ParameterDefault::Number(1.0)),
+        Parameter::number(ParameterKey::GainAcross, "", Domain::Any, (-30.0, 30.0), Scale::Linear)
+            .usually(ParameterDefault::Number(0.0)),
         Parameter::channel("ay"),
         Parameter::source(),
     ],
@@ -42,12 +44,17 @@ pub(super) const EFFECT: Definition = Definition {
     equation: |v| {
         let (frequency, ratio, gain) =
             (v.number(ParameterKey::FrequencyHz), v.number(ParameterKey::DampingRatio), v.number(ParameterKey::Gain));
-        format!("a becomes a + {gain:.4} η̈, η̈ + 2 · {ratio:.5} ω₀ η̇ + ω₀² η = f/m_p, ω₀ = 2π · {frequency:.2} Hz")
+        let across = match v.number(ParameterKey::GainAcross) {
+            0.0 => String::new(),
+            across => format!(", a_⊥ becomes a_⊥ + {across:.4} η̈"),
+        };
+        format!("a becomes a + {gain:.4} η̈{across}, η̈ + 2 · {ratio:.5} ω₀ η̇ + ω₀² η = f/m_p, ω₀ = 2π · {frequency:.2} Hz")
     },
     apply: |v, assembly| {
         let (frequency, ratio, gain) =
             (v.number(ParameterKey::FrequencyHz), v.number(ParameterKey::DampingRatio), v.number(ParameterKey::Gain));
-        if gain == 0.0 {
+        let gain_across = v.number(ParameterKey::GainAcross);
+        if gain == 0.0 && gain_across == 0.0 {
             return;
         }
         let (concerns, source) = (v.channels(), v.source());
@@ -56,14 +63,19 @@ pub(super) const EFFECT: Definition = Definition {
         assembly.needs_path_force = true;
         assembly.preroll_s = assembly.preroll_s.max(SETTLED / (ratio * TAU * frequency));
         assembly.signal(Stage::Structure, move |at, signal| {
-            if !concerns(at.channel) || at.channel == "u" {
+            let is_own = concerns(at.channel);
+            let gain = if is_own { gain } else { gain_across };
+            if gain == 0.0 || at.channel == "u" {
                 return;
             }
             let mode = Mode::new(frequency, ratio, 1.0 / at.sample_rate_hz);
-            let driving: Vec<f64> = match source {
-                Source::Along => at.path_force.iter().map(|f| f * per_mass).collect(),
-                Source::Across => at.across_force.iter().map(|f| f * per_mass).collect(),
-                Source::Motion => signal.clone(),
+            let accelerations = |forces: &[f64]| forces.iter().map(|f| f * per_mass).collect();
+            // Along the other sensor is across this one.
+            let driving: Vec<f64> = match (source, is_own) {
+                (Source::Along, true) | (Source::Across, false) => accelerations(at.path_force),
+                (Source::Across, true) | (Source::Along, false) => accelerations(at.across_force),
+                (Source::Motion, true) => signal.clone(),
+                (Source::Motion, false) => at.across.to_vec(),
             };
             // From rest under the first force, or its static part would ring.
             let mut last = driving.first().copied().unwrap_or_default();

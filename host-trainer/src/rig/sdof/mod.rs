@@ -201,6 +201,7 @@ fn record(motion: [Vec<f64>; 3], drive: &Drive, mass: f64, signals: &[(Stage, Si
             preroll: 0,
             path_force: &path_force,
             across_force: &[],
+            across: &[],
         };
         // The input is a command, no sensor's signal; only the logger sees it.
         let seen = signals.iter().filter(|(stage, _)| name != "u" || *stage == Stage::Logger);

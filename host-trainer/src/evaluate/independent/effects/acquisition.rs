@@ -6,6 +6,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::{Context, Effect, FORMS, Strength, one_of, sign, some, truth, within};
+use crate::evaluate::independent::outside::{self, Outside};
 use crate::evaluate::independent::plant::Stage;
 use crate::rig::effect::{EffectKind, ParameterKey};
 
@@ -90,6 +91,14 @@ pub fn gain(context: &Context, rng: &mut ChaCha8Rng) -> Effect {
     let alter = move |v: f64, _: f64, _: usize| v * value;
     let form = "of signal and noise".to_owned();
     fault(EffectKind::SensorGain, context, there, (ParameterKey::Value, value), (Stage::Sensor, form), alter, rng)
+}
+
+/// A share of one channel in the other.
+pub fn transverse(context: &Context, rng: &mut ChaCha8Rng) -> Effect {
+    let kind = EffectKind::TransverseSensitivity;
+    let (strength, apply) = outside::draw(Outside::CrossTalk, context, rng);
+    let told = move |share: f64| truth(kind, &[(ParameterKey::Value, share)], None, "");
+    Effect::new(kind, context, strength, apply, told)
 }
 
 /// A ceiling that some share of the samples reaches, at both sides or at one.

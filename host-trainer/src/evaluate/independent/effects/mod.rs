@@ -139,6 +139,7 @@ pub fn draw(kind: EffectKind, context: &Context, rng: &mut ChaCha8Rng) -> Effect
         EffectKind::MainsInterference => acquisition::mains(context, rng),
         EffectKind::SensorBias => acquisition::bias(context, rng),
         EffectKind::SensorGain => acquisition::gain(context, rng),
+        EffectKind::TransverseSensitivity => acquisition::transverse(context, rng),
         EffectKind::SensorClipping => acquisition::clipping(context, rng),
     }
 }

@@ -1,0 +1,81 @@
+//! Converter: samples on a grid of one step.
+
+use crate::identify::likelihood::observed::accelerations;
+use crate::recording::Recording;
+use crate::rig::Rig;
+use crate::rig::config::ModelKey;
+
+/// Samples of a channel on a grid over its values, at least.
+const REPEATED: usize = 10;
+/// Deviation of two values from a whole number of steps, in steps: files round.
+const OFF_GRID: f64 = 0.02;
+/// Share of the sensor's noise from which what a converter adds is a mismatch: by hand.
+const COARSE: f64 = 0.2;
+
+/// Step of a converter in every recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Converter {
+    /// Step, m/s².
+    pub step: f64,
+    /// Power that it adds over that of the sensor's noise: step²/12 (W. R. Bennett, Bell Syst. Tech. J. 27 (1948) 446–472).
+    pub of_noise: f64,
+}
+
+impl Converter {
+    /// Converter of recordings; `None` if a channel is on no grid.
+    pub fn of(rig: &Rig, recordings: &[Recording]) -> Option<Self> {
+        let channels = recordings.iter().flat_map(|r| accelerations(r).into_iter().flatten());
+        let step = channels.map(|channel| step(&channel.samples)).try_fold(f64::INFINITY, |a, b| Some(a.min(b?)))?;
+        // An unknown noise is fitted, that of the converter with it.
+        let is_known = !rig.unknown_keys().contains(&ModelKey::SensorNoise.into());
+        let noise = rig.bearing().filter(|_| is_known)?.sensor.noise_std_m_per_s2;
+        step.is_finite().then(|| Self { step, of_noise: step * step / (12.0 * noise * noise) })
+    }
+
+    /// Whether it changes what the sensor shows.
+    pub fn is_coarse(&self) -> bool {
+        self.of_noise > COARSE
+    }
+
+    /// Whether its step is another, smaller one.
+    pub fn is_finer_than(&self, other: &Self) -> bool {
+        self.step < 0.9 * other.step
+    }
+
+    /// Rig with what the converter adds to the noise of its sensors.
+    pub fn noisy(&self, rig: &Rig) -> Rig {
+        let mut noisy = rig.clone();
+        let noise = rig.get(ModelKey::SensorNoise).unwrap_or_default();
+        // A greater noise is a noise.
+        noisy.set(ModelKey::SensorNoise, noise.hypot(self.step / 12f64.sqrt())).unwrap_or_default();
+        noisy
+    }
+}
+
+/// Step between the values of a channel; `None` if they are on no grid.
+fn step(samples: &[f64]) -> Option<f64> {
+    let mut values = samples.to_vec();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    let apart = || values.windows(2).map(|pair| pair[1] - pair[0]);
+    let step = apart().reduce(f64::min)?;
+    let is_whole = |apart: f64| (apart / step - (apart / step).round()).abs() < OFF_GRID;
+    (values.len() * REPEATED < samples.len() && apart().all(is_whole)).then_some(step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_grid_is_found_and_noise_is_on_none() {
+        let noise: Vec<f64> = (0..4000).map(|n| (f64::from(n) * f64::from(n)).sin()).collect();
+        assert_eq!(step(&noise), None);
+        let coarse: Vec<f64> = noise.iter().map(|v| (v / 0.05).floor() * 0.05 + 0.0125).collect();
+        assert!((step(&coarse).unwrap() - 0.05).abs() < 1e-9);
+        assert_eq!(step(&[1.0; 100]), None, "one value is no grid");
+        let mut stray = coarse;
+        stray[7] += 0.017;
+        assert_eq!(step(&stray), None);
+    }
+}
