@@ -27,7 +27,7 @@ impl Converter {
         let channels = recordings.iter().flat_map(|r| accelerations(r).into_iter().flatten());
         let step = channels.map(|channel| step(&channel.samples)).try_fold(f64::INFINITY, |a, b| Some(a.min(b?)))?;
         // An unknown noise is fitted, that of the converter with it.
-        let is_known = !rig.unknown_keys().contains(&ModelKey::SensorNoise.into());
+        let is_known = !rig.unknown_keys().contains(&ModelKey::SensorNoise);
         let noise = rig.bearing().filter(|_| is_known)?.sensor.noise_std_m_per_s2;
         step.is_finite().then(|| Self { step, of_noise: step * step / (12.0 * noise * noise) })
     }

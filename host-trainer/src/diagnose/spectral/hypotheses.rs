@@ -125,7 +125,7 @@ fn extended(effect: &EffectEntry) -> Vec<EffectEntry> {
         Some(gain) => (ParameterKey::GainAcross, gain),
         None => (ParameterKey::Neighbours, 1.0),
     };
-    [0.25, -0.25, 1.0, -1.0].map(|share| effect.clone().with_number(key, share * unit)).to_vec()
+    [0.4, -0.4].map(|share| effect.clone().with_number(key, share * unit)).to_vec()
 }
 
 struct List<'r> {
@@ -323,7 +323,7 @@ impl List<'_> {
                     EffectEntry::new(EffectKind::QuadraticDrag, &[(DragNS2PerM2, damping.max(1.0) / speed)])
                         .with_text(Component, component)
                 };
-                let starts = ladder(1e-2, 1e-6, 7).into_iter().map(of).flat_map(both_symmetries).collect();
+                let starts = ladder(1e-2, 1e-6, 5).into_iter().map(of).flat_map(both_symmetries).collect();
                 self.add(EffectKind::QuadraticDrag, component, &[DragNS2PerM2], starts);
             }
             if damping == 0.0 {
@@ -399,7 +399,7 @@ impl List<'_> {
             let of = |value: f64| {
                 EffectEntry::new(EffectKind::TransverseSensitivity, &[(Value, value)]).with_text(Channel, channel)
             };
-            let starts = both_ways(0.01, 20.0, 12).into_iter().map(of).collect();
+            let starts = both_ways(0.02, 20.0, 6).into_iter().map(of).collect();
             self.add(EffectKind::TransverseSensitivity, channel, &[Value], starts);
         }
     }

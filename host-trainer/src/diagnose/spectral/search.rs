@@ -22,15 +22,10 @@ const CURVATURES: [EffectKind; 3] =
 /// Effects that take a motion's energy.
 const DISSIPATION: [EffectKind; 3] =
     [EffectKind::CoulombFriction, EffectKind::QuadraticDrag, EffectKind::DampingChange];
-/// Effects that are always fitted to all recordings: a brief recording does not show a drift of the speed or a small gain, and an
-/// error of the load is always a rival.
-const ALWAYS_FITTED: [(EffectKind, &str); 5] = [
-    (EffectKind::SpeedDrift, ""),
-    (EffectKind::ConstantForce, LOAD_COMPONENT),
-    (EffectKind::SensorGain, "all"),
-    (EffectKind::SensorGain, "ax"),
-    (EffectKind::SensorGain, "ay"),
-];
+/// Effects that are always fitted to all recordings: a brief recording does not show a drift of the speed, and an error of the
+/// load is always a rival.
+const ALWAYS_FITTED: [(EffectKind, &str); 2] =
+    [(EffectKind::SpeedDrift, ""), (EffectKind::ConstantForce, LOAD_COMPONENT)];
 
 /// Candidates that gain most, best first; none of the kinds that the rig has already, except `corrections` of the calibration.
 /// Those that are far from `asked`, the gain that a cause must have, are not followed up.
