@@ -48,7 +48,9 @@ pub(super) const EFFECT: Definition = Definition {
             0.0 => String::new(),
             across => format!(", a_⊥ becomes a_⊥ + {across:.4} η̈"),
         };
-        format!("a becomes a + {gain:.4} η̈{across}, η̈ + 2 · {ratio:.5} ω₀ η̇ + ω₀² η = f/m_p, ω₀ = 2π · {frequency:.2} Hz")
+        format!(
+            "a becomes a + {gain:.4} η̈{across}, η̈ + 2 · {ratio:.5} ω₀ η̇ + ω₀² η = f/m_p, ω₀ = 2π · {frequency:.2} Hz"
+        )
     },
     apply: |v, assembly| {
         let (frequency, ratio, gain) =
