@@ -19,6 +19,7 @@
 //! | `baseline` | calibration to the healthy machine, and what is no change since |
 //! | `selection` | causes, one after the other, by fitted and held-out recordings |
 //! | `lack` | what a prediction leaves |
+//! | `swing` | a level that rises and falls within a recording |
 //! | `pipeline` | from recordings to a result |
 //! | `causes` | causes and their numbers |
 //! | `held_out` | simulations of held-out recordings |
@@ -45,6 +46,7 @@ mod screening;
 mod search;
 mod selection;
 mod settings;
+mod swing;
 mod terms;
 mod text;
 mod unevenness;

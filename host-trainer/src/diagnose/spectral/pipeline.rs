@@ -11,6 +11,7 @@ use super::mains::Mains;
 use super::observation::{Observation, mean_load_n};
 use super::selection::{Selection, refit_nuisances, rejected_names};
 use super::settings::{self, FitSettings, GateSettings};
+use super::swing::swing;
 use super::terms::term;
 use super::text;
 use super::unevenness::UnevenMachines;
@@ -78,7 +79,8 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     let chance = GATE.lack * (fitted.len() + held.len()) as f64 / 4.0;
     let doubtful = selection.rejected.iter().find(|c| c.gain > GATE.doubtful_gain).cloned();
     let is_beyond_chance = unexplained > chance || doubtful.is_some();
-    let is_nameless = coarse.is_some() || !selection.nameless.is_empty();
+    let swing = swing(&[fitted.as_slice(), &held].concat());
+    let is_nameless = coarse.is_some() || swing.is_some() || !selection.nameless.is_empty();
     let share = left / (before.total() + held_before.total() + event.map_or(0.0, Event::gain)).max(1.0);
     let trust = Trust { share: if left > chance { share } else { 0.0 } };
     let event = event.filter(|e| trust.states(GATE.event_probability, e.effect.kind));
@@ -131,6 +133,7 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
         caveats.push(text::unexplained(unexplained, &most));
         caveats.extend(doubtful.map(|candidate| text::doubtful(&candidate)));
     }
+    caveats.extend(swing.filter(|_| verdict == Verdict::Unexplained).map(text::swing));
     caveats.extend(selection.nameless.iter().map(text::nameless));
     caveats.extend(coarse.as_ref().map(text::coarse));
     caveats.extend((!selection.in_baseline.is_empty()).then(|| text::in_baseline(&selection.in_baseline)));

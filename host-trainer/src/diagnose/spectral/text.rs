@@ -73,6 +73,14 @@ pub fn nameless(effect: &EffectEntry) -> String {
     )
 }
 
+/// Caveat of a level that swings, by the standard deviation of its logarithm.
+pub fn swing(swing: f64) -> String {
+    let decibels = 20.0 / std::f64::consts::LN_10 * swing;
+    format!(
+        "The level rises and falls within the recordings, by {decibels:.1} dB (standard deviation), as of a loose connector."
+    )
+}
+
 /// Caveat of a coarse converter.
 pub fn coarse(converter: &Converter) -> String {
     format!(
