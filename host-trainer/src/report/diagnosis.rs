@@ -188,7 +188,9 @@ fn seen(before: &Rig, outcome: &DiagnosisResult) -> Result<Option<Section>, Draw
     };
     let quantity = Quantity::for_channel(before, &location.channel);
     let fitted = if before.unknown.is_empty() { "the rig as it was" } else { "the rig, its unknowns fitted" };
-    let corrected = if outcome.diagnosis.causes.is_empty() { fitted } else { "the corrected rig" };
+    // It may be corrected by what has no name.
+    let is_corrected = !outcome.diagnosis.causes.is_empty() || outcome.rig.effects.len() > before.effects.len();
+    let corrected = if is_corrected { "the corrected rig" } else { fitted };
     let rigs = Rigs { before: fitted, after: corrected };
     let section = Section::new("A held-out recording, measured and simulated");
     let mut section = held_out::pictures(section, held, quantity, rigs, location)?;

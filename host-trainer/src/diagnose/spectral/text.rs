@@ -84,7 +84,7 @@ pub fn swing(swing: f64) -> String {
 /// Caveat of a coarse converter.
 pub fn coarse(converter: &Converter) -> String {
     format!(
-        "The samples are multiples of {:.4} m/s²: a converter of so coarse steps adds {:.0} % of the sensor's noise in power, \
+        "The samples are whole steps of {:.4} m/s² apart: a converter so coarse adds {:.0} % of the sensor's noise in power, \
          and distorts what is smaller than a step.",
         converter.step,
         100.0 * converter.of_noise
