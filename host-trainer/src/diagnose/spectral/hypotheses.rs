@@ -323,7 +323,7 @@ impl List<'_> {
                     EffectEntry::new(EffectKind::QuadraticDrag, &[(DragNS2PerM2, damping.max(1.0) / speed)])
                         .with_text(Component, component)
                 };
-                let starts = ladder(1e-2, 1e-6, 5).into_iter().map(of).flat_map(both_symmetries).collect();
+                let starts = ladder(1e-2, 1e-4, 4).into_iter().map(of).flat_map(both_symmetries).collect();
                 self.add(EffectKind::QuadraticDrag, component, &[DragNS2PerM2], starts);
             }
             if damping == 0.0 {
