@@ -392,7 +392,9 @@ mod tests {
     use super::*;
     use crate::diagnose::result::{Diagnosis, Fit, Left, Location, Rejected, SCHEMA};
     use crate::report::html::tests::assert_well_formed;
+    use crate::rig::EffectEntry;
     use crate::rig::config::ModelKey;
+    use crate::rig::effect::{EffectKind, ParameterKey};
     use crate::rig::test_support::nominal;
 
     fn outcome(verdict: Verdict, causes: Vec<Cause>, after: f64) -> DiagnosisResult {
@@ -483,7 +485,15 @@ mod tests {
         assert!(tone == Tone::Good && text.starts_with("No mismatch"), "{text}");
         let (tone, text) = of(Verdict::Unexplained);
         assert!(tone == Tone::Open && text.contains("no cause of the vocabulary"), "{text}");
-        let page = page(&outcome(Verdict::Unexplained, Vec::new(), 4.0));
-        assert_well_formed(&page.html());
+        let mut unexplained = outcome(Verdict::Unexplained, Vec::new(), 4.0);
+        let html = page(&unexplained).html();
+        assert_well_formed(&html);
+        assert!(!html.contains("the corrected rig"));
+        // Corrected by what has no name.
+        unexplained
+            .rig
+            .effects
+            .push(EffectEntry::new(EffectKind::TransverseSensitivity, &[(ParameterKey::Value, 0.1)]));
+        assert!(page(&unexplained).html().contains("the corrected rig"));
     }
 }

@@ -12,6 +12,9 @@ const OFF_GRID: f64 = 0.02;
 /// Share of the sensor's noise from which what a converter adds is a mismatch: by hand.
 const COARSE: f64 = 0.2;
 
+/// Step over another one from which the two are of one converter.
+const EQUAL: f64 = 0.9;
+
 /// Step of a converter in every recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Converter {
@@ -22,24 +25,19 @@ pub struct Converter {
 }
 
 impl Converter {
-    /// Converter of recordings; `None` if a channel is on no grid.
+    /// Converter of recordings of a bearing rig; `None` if a channel is on no grid, or if the noise of the rig's sensors is not known
+    /// and is fitted, that of the converter with it.
     pub fn of(rig: &Rig, recordings: &[Recording]) -> Option<Self> {
-        let channels = recordings.iter().flat_map(|r| accelerations(r).into_iter().flatten());
-        let step = channels.map(|channel| step(&channel.samples)).try_fold(f64::INFINITY, |a, b| Some(a.min(b?)))?;
-        // An unknown noise is fitted, that of the converter with it.
         let is_known = !rig.unknown_keys().contains(&ModelKey::SensorNoise);
         let noise = rig.bearing().filter(|_| is_known)?.sensor.noise_std_m_per_s2;
-        step.is_finite().then(|| Self { step, of_noise: step * step / (12.0 * noise * noise) })
+        let step = common_step(recordings)?;
+        Some(Self { step, of_noise: step * step / (12.0 * noise * noise) })
     }
 
-    /// Whether it changes what the sensor shows.
-    pub fn is_coarse(&self) -> bool {
-        self.of_noise > COARSE
-    }
-
-    /// Whether its step is another, smaller one.
-    pub fn is_finer_than(&self, other: &Self) -> bool {
-        self.step < 0.9 * other.step
+    /// Whether it changes what the sensor shows, and has no equal in recordings of the healthy machine.
+    pub fn is_mismatch(&self, baseline: Option<&[Recording]>) -> bool {
+        let healthy = baseline.and_then(common_step);
+        self.of_noise > COARSE && healthy.is_none_or(|step| step < EQUAL * self.step)
     }
 
     /// Rig with what the converter adds to the noise of its sensors.
@@ -50,6 +48,12 @@ impl Converter {
         noisy.set(ModelKey::SensorNoise, noise.hypot(self.step / 12f64.sqrt())).unwrap_or_default();
         noisy
     }
+}
+
+/// Least step of the channels of recordings; `None` if one is on no grid.
+fn common_step(recordings: &[Recording]) -> Option<f64> {
+    let channels = recordings.iter().flat_map(|r| accelerations(r).into_iter().flatten());
+    channels.map(|channel| step(&channel.samples)).reduce(|a, b| Some(a?.min(b?)))?
 }
 
 /// Step between the values of a channel; `None` if they are on no grid.

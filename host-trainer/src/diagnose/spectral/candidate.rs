@@ -38,11 +38,16 @@ impl Candidate<'_, '_> {
         }
     }
 
-    /// Gain less what numbers of any value gain in as many bins: ½ ln N nats each (G. Schwarz, Ann. Stat. 6 (1978) 461–464), so
-    /// that dry friction rounded beyond the speeds of the motion is a damper.
+    /// Gain less the price of the fitted numbers: ½ ln N nats each, N bins (G. Schwarz, Ann. Stat. 6 (1978) 461–464), so that dry
+    /// friction rounded beyond the speeds of the motion is a damper.
     pub fn merit(&self) -> f64 {
         let bins: usize = self.model.data.observations.iter().map(|o| CHANNELS.len() * o.bins().len()).sum();
         self.gain - 0.5 * self.model.coordinates.len() as f64 * (bins as f64).ln()
+    }
+
+    /// Whether this is a fit of a hypothesis.
+    pub fn is_of(&self, hypothesis: &Hypothesis) -> bool {
+        (self.kind, &self.place) == (hypothesis.kind, &hypothesis.place)
     }
 
     /// Effect with its fitted parameters; `None` if they are out of range.

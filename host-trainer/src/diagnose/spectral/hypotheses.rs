@@ -6,7 +6,6 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-use super::candidate::Candidate;
 use super::guesses::Guesses;
 use crate::rig::config::{BearingRig, Machine, RigKind};
 use crate::rig::effect::component::Component;
@@ -37,17 +36,8 @@ pub struct Hypothesis {
     /// Parameter by whose square the power of the effect's lines grows, so that one run gives all its sizes; `None` for an
     /// effect whose sizes are simulated each.
     pub size: Option<ParameterKey>,
-    /// Effect with more numbers, to which a fit of this one is extended where they gain enough.
-    pub extension: Option<Extension>,
-}
-
-/// More numbers of an effect.
-#[derive(Clone, Copy, Debug)]
-pub struct Extension {
-    /// Parameters that are fitted.
-    pub free: &'static [ParameterKey],
-    /// Starts of the search from a fit without the numbers.
-    pub starts: fn(&EffectEntry) -> Vec<EffectEntry>,
+    /// Parameters that are fitted where one more, the last, gains enough; empty where there is none.
+    pub extended: &'static [ParameterKey],
 }
 
 /// Numbers from one to another, even in the logarithm.
@@ -94,38 +84,23 @@ impl Hypothesis {
         (self.kind, &self.place) == (other.kind, &other.place)
     }
 
-    /// Whether a candidate is a fit of this.
-    pub fn is_of(&self, candidate: &Candidate) -> bool {
-        (self.kind, &self.place) == (candidate.kind, &candidate.place)
-    }
-
     /// Effect at this hypothesis's component.
     pub fn placed(&self, effect: &EffectEntry) -> EffectEntry {
         effect.clone().with_text(ParameterKey::Component, &self.place)
     }
 }
 
-/// More numbers of an effect of which those of `free` are fitted.
-fn extension(kind: EffectKind, free: &'static [ParameterKey]) -> Option<Extension> {
+/// Parameters of an effect of which those of `free` are fitted, and one more.
+fn extended(kind: EffectKind, free: &'static [ParameterKey]) -> &'static [ParameterKey] {
     use ParameterKey::{AmplitudeM, DampingRatio, FrequencyHz, Gain, GainAcross, Neighbours, PhaseRad};
-    let free: &[_] = match kind {
+    match kind {
         EffectKind::StructuralResonance => &[Gain, FrequencyHz, DampingRatio, GainAcross],
         EffectKind::OuterRaceWaviness | EffectKind::InnerRaceWaviness if free.contains(&PhaseRad) => {
             &[AmplitudeM, PhaseRad, Neighbours]
         }
         EffectKind::OuterRaceWaviness | EffectKind::InnerRaceWaviness => &[AmplitudeM, Neighbours],
-        _ => return None,
-    };
-    Some(Extension { free, starts: extended })
-}
-
-/// Effect with more numbers of either sign.
-fn extended(effect: &EffectEntry) -> Vec<EffectEntry> {
-    let (key, unit) = match effect.number(ParameterKey::Gain) {
-        Some(gain) => (ParameterKey::GainAcross, gain),
-        None => (ParameterKey::Neighbours, 1.0),
-    };
-    [0.4, -0.4].map(|share| effect.clone().with_number(key, share * unit)).to_vec()
+        _ => &[],
+    }
 }
 
 struct List<'r> {
@@ -150,7 +125,7 @@ impl List<'_> {
             EffectKind::Misalignment => Some(ParameterKey::ForceN),
             _ => None,
         };
-        self.out.push(Hypothesis { kind, place: place.into(), free, starts, size, extension: extension(kind, free) });
+        self.out.push(Hypothesis { kind, place: place.into(), free, starts, size, extended: extended(kind, free) });
     }
 
     /// Deflection of the most loaded contact, m.

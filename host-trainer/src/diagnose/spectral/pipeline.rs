@@ -38,10 +38,7 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     let orders = machine.bearing.geometry().orders();
     let converter = Converter::of(rig, task.recordings);
     let rig = &converter.map_or_else(|| rig.clone(), |converter| converter.noisy(rig));
-    let coarse = converter.filter(Converter::is_coarse).filter(|coarse| {
-        let healthy = task.baseline.and_then(|recordings| Converter::of(task.rig, recordings));
-        healthy.is_none_or(|healthy| healthy.is_finer_than(coarse))
-    });
+    let coarse = converter.filter(|converter| converter.is_mismatch(task.baseline));
     let mut acquired = Acquired::detect(rig, task.recordings)?;
     let split = Split::new(&acquired.recordings);
     let observe = |recordings: &[Recording]| -> Result<Vec<Observation>, DiagnoseError> {

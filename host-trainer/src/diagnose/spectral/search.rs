@@ -27,7 +27,7 @@ const DISSIPATION: [EffectKind; 3] =
 const ALWAYS_FITTED: [(EffectKind, &str); 2] =
     [(EffectKind::SpeedDrift, ""), (EffectKind::ConstantForce, LOAD_COMPONENT)];
 
-/// Candidates that gain most, best first; none of the kinds that the rig has already, except `corrections` of the calibration.
+/// Candidates that gain most, the one of greatest merit first; none of the kinds that the rig has already, except `corrections` of the calibration.
 /// Those that are far from `asked`, the gain that a cause must have, are not followed up.
 pub fn candidates<'d, 'a>(
     null: &NullFit<'d, 'a>,
@@ -65,7 +65,7 @@ pub fn candidates<'d, 'a>(
     let (near, far): (Vec<Candidate>, Vec<Candidate>) = fits.into_iter().partition(close);
     let followed = |candidate: Candidate<'d, 'a>| {
         let candidate = candidate.searched(null, SETTINGS.steps[1]);
-        let Some(hypothesis) = hypotheses.iter().find(|h| h.is_of(&candidate)) else { return candidate };
+        let Some(hypothesis) = hypotheses.iter().find(|h| candidate.is_of(h)) else { return candidate };
         extended(restarted(candidate, hypothesis, null), hypothesis, null)
     };
     let near = near.into_par_iter().map(followed);
@@ -110,7 +110,7 @@ fn siblings<'d, 'a>(
         kind if DISSIPATION.contains(&kind) => DISSIPATION,
         _ => return Vec::new(),
     };
-    let is_fitted = |h: &Hypothesis| fits.iter().any(|c| c.kind == h.kind && c.place == h.place);
+    let is_fitted = |h: &Hypothesis| fits.iter().any(|c| c.is_of(h));
     let of = |h: &Hypothesis| {
         let whole = hypotheses.iter().find(|w| h.is_direction_of(w)).unwrap_or(h);
         let starts: Vec<EffectEntry> = whole.starts.iter().map(|start| h.placed(start)).collect();
@@ -134,15 +134,18 @@ fn sizes(effect: &EffectEntry) -> Vec<EffectEntry> {
     }
 }
 
-/// Better of a candidate and of the same effect with more numbers.
+/// Better of a candidate and of the same effect with one number more.
 fn extended<'d, 'a>(
     candidate: Candidate<'d, 'a>,
     hypothesis: &Hypothesis,
     null: &NullFit<'d, 'a>,
 ) -> Candidate<'d, 'a> {
-    let Some((extension, effect)) = hypothesis.extension.zip(candidate.effect()) else { return candidate };
-    let more = Hypothesis { free: extension.free, ..hypothesis.clone() };
-    let searched = best(null.started(&more, &(extension.starts)(&effect))).map(|c| c.searched(null, SETTINGS.steps[1]));
+    let Some((key, effect)) = hypothesis.extended.last().zip(candidate.effect()) else { return candidate };
+    let extended = Hypothesis { free: hypothesis.extended, ..hypothesis.clone() };
+    // The gain of a mode at the other sensor is over that at its own.
+    let unit = effect.number(ParameterKey::Gain).unwrap_or(1.0);
+    let starts = SETTINGS.extension.map(|share| effect.clone().with_number(*key, share * unit));
+    let searched = best(null.started(&extended, &starts)).map(|c| c.searched(null, SETTINGS.steps[1]));
     searched.filter(|searched| searched.merit() > candidate.merit()).unwrap_or(candidate)
 }
 

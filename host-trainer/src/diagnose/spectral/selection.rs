@@ -74,6 +74,7 @@ impl<'d, 'a> Selection<'d, 'a> {
         let brief = Brief::new(observations);
         let mut held_now = held_null;
         while self.accepted.len() < 2 && self.in_baseline.len() < GATE.most_corrections {
+            // Beside what was found before, with a name or without.
             let is_second = !(self.accepted.is_empty() && self.nameless.is_empty());
             progress(if is_second { "searching for a second cause" } else { "searching for a cause" });
             let left = lack(self.model.data, &self.point).total();
@@ -145,8 +146,8 @@ impl<'d, 'a> Selection<'d, 'a> {
 
 /// Index of the first candidate, or of an error of the stated load that gains nearly as much.
 fn load_error_or_first(found: &[Candidate], observations: &[Observation]) -> usize {
-    let most = found[0].gain;
-    let is_close = |c: &Candidate| c.gain > most - GATE.load_nats - GATE.load_share_of_gain * most;
+    let first = found[0].gain;
+    let is_close = |c: &Candidate| c.gain > first - GATE.load_nats - GATE.load_share_of_gain * first;
     found.iter().position(|c| is_load_error(c, observations) && is_close(c)).unwrap_or(0)
 }
 

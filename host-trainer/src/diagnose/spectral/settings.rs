@@ -338,7 +338,7 @@ pub struct SwingSettings {
     /// Parts of a recording whose levels are compared. By hand.
     pub parts: usize,
     /// Standard deviation of the logarithm of their levels from which a recording is not that of a steady machine. Between what is
-    /// measured on `evaluate`, seeds 53 and 54, every second case: 0.13 at most, spikes of 0.23 apart, and 0.72 of a gain that swings.
+    /// measured on `evaluate`, seeds 53 and 54, every second case: 0.11 at most, but for spikes of 0.23, and 0.72 of a gain that swings.
     pub swing: f64,
 }
 
@@ -512,8 +512,7 @@ pub struct SearchSettings {
     pub full_fits: usize,
     /// Steps of these fits, then of those that are close to the best.
     pub steps: [usize; 2],
-    /// Difference in gain, nats, that is chance: below it an effect in one direction and in both are the same, and the candidate
-    /// of fewest numbers comes first. By hand.
+    /// Difference in gain, nats, that is chance: below it an effect in one direction and in both are the same. By hand.
     pub twin_nats: f64,
     /// Factor by which a gain can grow in a longer search; what is farther from the gain that is asked for is not followed up.
     pub growth: f64,
@@ -523,6 +522,8 @@ pub struct SearchSettings {
     pub other_modes: [[f64; 2]; 4],
     /// Sizes of a law of the other symmetry from which its search is repeated, over the one found.
     pub other_sizes: [f64; 4],
+    /// Gain of a mode at the other sensor over that at its own, and share of neighbouring lobes, from which their fits start. By hand.
+    pub extension: [f64; 2],
     /// Sizes of a friction from which its full fit starts, over that of the screening.
     pub weaker: [f64; 4],
     /// Widths of a defect from which its search is repeated, over the one found. By hand: close enough that one of them is in
@@ -558,6 +559,7 @@ impl SearchSettings {
         growth: 3.0,
         hopeless_nats: 300.0,
         other_sizes: [0.5, 0.8, 1.2, 2.0],
+        extension: [0.4, -0.4],
         weaker: [1.0, 0.6, 0.35, 0.2],
         other_widths: [0.35, 0.45, 0.55, 0.65, 0.78, 0.9, 1.0, 1.15, 1.4, 1.8],
         other_depths: [0.3, 0.45, 0.65, 0.8, 1.3, 2.0],

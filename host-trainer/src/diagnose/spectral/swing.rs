@@ -1,6 +1,8 @@
 //! Swing: a level that rises and falls within a recording, as of a loose connector. A power spectrum has no time and shows little
 //! of it.
 
+use statrs::statistics::Statistics;
+
 use super::observation::Observation;
 use super::settings::SwingSettings;
 use crate::signal::transform::median;
@@ -25,9 +27,7 @@ fn unsteadiness(samples: &[f64]) -> f64 {
         let power = part.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum::<f64>() / (length - 1) as f64;
         0.5 * power.max(f64::MIN_POSITIVE).ln()
     };
-    let levels: Vec<f64> = samples.chunks_exact(length).map(level).collect();
-    let mean = levels.iter().sum::<f64>() / levels.len() as f64;
-    (levels.iter().map(|l| (l - mean).powi(2)).sum::<f64>() / levels.len() as f64).sqrt()
+    samples.chunks_exact(length).map(level).population_std_dev()
 }
 
 #[cfg(test)]

@@ -75,7 +75,7 @@ pub fn nameless(effect: &EffectEntry) -> String {
 
 /// Caveat of a level that swings, by the standard deviation of its logarithm.
 pub fn swing(swing: f64) -> String {
-    let decibels = 20.0 / std::f64::consts::LN_10 * swing;
+    let decibels = 20.0 * std::f64::consts::LOG10_E * swing;
     format!(
         "The level rises and falls within the recordings, by {decibels:.1} dB (standard deviation), as of a loose connector."
     )
