@@ -22,7 +22,7 @@ const SAMPLES: usize = 300;
 /// alignment, estimator and orders; arithmetic.
 type Row = ([usize; 4], (usize, usize, bool), [usize; 2], Alignment, Estimator, Orders, Arithmetic);
 
-const FIT: [Row; 26] = [
+const FIT: [Row; 31] = [
     ([8, 8, 256, 1], (2, 2, false), [40, 1], Half, Differences, Even, Float),
     ([8, 8, 64, 1], (2, 0, false), [40, 1], Half, Differences, Even, Float),
     ([8, 8, 16, 1], (2, 0, false), [8, 1], Half, Differences, Even, Float),
@@ -51,9 +51,15 @@ const FIT: [Row; 26] = [
     ([16, 6, 96, 1], (2, 0, false), [10, 1], Half, Differences, Even, Fixed),
     ([3, 12, 96, 1], (1, 0, false), [10, 1], Half, Differences, Even, Fixed),
     ([3, 3, 150, 1], (2, 0, false), [10, 1], Half, Differences, Even, Fixed),
+    // Inputs, units, words and outputs apart.
+    ([4, 5, 60, 1], (2, 1, false), [15, 2], Causal, Differences, Even, Fixed),
+    ([7, 2, 30, 1], (3, 0, false), [8, 1], Half, Differences, Even, Fixed),
+    ([10, 13, 40, 1], (1, 1, false), [20, 1], Forward, Differences, Even, Fixed),
+    ([16, 16, 12, 1], (1, 0, false), [12, 1], Half, Differences, Even, Fixed),
+    ([1, 1, 20, 1], (5, 2, false), [6, 1], Causal, Differences, Even, Fixed),
 ];
 
-const CHECK: [Row; 11] = [
+const CHECK: [Row; 22] = [
     ([8, 8, 110, 1], (2, 2, false), [77, 1], Half, Differences, Even, Float),
     ([8, 8, 200, 1], (2, 0, false), [30, 3], Causal, Differences, Even, Float),
     ([10, 5, 80, 2], (3, 1, false), [33, 1], Forward, Differences, Even, Float),
@@ -65,6 +71,18 @@ const CHECK: [Row; 11] = [
     ([8, 8, 32, 1], (2, 1, false), [12, 1], Half, Differences, Even, Fixed),
     ([4, 4, 100, 1], (2, 2, false), [30, 1], Causal, Differences, Even, Fixed),
     ([10, 7, 51, 1], (2, 0, false), [25, 1], Half, Differences, Even, Fixed),
+    // The errors of those above chose the kinds of work; these are for a fresh judgement.
+    ([6, 4, 80, 1], (2, 0, false), [14, 1], Half, Differences, Even, Fixed),
+    ([2, 2, 26, 1], (3, 1, false), [9, 2], Causal, Differences, Even, Fixed),
+    ([9, 9, 33, 1], (2, 0, false), [30, 1], Half, Differences, Even, Fixed),
+    ([14, 5, 128, 1], (2, 1, false), [16, 3], Forward, Differences, Even, Fixed),
+    ([8, 12, 18, 1], (1, 2, false), [25, 1], Half, Differences, Consecutive, Fixed),
+    ([5, 6, 200, 1], (2, 0, false), [20, 1], Causal, KALMAN, Even, Fixed),
+    ([8, 8, 24, 1], (2, 1, false), [15, 1], Half, Differences, Even, Float),
+    ([4, 3, 52, 2], (3, 0, false), [12, 2], Causal, Differences, Even, Float),
+    ([11, 7, 90, 1], (2, 0, true), [28, 1], Half, Differences, Even, Float),
+    ([3, 3, 17, 1], (2, 3, false), [20, 1], Causal, SAVITZKY_GOLAY, Even, Float),
+    ([16, 8, 40, 1], (1, 1, false), [30, 1], Forward, Differences, Consecutive, Float),
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {

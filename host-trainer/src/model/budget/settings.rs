@@ -1,8 +1,8 @@
 //! Costs of the device's work on a Cortex-M4F.
 //!
 //! Every number of a cost is fitted or read, none chosen: `firmware-sim/cycles/budget.sh DIR` traces the bare-metal image on models of
-//! 26 sizes, `cargo run --release -p ballrace --example budget_costs -- fit DIR` prints these tables, and `-- check DIR`
-//! holds their predictions against traces of 11 other sizes.
+//! 31 sizes, `cargo run --release -p ballrace --example budget_costs -- fit DIR` prints these tables, and `-- check DIR`
+//! holds their predictions against traces of 22 other sizes.
 
 use super::Functions;
 use super::work::Work;
@@ -47,55 +47,60 @@ impl Memory {
 }
 
 const EXACT_MEMORY: Memory =
-    Memory { code_bytes: 51312, static_bytes: 4, stack_differences: 3880, stack_kalman: 4660, stack_windows: 7468 };
+    Memory { code_bytes: 51624, static_bytes: 4, stack_differences: 3800, stack_kalman: 4580, stack_windows: 7388 };
 const APPROX_MEMORY: Memory =
-    Memory { code_bytes: 52184, static_bytes: 4, stack_differences: 3880, stack_kalman: 4660, stack_windows: 7468 };
+    Memory { code_bytes: 52496, static_bytes: 4, stack_differences: 3800, stack_kalman: 4580, stack_windows: 7388 };
 
 /// Costs of all work.
 #[rustfmt::skip]
 pub const COSTS: &[Row] = &[
-    Row { work: Work::ScreenSample, exact: [24.00, 31.19, 31.19, 1.59], approx: [24.00, 31.00, 31.00, 2.20] },
-    Row { work: Work::DifferencesSample, exact: [66.57, 86.65, 86.65, 6.88], approx: [66.61, 89.39, 89.39, 7.79] },
-    Row { work: Work::DifferencesOrder, exact: [4.15, 4.77, 4.77, 0.00], approx: [4.16, 4.45, 4.45, 0.00] },
-    Row { work: Work::DifferencesState, exact: [6.02, 11.65, 11.65, 0.00], approx: [5.45, 10.37, 10.37, 0.01] },
-    Row { work: Work::DifferencesDelay, exact: [20.45, 25.52, 25.52, 0.00], approx: [20.74, 26.40, 26.40, 0.00] },
-    Row { work: Work::KalmanSample, exact: [179.40, 255.40, 255.40, 12.31], approx: [179.40, 258.40, 258.40, 13.38] },
-    Row { work: Work::KalmanState, exact: [22.52, 26.04, 26.04, 0.00], approx: [22.26, 25.27, 25.27, 0.00] },
-    Row { work: Work::WindowSample, exact: [79.07, 123.57, 203.28, 15.40], approx: [78.81, 121.75, 167.15, 15.35] },
-    Row { work: Work::WindowState, exact: [79.30, 121.67, 57.79, 0.00], approx: [79.04, 117.93, 87.93, 0.00] },
-    Row { work: Work::WindowTap, exact: [21.54, 28.70, 34.24, 0.00], approx: [21.54, 28.71, 31.11, 0.00] },
-    Row { work: Work::CausalState, exact: [21.68, 29.16, 29.16, 0.34], approx: [21.94, 29.93, 29.93, 0.34] },
-    Row { work: Work::EncoderLayer, exact: [196.15, 300.90, 300.90, 18.93], approx: [195.66, 299.39, 299.39, 22.55] },
-    Row { work: Work::EncoderOutput, exact: [11.50, 16.85, 16.85, 0.07], approx: [9.28, 14.03, 14.03, 0.02] },
-    Row { work: Work::EncoderPanel, exact: [16.47, 1.10, 1.10, 0.00], approx: [14.87, 0.15, 0.15, 0.00] },
-    Row { work: Work::EncoderPanelStep, exact: [26.52, 37.89, 37.89, 2.05], approx: [26.41, 37.23, 37.23, 2.04] },
-    Row { work: Work::EncoderNarrowStep, exact: [4.97, 5.85, 5.85, 0.50], approx: [4.41, 5.12, 5.12, 0.52] },
-    Row { work: Work::EncoderNarrowMultiplyAdd, exact: [6.49, 8.37, 8.37, 0.18], approx: [6.54, 8.44, 8.44, 0.20] },
-    Row { work: Work::FixedEncoder, exact: [332.76, 419.61, 419.61, 19.28], approx: [326.43, 423.41, 423.41, 21.32] },
-    Row { work: Work::FixedEncoderWord, exact: [3.57, 4.97, 4.97, 0.28], approx: [3.58, 4.94, 4.94, 0.28] },
-    Row { work: Work::FixedEncoderProduct, exact: [13.68, 14.81, 14.81, 1.08], approx: [13.64, 14.90, 14.90, 1.10] },
-    Row { work: Work::Sigmoid, exact: [54.56, 105.35, 108.67, 0.42], approx: [24.15, 31.19, 31.19, 0.48] },
-    Row { work: Work::FixedSigmoid, exact: [7.68, 10.09, 10.09, 0.80], approx: [7.67, 10.09, 10.09, 0.79] },
-    Row { work: Work::Monomial, exact: [17.61, 23.55, 23.55, 1.22], approx: [17.25, 21.05, 21.05, 1.22] },
-    Row { work: Work::Factor, exact: [0.60, 0.24, 0.25, 0.00], approx: [1.87, 2.68, 2.68, 0.00] },
-    Row { work: Work::Sine, exact: [81.83, 137.03, 137.04, 6.66], approx: [46.51, 69.13, 69.13, 1.20] },
-    Row { work: Work::Power, exact: [76.39, 132.36, 132.38, 5.94], approx: [79.98, 135.52, 135.52, 6.29] },
-    Row { work: Work::OddPower, exact: [67.85, 103.00, 102.96, 0.00], approx: [69.51, 103.91, 103.91, 0.00] },
-    Row { work: Work::XiSample, exact: [32.60, 38.98, 38.98, 1.25], approx: [38.81, 43.77, 43.77, 7.09] },
-    Row { work: Work::XiTerm, exact: [19.59, 27.45, 27.45, 1.63], approx: [24.14, 33.42, 33.42, 0.30] },
-    Row { work: Work::XiCoefficient, exact: [16.86, 25.97, 25.97, 0.15], approx: [16.42, 22.23, 22.23, 0.49] },
-    Row { work: Work::DecoderLayer, exact: [268.62, 413.26, 413.26, 18.95], approx: [267.15, 412.24, 412.24, 21.86] },
-    Row { work: Work::DecoderOutput, exact: [0.00, 0.00, 0.00, 0.17], approx: [0.00, 0.00, 0.00, 0.27] },
-    Row { work: Work::DecoderHidden, exact: [22.49, 33.64, 33.64, 0.00], approx: [21.18, 30.87, 30.87, 0.00] },
-    Row { work: Work::DecoderPanel, exact: [23.43, 11.24, 11.24, 0.00], approx: [24.63, 14.88, 14.88, 0.00] },
-    Row { work: Work::DecoderPanelStep, exact: [26.47, 37.90, 37.90, 2.01], approx: [26.47, 37.37, 37.37, 1.98] },
-    Row { work: Work::DecoderNarrowStep, exact: [4.90, 4.75, 4.75, 0.52], approx: [4.73, 4.64, 4.64, 0.00] },
-    Row { work: Work::DecoderNarrowMultiplyAdd, exact: [6.51, 8.41, 8.41, 0.18], approx: [6.58, 8.51, 8.51, 0.30] },
-    Row { work: Work::FixedDecoder, exact: [465.73, 628.80, 628.80, 24.50], approx: [462.53, 594.91, 594.91, 25.97] },
-    Row { work: Work::FixedDecoderWord, exact: [7.99, 10.48, 10.48, 0.58], approx: [7.95, 10.72, 10.72, 0.59] },
-    Row { work: Work::FixedDecoderProduct, exact: [12.22, 12.67, 12.67, 1.08], approx: [12.30, 11.72, 11.72, 1.07] },
-    Row { work: Work::MonitorSample, exact: [59.06, 87.81, 475.60, 7.08], approx: [57.96, 88.31, 477.94, 6.65] },
-    Row { work: Work::MonitorResidual, exact: [18.90, 22.63, 21.62, 0.00], approx: [19.00, 21.80, 21.84, 0.00] },
-    Row { work: Work::OtherSample, exact: [356.37, 606.77, 606.77, 23.83], approx: [356.94, 611.80, 611.82, 25.65] },
-    Row { work: Work::OtherState, exact: [17.68, 25.44, 25.45, 0.55], approx: [17.73, 24.49, 24.49, 0.29] },
+    Row { work: Work::ScreenSample, exact: [24.00, 31.00, 31.00, 0.80], approx: [24.00, 31.00, 31.00, 1.20] },
+    Row { work: Work::DifferencesSample, exact: [54.39, 70.89, 70.89, 6.85], approx: [54.50, 69.03, 69.03, 7.10] },
+    Row { work: Work::DifferencesOrder, exact: [3.51, 3.98, 3.98, 0.00], approx: [3.55, 3.92, 3.92, 0.00] },
+    Row { work: Work::DifferencesState, exact: [31.98, 43.05, 43.05, 0.00], approx: [31.08, 46.33, 46.33, 0.00] },
+    Row { work: Work::DifferencesDelay, exact: [8.13, 10.63, 10.63, 0.00], approx: [8.55, 9.05, 9.05, 0.00] },
+    Row { work: Work::KalmanSample, exact: [179.40, 258.40, 258.40, 12.14], approx: [179.40, 257.40, 257.40, 13.44] },
+    Row { work: Work::KalmanState, exact: [35.63, 43.47, 43.47, 0.00], approx: [35.18, 44.79, 44.79, 0.00] },
+    Row { work: Work::WindowSample, exact: [90.29, 133.69, 240.21, 17.20], approx: [89.84, 132.01, 212.04, 16.88] },
+    Row { work: Work::WindowState, exact: [98.93, 138.27, 52.50, 0.00], approx: [98.49, 142.58, 92.63, 0.00] },
+    Row { work: Work::WindowTap, exact: [21.48, 28.66, 36.05, 0.00], approx: [21.48, 28.66, 32.41, 0.00] },
+    Row { work: Work::CausalState, exact: [10.57, 15.73, 15.73, 0.38], approx: [11.02, 14.41, 14.41, 0.46] },
+    Row { work: Work::EncoderLayer, exact: [196.25, 300.66, 300.66, 20.52], approx: [195.74, 300.87, 300.87, 22.43] },
+    Row { work: Work::EncoderOutput, exact: [11.50, 16.69, 16.69, 0.04], approx: [9.31, 11.85, 11.85, 0.01] },
+    Row { work: Work::EncoderPanel, exact: [16.38, 4.05, 4.05, 0.00], approx: [14.61, 15.23, 15.23, 0.00] },
+    Row { work: Work::EncoderPanelStep, exact: [26.52, 37.41, 37.41, 2.05], approx: [26.41, 37.30, 37.30, 2.05] },
+    Row { work: Work::EncoderNarrowStep, exact: [4.98, 6.00, 6.00, 0.63], approx: [4.41, 4.40, 4.40, 0.49] },
+    Row { work: Work::EncoderNarrowMultiplyAdd, exact: [6.49, 8.35, 8.35, 0.17], approx: [6.53, 8.86, 8.86, 0.20] },
+    Row { work: Work::FixedEncoder, exact: [125.32, 92.78, 92.78, 13.02], approx: [121.25, 118.26, 118.26, 14.39] },
+    Row { work: Work::FixedEncoderInput, exact: [14.93, 25.64, 25.64, 0.10], approx: [14.82, 21.34, 21.34, 0.13] },
+    Row { work: Work::FixedEncoderWord, exact: [3.84, 5.40, 5.40, 0.30], approx: [3.85, 5.48, 5.48, 0.29] },
+    Row { work: Work::FixedEncoderProduct, exact: [11.77, 11.64, 11.64, 1.02], approx: [11.75, 11.56, 11.56, 1.04] },
+    Row { work: Work::FixedEncoderOutput, exact: [16.26, 25.92, 25.92, 0.50], approx: [16.04, 28.42, 28.42, 0.58] },
+    Row { work: Work::Sigmoid, exact: [54.54, 105.32, 108.63, 0.46], approx: [24.16, 31.19, 31.19, 0.46] },
+    Row { work: Work::FixedSigmoid, exact: [7.65, 10.08, 10.08, 0.79], approx: [7.66, 11.23, 11.23, 0.77] },
+    Row { work: Work::Monomial, exact: [15.80, 20.16, 20.26, 1.02], approx: [16.45, 19.81, 19.81, 1.08] },
+    Row { work: Work::Factor, exact: [2.13, 2.89, 2.84, 0.17], approx: [2.74, 3.97, 3.97, 0.19] },
+    Row { work: Work::Sine, exact: [82.27, 137.90, 138.06, 6.75], approx: [47.04, 69.85, 69.85, 1.43] },
+    Row { work: Work::Power, exact: [80.82, 139.27, 138.61, 5.96], approx: [82.02, 138.68, 138.68, 5.66] },
+    Row { work: Work::OddPower, exact: [59.61, 90.60, 91.07, 0.00], approx: [63.96, 95.90, 95.90, 0.00] },
+    Row { work: Work::XiSample, exact: [32.93, 38.85, 38.85, 3.18], approx: [37.28, 41.34, 41.34, 8.30] },
+    Row { work: Work::XiTerm, exact: [19.55, 27.56, 27.56, 1.57], approx: [24.15, 33.44, 33.44, 0.28] },
+    Row { work: Work::XiCoefficient, exact: [16.89, 22.90, 22.90, 0.18], approx: [16.50, 22.35, 22.35, 0.49] },
+    Row { work: Work::DecoderLayer, exact: [268.70, 411.36, 411.36, 22.70], approx: [267.34, 410.75, 410.75, 21.01] },
+    Row { work: Work::DecoderOutput, exact: [0.00, 0.00, 0.00, 0.07], approx: [0.00, 0.00, 0.00, 0.32] },
+    Row { work: Work::DecoderHidden, exact: [22.52, 32.98, 32.98, 0.00], approx: [21.26, 30.28, 30.28, 0.00] },
+    Row { work: Work::DecoderPanel, exact: [23.32, 15.68, 15.68, 0.00], approx: [24.34, 16.11, 16.11, 0.00] },
+    Row { work: Work::DecoderPanelStep, exact: [26.47, 37.43, 37.43, 2.02], approx: [26.47, 37.45, 37.45, 1.97] },
+    Row { work: Work::DecoderNarrowStep, exact: [4.89, 5.46, 5.46, 0.59], approx: [4.67, 4.71, 4.71, 0.00] },
+    Row { work: Work::DecoderNarrowMultiplyAdd, exact: [6.51, 8.29, 8.29, 0.19], approx: [6.59, 8.66, 8.66, 0.29] },
+    Row { work: Work::FixedDecoder, exact: [173.87, 157.64, 157.64, 17.83], approx: [177.34, 153.90, 153.90, 20.17] },
+    Row { work: Work::FixedDecoderInput, exact: [30.95, 51.41, 51.41, 0.97], approx: [30.60, 54.37, 54.37, 0.97] },
+    Row { work: Work::FixedDecoderWord, exact: [7.94, 10.36, 10.36, 0.59], approx: [7.89, 10.54, 10.54, 0.58] },
+    Row { work: Work::FixedDecoderProduct, exact: [12.27, 12.48, 12.48, 1.08], approx: [12.35, 12.41, 12.41, 1.09] },
+    Row { work: Work::FixedDecoderOutput, exact: [10.34, 14.66, 14.66, 0.00], approx: [10.07, 11.91, 11.91, 0.00] },
+    Row { work: Work::MonitorSample, exact: [58.31, 91.42, 491.43, 6.82], approx: [57.68, 90.37, 491.92, 6.44] },
+    Row { work: Work::MonitorResidual, exact: [19.27, 22.03, 21.48, 0.00], approx: [19.30, 22.06, 22.03, 0.00] },
+    Row { work: Work::OtherSample, exact: [229.02, 420.81, 420.78, 19.57], approx: [226.85, 420.40, 420.37, 17.88] },
+    Row { work: Work::OtherState, exact: [18.23, 25.47, 25.48, 0.62], approx: [18.32, 25.50, 25.51, 0.57] },
+    Row { work: Work::NextSample, exact: [21.61, 29.16, 29.22, 0.00], approx: [26.30, 34.56, 34.61, 0.00] },
 ];

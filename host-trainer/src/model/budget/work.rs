@@ -121,10 +121,14 @@ works! {
     EncoderNarrowMultiplyAdd: Encoder,
     /// Encoder in fixed point.
     FixedEncoder: Encoder,
+    /// Input of it, made an integer.
+    FixedEncoderInput: Encoder,
     /// Word of weights of its hidden layer.
     FixedEncoderWord: Encoder,
-    /// Two hidden units on a group of its outputs.
+    /// Two hidden units on a group of outputs.
     FixedEncoderProduct: Encoder,
+    /// Output.
+    FixedEncoderOutput: Encoder,
     /// Sigmoid.
     Sigmoid: Activation,
     /// Sigmoid in fixed point.
@@ -161,10 +165,14 @@ works! {
     DecoderNarrowMultiplyAdd: Decoder,
     /// Decoder in fixed point.
     FixedDecoder: Decoder,
+    /// Input of it, made an integer with its rate.
+    FixedDecoderInput: Decoder,
     /// Word of weights of its hidden layer.
     FixedDecoderWord: Decoder,
-    /// Two hidden units on a group of its outputs.
+    /// Two hidden units on a group of outputs.
     FixedDecoderProduct: Decoder,
+    /// Output.
+    FixedDecoderOutput: Decoder,
     /// Sample taken by the monitor.
     MonitorSample: Monitor,
     /// Residual of a derivative.
@@ -173,6 +181,8 @@ works! {
     OtherSample: Other,
     /// State and derivative scaled.
     OtherState: Other,
+    /// Prediction of the next sample.
+    NextSample: Other,
 }
 
 /// Work of a sample that the model is evaluated for.
@@ -193,8 +203,10 @@ pub fn work(model: &Model<'_>) -> Vec<(Work, f64)> {
     all.extend(match &in_encoder {
         Some(sizes) => vec![
             (Work::FixedEncoder, 1),
+            (Work::FixedEncoderInput, sizes.inputs),
             (Work::FixedEncoderWord, sizes.words),
             (Work::FixedEncoderProduct, sizes.products),
+            (Work::FixedEncoderOutput, sizes.outputs),
         ],
         None => of_encoder(&model.encoder).to_vec(),
     });
@@ -205,8 +217,10 @@ pub fn work(model: &Model<'_>) -> Vec<(Work, f64)> {
     all.extend(match &in_decoder {
         Some(sizes) => vec![
             (Work::FixedDecoder, 1),
+            (Work::FixedDecoderInput, sizes.inputs),
             (Work::FixedDecoderWord, sizes.words),
             (Work::FixedDecoderProduct, sizes.products),
+            (Work::FixedDecoderOutput, sizes.outputs),
         ],
         None => of_decoder(&model.decoder).to_vec(),
     });
@@ -218,7 +232,7 @@ fn of_states(spec: StateSpec) -> Vec<(Work, usize)> {
     let dimension = spec.dimension;
     let highest = spec.orders.highest(dimension);
     let causal = spec.alignment == Alignment::Causal;
-    let mut all = vec![(Work::CausalState, if causal { dimension } else { 0 })];
+    let mut all = vec![(Work::CausalState, if causal { dimension } else { 0 }), (Work::NextSample, causal.into())];
     match spec.estimator {
         Estimator::Differences => all.extend([
             (Work::DifferencesSample, 1),
@@ -253,10 +267,12 @@ fn delayed(spec: StateSpec) -> usize {
 
 /// Sizes of a network in fixed point.
 struct FixedSizes {
+    inputs: usize,
     /// Hidden units, an even number.
     units: usize,
     words: usize,
     products: usize,
+    outputs: usize,
 }
 
 impl FixedSizes {
@@ -265,9 +281,10 @@ impl FixedSizes {
         let (&[inputs, hidden, outputs], Arithmetic::Fixed) = (network.widths(), network.arithmetic()) else {
             return None;
         };
+        let (inputs, outputs) = (usize::from(inputs), usize::from(outputs));
         let units = usize::from(hidden).next_multiple_of(2);
-        let groups = usize::from(outputs).div_ceil(fixed::GROUP);
-        Some(Self { units, words: units * fixed::pairs(inputs.into()), products: groups * units / 2 })
+        let products = outputs.div_ceil(fixed::GROUP) * units / 2;
+        Some(Self { inputs, units, words: units * fixed::pairs(inputs), products, outputs })
     }
 }
 
