@@ -8,6 +8,7 @@
 //! | [`Assembly::speed_rate_per_s`], [`Assembly::cage_factor`] | rotation of shaft and cage, theory (28) |
 //! | [`Assembly::profiles`], [`Assembly::defects`] | contact geometry: each ball's loss of deflection, theory (29) |
 //! | [`Assembly::forces`] | forces on the degrees of freedom, of state, time and angles |
+//! | [`Assembly::random_forces`] | white forces on them |
 //! | [`Assembly::signals`] | acquisition chain from machine to file, theory (38) |
 
 use std::f64::consts::TAU;
@@ -25,6 +26,15 @@ pub type Profile = Box<dyn Fn(&Instant, &mut [f64]) + Send + Sync>;
 pub type Meeting = Box<dyn Fn(&[Instant; 2], usize, &mut Vec<Passage>) + Send + Sync>;
 /// Alters a signal.
 pub type Signal = Box<dyn Fn(&Acquisition, &mut Vec<f64>) + Send + Sync>;
+
+/// White force beside the process force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RandomForce {
+    /// Force on each degree of freedom for 1 N.
+    pub direction: [f64; DOFS],
+    /// One-sided power spectral density, N²/Hz.
+    pub psd_n2_per_hz: f64,
+}
 
 /// Context of a [`Signal`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,6 +97,8 @@ pub struct Assembly {
     pub cage_factor: f64,
     /// Forces.
     pub forces: Vec<Force>,
+    /// White forces beside the process force.
+    pub random_forces: Vec<RandomForce>,
     /// Contact geometry.
     pub profiles: Vec<Profile>,
     /// Local defects, which a ball may pass in less than a step.
@@ -116,6 +128,7 @@ impl Assembly {
             speed_rate_per_s: 0.0,
             cage_factor: 1.0,
             forces: Vec::new(),
+            random_forces: Vec::new(),
             profiles: Vec::new(),
             defects: Vec::new(),
             signals: Vec::new(),

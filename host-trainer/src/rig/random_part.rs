@@ -1,4 +1,4 @@
-//! Random part of a recording: response to the process force, theory (51) and (52).
+//! Random part of a recording: response to the process force and to the random forces of effects, theory (51) and (52).
 //!
 //! The response is that of the rig linearised about its motion (theory (49) and (50)), through the linear part of the output
 //! chain. Force laws that depend on the noise
@@ -12,8 +12,8 @@ use std::sync::{Arc, Mutex};
 use rayon::prelude::*;
 
 use super::{
-    assembly::{Acquisition, Assembly, Stage},
-    bearing::{self, Impulse, Linear, Prepared, Tangent, Visited},
+    assembly::{Acquisition, Assembly, RandomForce, Stage},
+    bearing::{self, Damping, Impulse, Linear, Prepared, Tangent, Visited},
     condition::{OperatingCondition, Start},
     config::{BearingRig, Rig},
     error::RigError,
@@ -21,20 +21,30 @@ use super::{
     simulate::{
         assemble, assemble_in_noise, bearing_under, fewest_substeps, output_chain, shortest_settling_s, side_by_side,
     },
-    state::{DOFS, VelocityCovariance},
+    state::{DOFS, OUTER_X, OUTER_Y, VelocityCovariance},
 };
 
 const SETTINGS: LinearisationSettings = LinearisationSettings::DEFAULT;
 const INTEGRATION: IntegrationSettings = IntegrationSettings::DEFAULT;
 
-/// Random part of a rig's motion.
-pub struct RandomPart {
+/// Response to a white force.
+pub struct Driven {
+    /// One-sided power spectral density of the force, N²/Hz.
+    pub psd_n2_per_hz: f64,
     /// Responses of `ax` and `ay` to 1 N during one sample, m/s², at sampled instants of the run; S takes the mean of their
     /// powers.
     pub responses: Vec<[Vec<f64>; 2]>,
+}
+
+/// Random part of a rig's motion.
+pub struct RandomPart {
+    /// Response to the process force.
+    pub process: Driven,
+    /// Responses to the random forces of effects.
+    pub effects: Vec<Driven>,
     /// Gain of the sensor noise of `ax` and `ay` on its way to the file.
     pub noise_gain: [f64; 2],
-    /// Velocity covariance under the whole process force.
+    /// Velocity covariance under all of these forces.
     pub scatter: VelocityCovariance,
 }
 
@@ -95,18 +105,16 @@ fn random_part(of: &Asked, states: Option<Result<Vec<Visited>, RigError>>) -> Re
     rig.check()?;
     let assembly = assemble(rig);
     let machine = &bearing_under(&assembly, condition)?;
-    let impulse = |tangent: &Tangent| {
-        Linear::new(machine, tangent, condition.sample_rate_hz, 1).impulse(condition.samples, SETTINGS.decay, &[])
-    };
-    let mut impulses = match states {
+    let driving = Driving::new(machine, &assembly, *condition);
+    let impulses = match states {
         Some(states) => {
             let forces = assemble_in_noise(rig, of.heeded(&assembly)).forces;
-            vec![impulse(&bearing::along(machine, &forces, &states?))]
+            vec![driving.impulses(&bearing::along(machine, &forces, &states?))]
         }
-        None if assembly.depends_on_velocity_noise => in_scatter(rig, machine, condition, impulse)?,
-        None => vec![impulse(&bearing::at_rest(machine, condition.load_n))],
+        None if assembly.depends_on_velocity_noise => in_scatter(rig, &driving)?,
+        None => vec![driving.impulses(&bearing::at_rest(machine, condition.load_n))],
     };
-    let scatter = scatter(machine, condition, &impulses);
+    let scatter = driving.scatter(&impulses);
     let chain: Vec<_> = output_chain(assembly).into_iter().filter(|(stage, _)| *stage <= Stage::Amplifier).collect();
     let sensed = |(channel, [along, across], [path_force, across_force]): (&str, [&[f64]; 2], [&[f64]; 2])| {
         let sample_rate_hz = condition.sample_rate_hz;
@@ -122,11 +130,16 @@ fn random_part(of: &Asked, states: Option<Result<Vec<Visited>, RigError>>) -> Re
         signal.iter_mut().zip(offset).for_each(|(value, offset)| *value -= offset);
         signal
     };
-    let responses = impulses.iter_mut().map(|impulse| {
-        let [ax, ay, fx, fy] = std::mem::take(&mut impulse.signals);
-        [("ax", [&*ax, &*ay], [&*fx, &*fy]), ("ay", [&*ay, &*ax], [&*fy, &*fx])].map(sensed)
-    });
-    let responses = responses.collect();
+    let response = |impulse: &Impulse| {
+        let [ax, ay, fx, fy] = &impulse.signals;
+        [("ax", [&**ax, &**ay], [&**fx, &**fy]), ("ay", [&**ay, &**ax], [&**fy, &**fx])].map(sensed)
+    };
+    let driven = |n: usize, force: &RandomForce| Driven {
+        psd_n2_per_hz: force.psd_n2_per_hz,
+        responses: impulses.iter().map(|of_instant| response(&of_instant[n])).collect(),
+    };
+    let process = driven(0, &driving.process);
+    let effects = driving.effects.iter().enumerate().map(|(n, force)| driven(n + 1, force)).collect();
     let noise_gain = ["ax", "ay"].map(|channel| {
         let sample_rate_hz = condition.sample_rate_hz;
         let at = Acquisition {
@@ -141,22 +154,74 @@ fn random_part(of: &Asked, states: Option<Result<Vec<Visited>, RigError>>) -> Re
         chain.iter().filter(|(stage, _)| *stage == Stage::Amplifier).for_each(|(_, alter)| alter(&at, &mut unit));
         unit[0]
     });
-    Ok(RandomPart { responses, noise_gain, scatter })
+    Ok(RandomPart { process, effects, noise_gain, scatter })
+}
+
+/// White forces on a machine.
+struct Driving<'m> {
+    machine: &'m BearingRig,
+    condition: OperatingCondition,
+    process: RandomForce,
+    effects: Vec<RandomForce>,
+}
+
+impl<'m> Driving<'m> {
+    fn new(machine: &'m BearingRig, assembly: &Assembly, condition: OperatingCondition) -> Self {
+        let mut direction = [0.0; DOFS];
+        direction[OUTER_Y] = 1.0;
+        let psd_n2_per_hz = machine.excitation.process_force_psd_n2_per_hz;
+        let process = RandomForce { direction, psd_n2_per_hz };
+        Self { machine, condition, process, effects: assembly.random_forces.clone() }
+    }
+
+    /// Responses of the linearised machine, that to the process force first.
+    fn impulses(&self, tangent: &Tangent) -> Vec<Impulse> {
+        self.impulses_of(&Linear::new(self.machine, tangent, self.condition.sample_rate_hz, 1), SETTINGS.decay, &[])
+    }
+
+    /// Responses as [`Linear::impulse`].
+    fn impulses_of<'d>(
+        &self,
+        linear: &Linear,
+        decayed: f64,
+        damping: impl IntoIterator<Item = &'d Damping, IntoIter: Clone> + Clone,
+    ) -> Vec<Impulse> {
+        let samples = self.condition.samples;
+        let of = |force: &RandomForce| linear.impulse(&force.direction, samples, decayed, damping.clone());
+        let of_effect = |force: &RandomForce| {
+            let mut impulse = of(force);
+            // Unlike the process force, it is part of what goes through the structure to the sensor.
+            let [_, _, fx, fy] = &mut impulse.signals;
+            for (signal, dof) in [(fx, OUTER_X), (fy, OUTER_Y)] {
+                signal.iter_mut().take(1).for_each(|first| *first += force.direction[dof]);
+            }
+            impulse
+        };
+        std::iter::once(of(&self.process)).chain(self.effects.iter().map(of_effect)).collect()
+    }
+
+    /// Velocity covariance under all forces, mean over instants, theory (52).
+    fn scatter(&self, impulses: &[Vec<Impulse>]) -> VelocityCovariance {
+        let mut mean = [[0.0; DOFS]; DOFS];
+        for of_instant in impulses {
+            for (force, impulse) in std::iter::once(&self.process).chain(&self.effects).zip(of_instant) {
+                let power = 0.5 * force.psd_n2_per_hz * self.condition.sample_rate_hz;
+                let pairs = mean.iter_mut().flatten().zip(impulse.velocities.iter().flatten());
+                pairs.for_each(|(sum, one)| *sum += power * one / impulses.len() as f64);
+            }
+        }
+        VelocityCovariance(mean)
+    }
 }
 
 /// Impulse responses at instants of a rig whose force laws depend on the noise: slopes follow from the velocity covariance,
 /// and that from the slopes.
-fn in_scatter(
-    rig: &Rig,
-    machine: &BearingRig,
-    condition: &OperatingCondition,
-    impulse: impl Fn(&Tangent) -> Impulse,
-) -> Result<Vec<Impulse>, RigError> {
+fn in_scatter(rig: &Rig, driving: &Driving) -> Result<Vec<Vec<Impulse>>, RigError> {
+    let Driving { machine, condition, .. } = driving;
     let rate = condition.sample_rate_hz;
-    let mut found = vec![impulse(&bearing::at_rest(machine, condition.load_n))];
+    let mut found = vec![driving.impulses(&bearing::at_rest(machine, condition.load_n))];
     for (round, moments) in SETTINGS.instants.into_iter().enumerate() {
-        let now = Some(scatter(machine, condition, &found));
-        let along = Along { rig, condition, scatter: now, states: condition.samples };
+        let along = Along { rig, condition, scatter: Some(driving.scatter(&found)), states: condition.samples };
         // One run in, one result out.
         let visited = visited(vec![along.ready()?]).swap_remove(0)?;
         let few = subset(&visited);
@@ -166,15 +231,15 @@ fn in_scatter(
         };
         if round == 0 {
             for _ in 0..SETTINGS.mean_rounds {
-                found = vec![impulse(&tangent_in(scatter(machine, condition, &found)).0)];
+                found = vec![driving.impulses(&tangent_in(driving.scatter(&found)).0)];
             }
         }
-        let (tangent, forces) = tangent_in(scatter(machine, condition, &found));
+        let (tangent, forces) = tangent_in(driving.scatter(&found));
         let (damping, steps) = bearing::damping_along(machine, &forces, &visited, rate);
         let linear = Linear::new(machine, &tangent.undamped(), rate, steps);
         let from = |n: usize| {
             let (before, after) = damping.split_at(n * damping.len() / moments);
-            linear.impulse(condition.samples, SETTINGS.decay_of_many, after.iter().chain(before))
+            driving.impulses_of(&linear, SETTINGS.decay_of_many, after.iter().chain(before))
         };
         found = (0..moments).map(from).collect();
     }
@@ -189,17 +254,6 @@ fn subset(visited: &[Visited]) -> Vec<Visited> {
 /// Whether a force law of the rig depends on the noise of the velocities.
 pub fn depends_on_velocity_noise(rig: &Rig) -> bool {
     assemble(rig).depends_on_velocity_noise
-}
-
-/// Velocity covariance under the whole process force, mean over instants, theory (52).
-fn scatter(machine: &BearingRig, condition: &OperatingCondition, impulses: &[Impulse]) -> VelocityCovariance {
-    let power = 0.5 * machine.excitation.process_force_psd_n2_per_hz * condition.sample_rate_hz;
-    let mut mean = [[0.0; DOFS]; DOFS];
-    for impulse in impulses {
-        let pairs = mean.iter_mut().flatten().zip(impulse.velocities.iter().flatten());
-        pairs.for_each(|(sum, one)| *sum += power * one / impulses.len() as f64);
-    }
-    VelocityCovariance(mean)
 }
 
 /// Short run along which a rig is linearised: with its noise, or without if the velocity covariance is given.

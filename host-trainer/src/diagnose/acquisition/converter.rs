@@ -1,7 +1,9 @@
 //! Converter: samples on a grid of one step.
 
+use statrs::statistics::Statistics;
+
 use crate::identify::likelihood::observed::accelerations;
-use crate::recording::Recording;
+use crate::recording::{Channel, Recording};
 use crate::rig::Rig;
 use crate::rig::config::ModelKey;
 
@@ -15,6 +17,10 @@ const COARSE: f64 = 0.2;
 /// Step over another one from which the two are of one converter.
 const EQUAL: f64 = 0.9;
 
+/// Step over the standard deviation of a channel, its noise included, up to which the level of what is converted is kept: twice
+/// that of a normal signal before it, √3 after it (B. Widrow, I. Kollár, "Quantization Noise", 2008).
+const RESOLVED: f64 = 1.732;
+
 /// Step of a converter in every recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Converter {
@@ -22,6 +28,8 @@ pub struct Converter {
     pub step: f64,
     /// Power that it adds over that of the sensor's noise: step²/12 (W. R. Bennett, Bell Syst. Tech. J. 27 (1948) 446–472).
     pub of_noise: f64,
+    /// Step over the standard deviation of the quietest channel.
+    pub of_quietest: f64,
 }
 
 impl Converter {
@@ -31,13 +39,19 @@ impl Converter {
         let is_known = !rig.unknown_keys().contains(&ModelKey::SensorNoise);
         let noise = rig.bearing().filter(|_| is_known)?.sensor.noise_std_m_per_s2;
         let step = common_step(recordings)?;
-        Some(Self { step, of_noise: step * step / (12.0 * noise * noise) })
+        let quietest = channels(recordings).map(|c| c.samples.iter().population_std_dev()).reduce(f64::min)?;
+        Some(Self { step, of_noise: step * step / (12.0 * noise * noise), of_quietest: step / quietest })
     }
 
     /// Whether it changes what the sensor shows, and has no equal in recordings of the healthy machine.
     pub fn is_mismatch(&self, baseline: Option<&[Recording]>) -> bool {
         let healthy = baseline.and_then(common_step);
         self.of_noise > COARSE && healthy.is_none_or(|step| step < EQUAL * self.step)
+    }
+
+    /// Whether it keeps the level of every channel, so that a gain can be told.
+    pub fn keeps_level(&self) -> bool {
+        self.of_quietest < RESOLVED
     }
 
     /// Rig with what the converter adds to the noise of its sensors.
@@ -52,8 +66,12 @@ impl Converter {
 
 /// Least step of the channels of recordings; `None` if one is on no grid.
 fn common_step(recordings: &[Recording]) -> Option<f64> {
-    let channels = recordings.iter().flat_map(|r| accelerations(r).into_iter().flatten());
-    channels.map(|channel| step(&channel.samples)).reduce(|a, b| Some(a?.min(b?)))?
+    channels(recordings).map(|channel| step(&channel.samples)).reduce(|a, b| Some(a?.min(b?)))?
+}
+
+/// Accelerations of recordings.
+fn channels(recordings: &[Recording]) -> impl Iterator<Item = &Channel> {
+    recordings.iter().flat_map(|r| accelerations(r).into_iter().flatten())
 }
 
 /// Step between the values of a channel; `None` if they are on no grid.

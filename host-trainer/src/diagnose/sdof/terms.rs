@@ -125,6 +125,7 @@ pub fn sought_by(kind: EffectKind) -> Option<SoughtBy> {
         | EffectKind::CageSlip
         | EffectKind::ContactExponent
         | EffectKind::LubricantFilm
+        | EffectKind::RandomForce
         | EffectKind::TransverseSensitivity => return None,
         EffectKind::HardeningStiffness
         | EffectKind::AsymmetricStiffness

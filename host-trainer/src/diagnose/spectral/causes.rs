@@ -49,9 +49,11 @@ pub fn probability(best: &Candidate, rivals: &[Candidate], is_second: bool) -> f
     (by_gain.max(0.0) * by_rank / (1.0 + others)).min(GATE.most_probable)
 }
 
-/// Trust in causes by what they leave.
+/// Trust in causes by what they leave, and by the converter.
 #[derive(Clone, Copy, Debug)]
 pub struct Trust {
+    /// Whether the level of the signals is known: steps of a converter as great as the signal change it as a gain does.
+    pub is_level_known: bool,
     /// Share of the lack of fit that is left; 0 where that is within chance.
     pub share: f64,
 }
@@ -65,6 +67,7 @@ impl Trust {
             EffectKind::OuterRaceDefect | EffectKind::InnerRaceDefect | EffectKind::BallDefect => {
                 trust.max(GATE.defect_trust)
             }
+            EffectKind::SensorGain if !self.is_level_known => 0.0,
             _ => trust,
         }
     }

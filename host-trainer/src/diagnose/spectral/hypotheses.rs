@@ -193,7 +193,7 @@ impl List<'_> {
     }
 
     fn forces(&mut self) {
-        use ParameterKey::{AngleRad, Component, ForceN, UnbalanceKgM};
+        use ParameterKey::{AngleRad, Component, ForceN, PsdN2PerHz, UnbalanceKgM};
         let nominal = self.machine.excitation.unbalance_kg_m.max(1e-5);
         let of = |factor: f64| EffectEntry::new(EffectKind::Unbalance, &[(UnbalanceKgM, factor * nominal)]);
         let starts = ladder(2.0, 2000.0, 16).into_iter().map(of).collect();
@@ -210,6 +210,15 @@ impl List<'_> {
             };
             let starts = both_ways(0.01, 0.8, 4).into_iter().map(of).collect();
             self.add(EffectKind::ConstantForce, component, &[ForceN], starts);
+        }
+        let process = self.machine.excitation.process_force_psd_n2_per_hz;
+        for component in ["inner", "outer", "resonator"].into_iter().filter(|_| process > 0.0) {
+            let of = |factor: f64| {
+                EffectEntry::new(EffectKind::RandomForce, &[(PsdN2PerHz, factor * process)])
+                    .with_text(Component, component)
+            };
+            let starts = ladder(0.003, 10.0, 8).into_iter().map(of).collect();
+            self.add(EffectKind::RandomForce, component, &[PsdN2PerHz], starts);
         }
     }
 
@@ -453,6 +462,7 @@ mod tests {
             | EffectKind::CageSlip
             | EffectKind::ContactExponent
             | EffectKind::SensorGain
+            | EffectKind::RandomForce
             | EffectKind::TransverseSensitivity => SoughtBy::Spectra,
             EffectKind::LoadStep | EffectKind::Shock => SoughtBy::Events,
             EffectKind::LubricantFilm => SoughtBy::None,

@@ -79,7 +79,8 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     let swing = swing(&[fitted.as_slice(), &held].concat());
     let is_nameless = coarse.is_some() || swing.is_some() || !selection.nameless.is_empty();
     let share = left / (before.total() + held_before.total() + event.map_or(0.0, Event::gain)).max(1.0);
-    let trust = Trust { share: if left > chance { share } else { 0.0 } };
+    let is_level_known = coarse.is_none_or(|converter| converter.keeps_level());
+    let trust = Trust { is_level_known, share: if left > chance { share } else { 0.0 } };
     let event = event.filter(|e| trust.states(GATE.event_probability, e.effect.kind));
     selection.judge(trust);
     let Selection { model, point, accepted, rejected, .. } = &selection;

@@ -55,7 +55,9 @@ pub fn candidates<'d, 'a>(
     let hopeless = SETTINGS.hopeless_nats + lack(data, &null.point).total();
     let fit = |(hypothesis, starts): (&Hypothesis, Vec<EffectEntry>)| {
         let started = best(null.started(hypothesis, &starts))?;
-        Some(if started.gain < -hopeless { started } else { started.searched(null, SETTINGS.steps[0]) })
+        // The colours of the noise have yet to make room for a random force.
+        let is_hopeless = started.gain < -hopeless && hypothesis.kind != EffectKind::RandomForce;
+        Some(if is_hopeless { started } else { started.searched(null, SETTINGS.steps[0]) })
     };
     let mut fits: Vec<Candidate> = sought.into_par_iter().filter_map(fit).collect();
     rank(&mut fits);

@@ -153,6 +153,9 @@ pub fn draw(kind: EffectKind, share: f64, drawn: &Drawn, without: &[Recording], 
             let channel = ["all", "ax", "ay"][rng.random_range(0..3)];
             entry(&[(ParameterKey::Value, (sign * log(0.03, 0.7)).exp())]).with_text(ParameterKey::Channel, channel)
         }
+        EffectKind::RandomForce => {
+            entry(&[(ParameterKey::PsdN2PerHz, log(0.3, 30.0) * machine.excitation.process_force_psd_n2_per_hz)])
+        }
         EffectKind::TransverseSensitivity => entry(&[(ParameterKey::Value, sign * log(0.05, 0.5))]),
         EffectKind::SensorClipping => entry(&[(ParameterKey::Value, log(0.9, 0.45) * greatest(without))]),
         EffectKind::DroppedSamples => entry(&[

@@ -4,6 +4,7 @@ use super::settings::SearchSettings;
 use crate::rig::config::Domain;
 use crate::rig::config::ModelKey;
 use crate::rig::config::RigKey;
+use crate::rig::effect::ParameterKey;
 use crate::rig::{Rig, RigError};
 
 /// A number of a rig by its dotted name, on a scale whose steps are about 1.
@@ -60,7 +61,8 @@ impl Coordinate {
         Some(Self {
             key,
             scale,
-            moves_mean: !NOISE.contains(&key),
+            // A power spectral density is that of a noise.
+            moves_mean: !NOISE.contains(&key) && key.quantity() != ParameterKey::PsdN2PerHz.name(),
             moves_variance: !steady && key != RigKey::Model(ModelKey::Unbalance),
         })
     }

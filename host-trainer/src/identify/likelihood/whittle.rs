@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use realfft::num_complex::Complex;
 
 use super::observed::{CHANNELS, Coefficients, Observed, coefficients, padded};
-use crate::rig::random_part::{Asked, RandomPart, random_parts};
+use crate::rig::random_part::{Asked, Driven, RandomPart, random_parts};
 use crate::rig::simulate::{fewest_substeps, shortest_settling_s, simulate_all};
 use crate::rig::state::VelocityCovariance;
 use crate::rig::{OperatingCondition, Rig, RigError, Run, Start};
@@ -63,7 +63,7 @@ pub fn noises_in(rigs: &[&Rig], observed: &[Observed]) -> Result<Vec<Noise>, Rig
     noises(&asked.collect::<Vec<_>>()).into_iter().collect()
 }
 
-/// Random parts of recordings, theory (51): sensor noise, and the process force through the structure.
+/// Random parts of recordings, theory (51): sensor noise, and process force and random forces of effects through the structure.
 ///
 /// # Errors
 /// For each its own, as [`random_parts`].
@@ -74,18 +74,21 @@ pub fn noises(asked: &[Asked]) -> Vec<Result<Noise, RigError>> {
 
 /// Random part in the recording's channels, theory (51).
 fn seen(rig: &Rig, condition: &OperatingCondition, part: RandomPart) -> Noise {
-    let (psd, noise) = rig.bearing().map_or((0.0, 0.0), |machine| {
-        (machine.excitation.process_force_psd_n2_per_hz, machine.sensor.noise_std_m_per_s2.powi(2))
-    });
-    let RandomPart { responses, noise_gain, scatter } = part;
-    let force = 0.5 * psd * condition.sample_rate_hz;
-    let process = [0, 1].map(|channel| -> Vec<f64> {
-        let of_channel: Vec<&[f64]> = responses.iter().map(|r| r[channel].as_slice()).collect();
+    let noise = rig.bearing().map_or(0.0, |machine| machine.sensor.noise_std_m_per_s2.powi(2));
+    let RandomPart { process, effects, noise_gain, scatter } = part;
+    let driven = |driven: &Driven, channel: usize| -> Vec<f64> {
+        let force = 0.5 * driven.psd_n2_per_hz * condition.sample_rate_hz;
+        let of_channel: Vec<&[f64]> = driven.responses.iter().map(|r| r[channel].as_slice()).collect();
         mean_power(&of_channel, condition.samples).iter().map(|power| force * power).collect()
-    });
+    };
+    let process = [0, 1].map(|channel| driven(&process, channel));
     let mut variance = [0, 1].map(|channel| -> Vec<f64> {
         let noise = noise * noise_gain[channel].powi(2);
-        process[channel].iter().map(|process| (noise + process).max(f64::MIN_POSITIVE)).collect()
+        let mut sum: Vec<f64> = process[channel].iter().map(|process| noise + process).collect();
+        for effect in &effects {
+            sum.iter_mut().zip(driven(effect, channel)).for_each(|(sum, power)| *sum += power);
+        }
+        sum.iter().map(|sum| sum.max(f64::MIN_POSITIVE)).collect()
     });
     let process_share =
         [0, 1].map(|channel| process[channel].iter().zip(&variance[channel]).map(|(p, v)| p / v).collect());

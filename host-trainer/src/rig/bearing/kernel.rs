@@ -83,6 +83,8 @@ pub(super) struct Kernel<'a, L: Lanes, const HOOKS: bool> {
     moments: [[Instant; INSTANTS.len()]; MAX_RUNS],
     /// Whether there are forces of effects in any run.
     forced: bool,
+    /// Sample from the start of settling.
+    sample: usize,
     /// Scratch for the states that forces of effects read.
     lanes_of_states: [[f64; MAX_RUNS]; STATES],
     /// Scratch for the forces that they add to.
@@ -114,7 +116,8 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
             gains: [[0.0; 2]; MAX_RUNS],
             pitches: [0; MAX_RUNS],
             moments: [[Instant::default(); INSTANTS.len()]; MAX_RUNS],
-            forced: runs.iter().any(|run| !run.forces.is_empty()),
+            forced: runs.iter().any(Prepared::is_forced),
+            sample: 0,
             lanes_of_states: [[0.0; MAX_RUNS]; STATES],
             lanes_of_forces: [[0.0; MAX_RUNS]; DOFS],
         }
@@ -136,6 +139,7 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
             } else if HOOKS {
                 self.advance_angles(sample);
             }
+            self.sample = sample;
             self.setup.process = gather(l, self.runs, |run| run.process.get(sample).copied().unwrap_or(0.0));
             for substep in 0..first.substeps {
                 if HOOKS {

@@ -13,7 +13,7 @@ use pulp::{Arch, Simd, WithSimd};
 pub use prepare::{GRAVITY, Turning};
 pub(super) use prepare::{Prepared, contact_rad_per_s};
 
-pub(super) use response::{Impulse, Linear, Tangent, Visited, along, at_rest, damping_along};
+pub(super) use response::{Damping, Impulse, Linear, Tangent, Visited, along, at_rest, damping_along};
 
 use kernel::Kernel;
 pub(super) use kernel::Signals;

@@ -76,6 +76,8 @@ pub(in crate::rig) struct Prepared {
     pub unbalance: f64,
     /// Process force, N, of each sample from the start of settling.
     pub process: Vec<f64>,
+    /// Random forces of effects, N, of each sample from the start of settling; empty without any.
+    pub random: Vec<[f64; DOFS]>,
     pub forces: Vec<Force>,
     pub profiles: Vec<Profile>,
     pub defects: Vec<Meeting>,
@@ -123,13 +125,18 @@ impl Prepared {
         });
         let direct = sensors.map(|dof| std::array::from_fn(|k| if k == dof { 1.0 / mass[k] } else { 0.0 }));
 
+        // White over the band up to half the sample rate; held over one sample.
+        let white =
+            |stream: u64, psd: f64| noise::white(start.seed, stream, (psd * 0.5 * rate).sqrt(), settle + samples);
         let psd = rig.excitation.process_force_psd_n2_per_hz;
-        let process = if start.noise && psd > 0.0 {
-            // White over the band up to half the sample rate; held over one sample.
-            noise::white(start.seed, noise::PROCESS_FORCE, (psd * 0.5 * rate).sqrt(), settle + samples)
-        } else {
-            Vec::new()
-        };
+        let process = if start.noise && psd > 0.0 { white(noise::PROCESS_FORCE, psd) } else { Vec::new() };
+        let mut random = Vec::new();
+        for (stream, force) in (noise::RANDOM_FORCE..).zip(&assembly.random_forces).filter(|_| start.noise) {
+            random.resize(settle + samples, [0.0; DOFS]);
+            for (sum, value) in random.iter_mut().zip(white(stream, force.psd_n2_per_hz)) {
+                sum.iter_mut().zip(force.direction).for_each(|(sum, share)| *sum += share * value);
+            }
+        }
         Self {
             balls: rig.bearing.balls,
             balls_rad: balls_rad(rig.bearing.balls, start),
@@ -158,6 +165,7 @@ impl Prepared {
             resonator_y: -rig.resonator.mass_kg * GRAVITY,
             unbalance: rig.excitation.unbalance_kg_m,
             process,
+            random,
             forces: std::mem::take(&mut assembly.forces),
             profiles: std::mem::take(&mut assembly.profiles),
             defects: std::mem::take(&mut assembly.defects),
@@ -176,6 +184,11 @@ impl Prepared {
         }
     }
 
+    /// Whether effects act by forces.
+    pub(super) fn is_forced(&self) -> bool {
+        !(self.forces.is_empty() && self.random.is_empty())
+    }
+
     pub(in crate::rig) fn shape(&self) -> Shape {
         Shape {
             balls: self.balls,
@@ -186,10 +199,8 @@ impl Prepared {
             substeps: self.substeps,
             drifting: self.drifting,
             hertzian: self.exponent == 1.5,
-            hooks: !(self.forces.is_empty()
-                && self.profiles.is_empty()
-                && self.defects.is_empty()
-                && self.balls_rad.is_empty()),
+            hooks: self.is_forced()
+                || !(self.profiles.is_empty() && self.defects.is_empty() && self.balls_rad.is_empty()),
         }
     }
 }

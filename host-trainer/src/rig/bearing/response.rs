@@ -33,7 +33,7 @@ pub(in crate::rig) struct Tangent {
 /// A state of a run: instant, positions and velocities.
 pub(in crate::rig) type Visited = (Instant, [f64; DOFS], [f64; DOFS]);
 
-/// Response to 1 N of process force during one sample.
+/// Response to a force of 1 N during one sample.
 pub(in crate::rig) struct Impulse {
     /// Accelerations of `ax` and `ay`, m/s², and contact force on the outer race in x and y, N.
     pub signals: [Vec<f64>; 4],
@@ -80,16 +80,20 @@ impl Linear {
         Self { system, step, steps, mass, sensors, contact: tangent.contact }
     }
 
-    /// Response to 1 N of process force during the first sample: at most `samples` samples, fewer once it has decayed to the
+    /// Response to a force of 1 N during the first sample, `direction` on each degree of freedom: at most `samples` samples, fewer once it has decayed to the
     /// share `decayed` of its greatest value. `damping` acts in addition, a sample each, repeated from its start.
     pub(in crate::rig) fn impulse<'d>(
         &self,
+        direction: &[f64; DOFS],
         samples: usize,
         decayed: f64,
         damping: impl IntoIterator<Item = &'d Damping, IntoIter: Clone>,
     ) -> Impulse {
         let Self { system, step, steps, mass, sensors, contact } = self;
-        let held = |i: usize| step.b1[i][OUTER_Y] + 2.0 * step.b2[i][OUTER_Y] + step.b3[i][OUTER_Y];
+        let held = |i: usize| {
+            let of = |k: usize| step.b1[i][k] + 2.0 * step.b2[i][k] + step.b3[i][k];
+            direction.iter().enumerate().map(|(k, share)| share * of(k)).sum::<f64>()
+        };
         let mut damping = damping.into_iter().cycle();
         let mut z: [f64; 10] = [0.0; 10];
         let mut signals = [(); 4].map(|()| Vec::with_capacity(samples));
@@ -101,7 +105,7 @@ impl Linear {
             for (signal, &dof) in signals.iter_mut().zip(sensors) {
                 let free = dot(&system[DOFS + dof], &z);
                 let dragged = damping.map_or(0.0, |d| dot(&d.slopes[dof], &speeds) / mass[dof]);
-                let direct = if sample == 0 && dof == OUTER_Y { 1.0 / mass[OUTER_Y] } else { 0.0 };
+                let direct = if sample == 0 { direction[dof] / mass[dof] } else { 0.0 };
                 signal.push(free - dragged + direct);
                 recent = recent.max((free - dragged + direct).abs());
             }

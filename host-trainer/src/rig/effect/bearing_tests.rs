@@ -172,7 +172,8 @@ fn invariant_a_film_is_less_clearance() {
     let run = |rig: &Rig| simulate(rig, &condition, &Start::seeded(3)).unwrap();
     assert_eq!(run(&film), run(&tight));
     assert_ne!(run(&film), run(&nominal()));
-    let random = |rig: &Rig| random_parts(&[Asked { rig, condition, known: None }]).remove(0).unwrap().responses;
+    let random =
+        |rig: &Rig| random_parts(&[Asked { rig, condition, known: None }]).remove(0).unwrap().process.responses;
     assert_eq!(random(&film), random(&tight));
 }
 

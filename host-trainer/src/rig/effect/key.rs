@@ -51,6 +51,7 @@ keys! {
     PhaseRad = "phase_rad", "Phase, rad.";
     PhaseYRad = "phase_y_rad", "Phase of a force's vertical part beyond that of a rotating force, rad.";
     PressureViscosityPerPa = "pressure_viscosity_per_pa", "Pressure–viscosity coefficient of a lubricant, 1/Pa.";
+    PsdN2PerHz = "psd_n2_per_hz", "One-sided power spectral density of a random force, N²/Hz.";
     QuadraticNPerM2 = "quadratic_n_per_m2", "Coefficient of a quadratic spring, N/m².";
     RadialClearanceM = "radial_clearance_m", "Radial clearance, m.";
     RatePerS = "rate_per_s", "Relative rate of change, 1/s.";

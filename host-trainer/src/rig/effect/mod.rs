@@ -337,6 +337,7 @@ registry! {
     EndStopContact = end_stop_contact,
     Backlash = backlash,
     ConstantForce = constant_force,
+    RandomForce = random_force,
     StructuralResonance = structural_resonance,
     LoadStep = load_step,
     SpeedDrift = speed_drift,
@@ -355,7 +356,7 @@ registry! {
 impl EffectKind {
     /// Whether a diagnosis may name the effect. The others exist in a rig only.
     pub const fn in_vocabulary(self) -> bool {
-        !matches!(self, Self::LubricantFilm | Self::TransverseSensitivity)
+        !matches!(self, Self::LubricantFilm | Self::RandomForce | Self::TransverseSensitivity)
     }
 
     /// The effects that a diagnosis may name.

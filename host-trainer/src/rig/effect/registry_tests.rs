@@ -100,6 +100,7 @@ fn nothing(kind: EffectKind, nominal: &Rig) -> (ParameterKey, f64) {
         EffectKind::Misalignment | EffectKind::CoulombFriction | EffectKind::ConstantForce => {
             (ParameterKey::ForceN, 0.0)
         }
+        EffectKind::RandomForce => (ParameterKey::PsdN2PerHz, 0.0),
         EffectKind::ExcessClearance => (ParameterKey::RadialClearanceM, of(ModelKey::RadialClearance)),
         EffectKind::HardeningStiffness | EffectKind::SofteningStiffness => (ParameterKey::CubicNPerM3, 0.0),
         EffectKind::AsymmetricStiffness => (ParameterKey::QuadraticNPerM2, 0.0),

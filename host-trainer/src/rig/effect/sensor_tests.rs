@@ -46,7 +46,10 @@ fn invariant_a_transverse_sensor_adds_a_share_of_the_other_channel() {
     let condition = condition(30.0, 500.0, 2000);
     let response = |rig: &Rig| random_parts(&[Asked { rig, condition, known: None }]).remove(0).unwrap();
     let (before, after) = (response(&nominal()), response(&rig));
-    assert!(is_shared(before.responses[0].each_ref().map(|r| &**r), after.responses[0].each_ref().map(|r| &**r)));
+    assert!(is_shared(
+        before.process.responses[0].each_ref().map(|r| &**r),
+        after.process.responses[0].each_ref().map(|r| &**r)
+    ));
     assert_eq!(before.noise_gain, after.noise_gain);
 }
 

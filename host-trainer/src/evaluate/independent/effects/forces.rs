@@ -7,7 +7,9 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Context, Effect, FORMS, Strength, log_within, one_of, sign, truth, within};
 use crate::evaluate::independent::motion::Drift;
+use crate::evaluate::independent::outside::{self, Outside};
 use crate::evaluate::independent::plant::{INNER_X, INNER_Y, Mode, OUTER_X, OUTER_Y, Source};
+use crate::evaluate::independent::settings::OutsideSettings;
 use crate::rig::effect::{EffectKind, ParameterKey};
 
 /// A further mass on the shaft, at an angle of its own to the known one.
@@ -29,6 +31,18 @@ pub fn unbalance(context: &Context, rng: &mut ChaCha8Rng) -> Effect {
             truth(EffectKind::Unbalance, &[(ParameterKey::UnbalanceKgM, total)], None, &form)
         },
     )
+}
+
+/// A random force on the outer race, of a level that changes once a turn.
+pub fn random(context: &Context, rng: &mut ChaCha8Rng) -> Effect {
+    let kind = EffectKind::RandomForce;
+    let (strength, apply) = outside::draw(Outside::FlowNoise, context, rng);
+    let told = move |size: f64| {
+        // The mean of (1 + cos ψ)² is 3/2.
+        let psd = 1.5 * size.powi(2) / (0.5 * OutsideSettings::DEFAULT.flow_rate_hz);
+        truth(kind, &[(ParameterKey::PsdN2PerHz, psd)], Some((ParameterKey::Component, "outer")), "")
+    };
+    Effect::new(kind, context, strength, apply, told)
 }
 
 /// A force at twice the shaft's speed, its size and phase of their own in each direction, sometimes with parts at once and three

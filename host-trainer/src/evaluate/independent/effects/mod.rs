@@ -120,6 +120,7 @@ pub fn draw(kind: EffectKind, context: &Context, rng: &mut ChaCha8Rng) -> Effect
         EffectKind::Unbalance => forces::unbalance(context, rng),
         EffectKind::Misalignment => forces::misalignment(context, rng),
         EffectKind::ConstantForce => forces::constant(context, rng),
+        EffectKind::RandomForce => forces::random(context, rng),
         EffectKind::SpeedDrift => forces::drift(context, rng),
         EffectKind::CageSlip => forces::slip(context),
         EffectKind::StructuralResonance => forces::resonance(context, rng),

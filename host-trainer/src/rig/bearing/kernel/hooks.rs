@@ -26,12 +26,15 @@ impl<L: Lanes, const HOOKS: bool> Kernel<'_, L, HOOKS> {
         forces.iter().zip(&mut *sums).for_each(|(v, lanes)| l.store(*v, lanes));
         // Filled in place: copies of arrays that were just written number by number stall.
         let (mut q, mut v, mut sum) = ([0.0; DOFS], [0.0; DOFS], [0.0; DOFS]);
-        for (r, run) in self.runs.iter().enumerate().filter(|(_, run)| !run.forces.is_empty()) {
+        for (r, run) in self.runs.iter().enumerate().filter(|(_, run)| run.is_forced()) {
             for k in 0..DOFS {
                 (q[k], v[k], sum[k]) = (states[POSITIONS[k]][r], states[VELOCITIES[k]][r], sums[k][r]);
             }
             for force in &run.forces {
                 force(&self.moments[r][instant], &q, &v, &mut sum);
+            }
+            if let Some(random) = run.random.get(self.sample) {
+                sum.iter_mut().zip(random).for_each(|(sum, force)| *sum += force);
             }
             sums.iter_mut().zip(&sum).for_each(|(lanes, value)| lanes[r] = *value);
         }
