@@ -102,17 +102,28 @@ fn a_stiffness_is_not_taken_for_another_effect() {
 }
 
 /// Nor is it taken for a mode or a gain, and the corrected rig has it.
+fn assert_nameless(effect: EffectEntry, key: ParameterKey, within: f64, seed: u64) {
+    let outcome = diagnosed_alone(&nominal().with_effect(effect.clone()), seed);
+    assert_eq!(outcome.diagnosis.verdict, Verdict::Unexplained, "{:?}", outcome.diagnosis);
+    assert!(names(&outcome).is_empty() && outcome.caveats.iter().any(|c| c.contains(effect.kind.name())));
+    let [found, truth] = [&outcome.rig.effects[0], &effect].map(|e| e.number(key).unwrap());
+    assert!((found.abs() / truth.abs() - 1.0).abs() < within, "{found}");
+    let fit = &outcome.diagnosis.fit;
+    assert!(fit.after < fit.before, "{fit:?}");
+}
+
 #[test]
 fn a_sensor_that_is_sensitive_across_is_no_cause_of_the_vocabulary() {
     let transverse = EffectEntry::new(EffectKind::TransverseSensitivity, &[(ParameterKey::Value, 0.6)])
         .with_text(ParameterKey::Channel, "ax");
-    let outcome = diagnosed_alone(&nominal().with_effect(transverse), 4);
-    assert_eq!(outcome.diagnosis.verdict, Verdict::Unexplained, "{:?}", outcome.diagnosis);
-    assert!(names(&outcome).is_empty() && outcome.caveats.iter().any(|c| c.contains("transverse-sensitivity")));
-    let share = outcome.rig.effects[0].number(ParameterKey::Value).unwrap();
-    assert!((share.abs() / 0.6 - 1.0).abs() < 0.05, "{share}");
-    let fit = &outcome.diagnosis.fit;
-    assert!(fit.after < fit.before, "{fit:?}");
+    assert_nameless(transverse, ParameterKey::Value, 0.05, 4);
+}
+
+#[test]
+fn a_random_force_is_no_cause_of_the_vocabulary() {
+    let random = EffectEntry::new(EffectKind::RandomForce, &[(ParameterKey::PsdN2PerHz, 2e-5)])
+        .with_text(ParameterKey::Component, "outer-x");
+    assert_nameless(random, ParameterKey::PsdN2PerHz, 0.1, 5);
 }
 
 #[test]

@@ -27,13 +27,20 @@ pub type Meeting = Box<dyn Fn(&[Instant; 2], usize, &mut Vec<Passage>) + Send + 
 /// Alters a signal.
 pub type Signal = Box<dyn Fn(&Acquisition, &mut Vec<f64>) + Send + Sync>;
 
-/// White force beside the process force.
+/// White force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RandomForce {
     /// Force on each degree of freedom for 1 N.
     pub direction: [f64; DOFS],
     /// One-sided power spectral density, N²/Hz.
     pub psd_n2_per_hz: f64,
+}
+
+impl RandomForce {
+    /// Variance of the force where each value is held over a sample, N²: white up to half the sample rate.
+    pub fn variance_n2(&self, sample_rate_hz: f64) -> f64 {
+        0.5 * self.psd_n2_per_hz * sample_rate_hz
+    }
 }
 
 /// Context of a [`Signal`].

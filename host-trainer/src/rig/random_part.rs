@@ -29,8 +29,8 @@ const INTEGRATION: IntegrationSettings = IntegrationSettings::DEFAULT;
 
 /// Response to a white force.
 pub struct Driven {
-    /// One-sided power spectral density of the force, N²/Hz.
-    pub psd_n2_per_hz: f64,
+    /// Variance of the force, N².
+    pub variance_n2: f64,
     /// Responses of `ax` and `ay` to 1 N during one sample, m/s², at sampled instants of the run; S takes the mean of their
     /// powers.
     pub responses: Vec<[Vec<f64>; 2]>,
@@ -134,12 +134,12 @@ fn random_part(of: &Asked, states: Option<Result<Vec<Visited>, RigError>>) -> Re
         let [ax, ay, fx, fy] = &impulse.signals;
         [("ax", [&**ax, &**ay], [&**fx, &**fy]), ("ay", [&**ay, &**ax], [&**fy, &**fx])].map(sensed)
     };
-    let driven = |n: usize, force: &RandomForce| Driven {
-        psd_n2_per_hz: force.psd_n2_per_hz,
+    let driven = |(n, force): (usize, &RandomForce)| Driven {
+        variance_n2: force.variance_n2(condition.sample_rate_hz),
         responses: impulses.iter().map(|of_instant| response(&of_instant[n])).collect(),
     };
-    let process = driven(0, &driving.process);
-    let effects = driving.effects.iter().enumerate().map(|(n, force)| driven(n + 1, force)).collect();
+    let mut effects: Vec<Driven> = driving.forces.iter().enumerate().map(driven).collect();
+    let process = effects.remove(0);
     let noise_gain = ["ax", "ay"].map(|channel| {
         let sample_rate_hz = condition.sample_rate_hz;
         let at = Acquisition {
@@ -161,54 +161,48 @@ fn random_part(of: &Asked, states: Option<Result<Vec<Visited>, RigError>>) -> Re
 struct Driving<'m> {
     machine: &'m BearingRig,
     condition: OperatingCondition,
-    process: RandomForce,
-    effects: Vec<RandomForce>,
+    /// The process force first, then those of effects.
+    forces: Vec<RandomForce>,
 }
 
 impl<'m> Driving<'m> {
     fn new(machine: &'m BearingRig, assembly: &Assembly, condition: OperatingCondition) -> Self {
-        let mut direction = [0.0; DOFS];
-        direction[OUTER_Y] = 1.0;
-        let psd_n2_per_hz = machine.excitation.process_force_psd_n2_per_hz;
-        let process = RandomForce { direction, psd_n2_per_hz };
-        Self { machine, condition, process, effects: assembly.random_forces.clone() }
+        let process = bearing::process_force(machine);
+        let forces = std::iter::once(process).chain(assembly.random_forces.iter().copied()).collect();
+        Self { machine, condition, forces }
     }
 
-    /// Responses of the linearised machine, that to the process force first.
+    /// Response of the linearised machine to each force.
     fn impulses(&self, tangent: &Tangent) -> Vec<Impulse> {
         self.impulses_of(&Linear::new(self.machine, tangent, self.condition.sample_rate_hz, 1), SETTINGS.decay, &[])
     }
 
-    /// Responses as [`Linear::impulse`].
+    /// The same, with what [`Linear::impulse`] takes.
     fn impulses_of<'d>(
         &self,
         linear: &Linear,
         decayed: f64,
         damping: impl IntoIterator<Item = &'d Damping, IntoIter: Clone> + Clone,
     ) -> Vec<Impulse> {
-        let samples = self.condition.samples;
-        let of = |force: &RandomForce| linear.impulse(&force.direction, samples, decayed, damping.clone());
-        let of_effect = |force: &RandomForce| {
-            let mut impulse = of(force);
-            // Unlike the process force, it is part of what goes through the structure to the sensor.
+        let of = |(n, force): (usize, &RandomForce)| {
+            let mut impulse = linear.impulse(&force.direction, self.condition.samples, decayed, damping.clone());
+            // An effect's own force goes through the structure to the sensor, the process force does not.
             let [_, _, fx, fy] = &mut impulse.signals;
-            for (signal, dof) in [(fx, OUTER_X), (fy, OUTER_Y)] {
+            for (signal, dof) in [(fx, OUTER_X), (fy, OUTER_Y)].into_iter().filter(|_| n > 0) {
                 signal.iter_mut().take(1).for_each(|first| *first += force.direction[dof]);
             }
             impulse
         };
-        std::iter::once(of(&self.process)).chain(self.effects.iter().map(of_effect)).collect()
+        self.forces.iter().enumerate().map(of).collect()
     }
 
     /// Velocity covariance under all forces, mean over instants, theory (52).
     fn scatter(&self, impulses: &[Vec<Impulse>]) -> VelocityCovariance {
         let mut mean = [[0.0; DOFS]; DOFS];
-        for of_instant in impulses {
-            for (force, impulse) in std::iter::once(&self.process).chain(&self.effects).zip(of_instant) {
-                let power = 0.5 * force.psd_n2_per_hz * self.condition.sample_rate_hz;
-                let pairs = mean.iter_mut().flatten().zip(impulse.velocities.iter().flatten());
-                pairs.for_each(|(sum, one)| *sum += power * one / impulses.len() as f64);
-            }
+        for (force, impulse) in impulses.iter().flat_map(|of_instant| self.forces.iter().zip(of_instant)) {
+            let power = force.variance_n2(self.condition.sample_rate_hz);
+            let pairs = mean.iter_mut().flatten().zip(impulse.velocities.iter().flatten());
+            pairs.for_each(|(sum, one)| *sum += power * one / impulses.len() as f64);
         }
         VelocityCovariance(mean)
     }

@@ -13,12 +13,10 @@ const REPEATED: usize = 10;
 const OFF_GRID: f64 = 0.02;
 /// Share of the sensor's noise from which what a converter adds is a mismatch: by hand.
 const COARSE: f64 = 0.2;
-
 /// Step over another one from which the two are of one converter.
 const EQUAL: f64 = 0.9;
-
-/// Step over the standard deviation of a channel, its noise included, up to which the level of what is converted is kept: twice
-/// that of a normal signal before it, √3 after it (B. Widrow, I. Kollár, "Quantization Noise", 2008).
+/// Step over the standard deviation of what a converter gives, up to which it keeps the level of a normal signal: √3, which is a
+/// step of twice the standard deviation before it (B. Widrow, I. Kollár, "Quantization Noise", 2008).
 const RESOLVED: f64 = 1.732;
 
 /// Step of a converter in every recording.
@@ -33,8 +31,8 @@ pub struct Converter {
 }
 
 impl Converter {
-    /// Converter of recordings of a bearing rig; `None` if a channel is on no grid, or if the noise of the rig's sensors is not known
-    /// and is fitted, that of the converter with it.
+    /// Converter of recordings of a bearing rig; `None` if a channel is on no grid, or if the noise of the rig's sensors is not
+    /// known and is fitted, that of the converter with it.
     pub fn of(rig: &Rig, recordings: &[Recording]) -> Option<Self> {
         let is_known = !rig.unknown_keys().contains(&ModelKey::SensorNoise);
         let noise = rig.bearing().filter(|_| is_known)?.sensor.noise_std_m_per_s2;
@@ -88,6 +86,7 @@ fn step(samples: &[f64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rig::test_support::nominal;
 
     #[test]
     fn a_grid_is_found_and_noise_is_on_none() {
@@ -99,5 +98,21 @@ mod tests {
         let mut stray = coarse;
         stray[7] += 0.017;
         assert_eq!(step(&stray), None);
+    }
+
+    /// Of normal noise, with its steps: the variance is that of the noise and q²/12 while the level is kept.
+    #[test]
+    fn literature_steps_up_to_twice_the_deviation_keep_the_level() {
+        let noise = crate::rig::noise::white(3, 0, 1.0, 20_000);
+        for (step, is_kept) in [(0.5, true), (1.5, true), (2.5, false), (4.0, false)] {
+            let rounded = |v: &f64| ((v / step).floor() + 0.5) * step;
+            let channel = Channel { name: "ax".into(), location: None, samples: noise.iter().map(rounded).collect() };
+            let level = channel.samples.iter().population_std_dev();
+            let expected = 1.0f64.hypot(step / 12f64.sqrt());
+            assert_eq!((level / expected - 1.0).abs() < 0.02, is_kept, "{step}: {level}, {expected}");
+            let recording = Recording { channels: vec![channel], ..Recording::default() };
+            let converter = Converter::of(&nominal(), &[recording]).unwrap();
+            assert_eq!(converter.keeps_level(), is_kept, "{step}");
+        }
     }
 }

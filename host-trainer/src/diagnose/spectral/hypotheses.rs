@@ -211,14 +211,17 @@ impl List<'_> {
             let starts = both_ways(0.01, 0.8, 4).into_iter().map(of).collect();
             self.add(EffectKind::ConstantForce, component, &[ForceN], starts);
         }
+        // Its size is sought by that of the process force; without one there is no scale.
         let process = self.machine.excitation.process_force_psd_n2_per_hz;
-        for component in ["inner", "outer", "resonator"].into_iter().filter(|_| process > 0.0) {
-            let of = |factor: f64| {
-                EffectEntry::new(EffectKind::RandomForce, &[(PsdN2PerHz, factor * process)])
-                    .with_text(Component, component)
-            };
-            let starts = ladder(0.003, 10.0, 8).into_iter().map(of).collect();
-            self.add(EffectKind::RandomForce, component, &[PsdN2PerHz], starts);
+        if process > 0.0 {
+            for component in ["inner", "outer", "resonator"] {
+                let of = |factor: f64| {
+                    EffectEntry::new(EffectKind::RandomForce, &[(PsdN2PerHz, factor * process)])
+                        .with_text(Component, component)
+                };
+                let starts = ladder(0.003, 10.0, 8).into_iter().map(of).collect();
+                self.add(EffectKind::RandomForce, component, &[PsdN2PerHz], starts);
+            }
         }
     }
 

@@ -27,8 +27,8 @@ const DISSIPATION: [EffectKind; 3] =
 const ALWAYS_FITTED: [(EffectKind, &str); 2] =
     [(EffectKind::SpeedDrift, ""), (EffectKind::ConstantForce, LOAD_COMPONENT)];
 
-/// Candidates that gain most, the one of greatest merit first; none of the kinds that the rig has already, except `corrections` of the calibration.
-/// Those that are far from `asked`, the gain that a cause must have, are not followed up.
+/// Candidates that gain most, the one of greatest merit first; none of the kinds that the rig has already, except `corrections`
+/// of the calibration. Those that are far from `asked`, the gain that a cause must have, are not followed up.
 pub fn candidates<'d, 'a>(
     null: &NullFit<'d, 'a>,
     brief: &Brief,

@@ -61,8 +61,7 @@ impl Coordinate {
         Some(Self {
             key,
             scale,
-            // A power spectral density is that of a noise.
-            moves_mean: !NOISE.contains(&key) && key.quantity() != ParameterKey::PsdN2PerHz.name(),
+            moves_mean: !NOISE.contains(&key) && !matches!(key, RigKey::Effect { key: ParameterKey::PsdN2PerHz, .. }),
             moves_variance: !steady && key != RigKey::Model(ModelKey::Unbalance),
         })
     }

@@ -76,17 +76,16 @@ pub fn noises(asked: &[Asked]) -> Vec<Result<Noise, RigError>> {
 fn seen(rig: &Rig, condition: &OperatingCondition, part: RandomPart) -> Noise {
     let noise = rig.bearing().map_or(0.0, |machine| machine.sensor.noise_std_m_per_s2.powi(2));
     let RandomPart { process, effects, noise_gain, scatter } = part;
-    let driven = |driven: &Driven, channel: usize| -> Vec<f64> {
-        let force = 0.5 * driven.psd_n2_per_hz * condition.sample_rate_hz;
+    let power_of = |driven: &Driven, channel: usize| -> Vec<f64> {
         let of_channel: Vec<&[f64]> = driven.responses.iter().map(|r| r[channel].as_slice()).collect();
-        mean_power(&of_channel, condition.samples).iter().map(|power| force * power).collect()
+        mean_power(&of_channel, condition.samples).iter().map(|power| driven.variance_n2 * power).collect()
     };
-    let process = [0, 1].map(|channel| driven(&process, channel));
+    let process = [0, 1].map(|channel| power_of(&process, channel));
     let mut variance = [0, 1].map(|channel| -> Vec<f64> {
         let noise = noise * noise_gain[channel].powi(2);
         let mut sum: Vec<f64> = process[channel].iter().map(|process| noise + process).collect();
         for effect in &effects {
-            sum.iter_mut().zip(driven(effect, channel)).for_each(|(sum, power)| *sum += power);
+            sum.iter_mut().zip(power_of(effect, channel)).for_each(|(sum, power)| *sum += power);
         }
         sum.iter().map(|sum| sum.max(f64::MIN_POSITIVE)).collect()
     });

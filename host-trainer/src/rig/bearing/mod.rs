@@ -11,7 +11,7 @@ mod step;
 use pulp::{Arch, Simd, WithSimd};
 
 pub use prepare::{GRAVITY, Turning};
-pub(super) use prepare::{Prepared, contact_rad_per_s};
+pub(super) use prepare::{Prepared, contact_rad_per_s, process_force};
 
 pub(super) use response::{Damping, Impulse, Linear, Tangent, Visited, along, at_rest, damping_along};
 

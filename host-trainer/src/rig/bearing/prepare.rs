@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::SETTINGS;
 use super::step::Step;
 use crate::rig::{
-    assembly::{Assembly, Force, Meeting, Profile},
+    assembly::{Assembly, Force, Meeting, Profile, RandomForce},
     condition::{OperatingCondition, Start},
     config::BearingRig,
     noise,
@@ -125,15 +125,16 @@ impl Prepared {
         });
         let direct = sensors.map(|dof| std::array::from_fn(|k| if k == dof { 1.0 / mass[k] } else { 0.0 }));
 
-        // White over the band up to half the sample rate; held over one sample.
-        let white =
-            |stream: u64, psd: f64| noise::white(start.seed, stream, (psd * 0.5 * rate).sqrt(), settle + samples);
-        let psd = rig.excitation.process_force_psd_n2_per_hz;
-        let process = if start.noise && psd > 0.0 { white(noise::PROCESS_FORCE, psd) } else { Vec::new() };
+        let white = |stream: u64, force: &RandomForce| {
+            noise::white(start.seed, stream, force.variance_n2(rate).sqrt(), settle + samples)
+        };
+        let force = process_force(rig);
+        let is_driven = start.noise && force.psd_n2_per_hz > 0.0;
+        let process = if is_driven { white(noise::PROCESS_FORCE, &force) } else { Vec::new() };
         let mut random = Vec::new();
         for (stream, force) in (noise::RANDOM_FORCE..).zip(&assembly.random_forces).filter(|_| start.noise) {
             random.resize(settle + samples, [0.0; DOFS]);
-            for (sum, value) in random.iter_mut().zip(white(stream, force.psd_n2_per_hz)) {
+            for (sum, value) in random.iter_mut().zip(white(stream, force)) {
                 sum.iter_mut().zip(force.direction).for_each(|(sum, share)| *sum += share * value);
             }
         }
@@ -213,6 +214,13 @@ fn balls_rad(balls: usize, start: &Start) -> Vec<f64> {
     let angles = noise::white(start.seed, noise::BALLS, start.ball_std_rad, balls);
     let mean = angles.iter().sum::<f64>() / balls as f64;
     angles.into_iter().map(|angle| angle - mean).collect()
+}
+
+/// The process force of a rig, on the outer race in y.
+pub(in crate::rig) fn process_force(rig: &BearingRig) -> RandomForce {
+    let mut direction = [0.0; DOFS];
+    direction[OUTER_Y] = 1.0;
+    RandomForce { direction, psd_n2_per_hz: rig.excitation.process_force_psd_n2_per_hz }
 }
 
 pub(super) fn masses(rig: &BearingRig) -> [f64; DOFS] {

@@ -33,7 +33,7 @@ pub(in crate::rig) struct Tangent {
 /// A state of a run: instant, positions and velocities.
 pub(in crate::rig) type Visited = (Instant, [f64; DOFS], [f64; DOFS]);
 
-/// Response to a force of 1 N during one sample.
+/// Response to 1 N during one sample.
 pub(in crate::rig) struct Impulse {
     /// Accelerations of `ax` and `ay`, m/s², and contact force on the outer race in x and y, N.
     pub signals: [Vec<f64>; 4],
@@ -80,8 +80,9 @@ impl Linear {
         Self { system, step, steps, mass, sensors, contact: tangent.contact }
     }
 
-    /// Response to a force of 1 N during the first sample, `direction` on each degree of freedom: at most `samples` samples, fewer once it has decayed to the
-    /// share `decayed` of its greatest value. `damping` acts in addition, a sample each, repeated from its start.
+    /// Response to 1 N during the first sample, `direction` on each degree of freedom: at most `samples` samples, fewer once it
+    /// has decayed to the share `decayed` of its greatest value. `damping` acts in addition, a sample each, repeated from its
+    /// start.
     pub(in crate::rig) fn impulse<'d>(
         &self,
         direction: &[f64; DOFS],
