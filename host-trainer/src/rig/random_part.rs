@@ -118,7 +118,7 @@ fn random_part(of: &Asked, states: Option<Result<Vec<Visited>, RigError>>) -> Re
     let chain: Vec<_> = output_chain(assembly).into_iter().filter(|(stage, _)| *stage <= Stage::Amplifier).collect();
     let sensed = |(channel, [along, across], [path_force, across_force]): (&str, [&[f64]; 2], [&[f64]; 2])| {
         let sample_rate_hz = condition.sample_rate_hz;
-        let at = Acquisition { channel, sample_rate_hz, preroll: 0, path_force, across_force, across };
+        let at = Acquisition { channel, sample_rate_hz, preroll: 1, path_force, across_force, across };
         let mut signal = along.to_vec();
         // The chain's output at rest is no response.
         let rest = vec![0.0; signal.len()];
@@ -127,12 +127,12 @@ fn random_part(of: &Asked, states: Option<Result<Vec<Visited>, RigError>>) -> Re
             alter(&at, &mut signal);
             alter(&Acquisition { path_force: &rest, across_force: &rest, across: &rest, ..at }, &mut offset);
         }
-        signal.iter_mut().zip(offset).for_each(|(value, offset)| *value -= offset);
-        signal
+        signal.iter().zip(offset).skip(at.preroll).map(|(value, offset)| value - offset).collect()
     };
     let response = |impulse: &Impulse| {
-        let [ax, ay, fx, fy] = &impulse.signals;
-        [("ax", [&**ax, &**ay], [&**fx, &**fy]), ("ay", [&**ay, &**ax], [&**fy, &**fx])].map(sensed)
+        // From rest: what the chain is given first it takes for the state before.
+        let [ax, ay, fx, fy] = impulse.signals.each_ref().map(|signal| [&[0.0], signal.as_slice()].concat());
+        [("ax", [&*ax, &*ay], [&*fx, &*fy]), ("ay", [&*ay, &*ax], [&*fy, &*fx])].map(sensed)
     };
     let driven = |(n, force): (usize, &RandomForce)| Driven {
         variance_n2: force.variance_n2(condition.sample_rate_hz),

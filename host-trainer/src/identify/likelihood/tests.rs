@@ -125,6 +125,33 @@ fn invariant_the_residual_of_the_true_rig_is_as_large_as_it_says() {
     }
 }
 
+/// The power of runs of a machine that stands is the predicted one where a mode is between the force and the sensor: one that the
+/// sensor's motion drives, and one that a random force of an effect goes through.
+#[test]
+fn invariant_noise_through_a_mode_has_its_predicted_power() {
+    let numbers = [(ParameterKey::FrequencyHz, 3000.0), (ParameterKey::DampingRatio, 0.05), (ParameterKey::Gain, 4.0)];
+    let mode = |source: &str| {
+        EffectEntry::new(EffectKind::StructuralResonance, &numbers).with_text(ParameterKey::Source, source)
+    };
+    let random = EffectEntry::new(EffectKind::RandomForce, &[(ParameterKey::PsdN2PerHz, 1e-4)])
+        .with_text(ParameterKey::Component, "outer-y");
+    let through = nominal().with_effect(random).with_effect(mode("along"));
+    for rig in [nominal().with_effect(mode("motion")), through] {
+        // So long that what leaks from the mode to where the power is least stays below the bound.
+        let condition = condition(0.0, 500.0, 32_768);
+        let expected = alone(&Asked { rig: &rig, condition, known: None }).variance;
+        let runs: Vec<Run> = (0..8).map(|seed| Run { rig: &rig, condition, start: Start::seeded(seed) }).collect();
+        let made: Vec<_> = simulate_many(&runs).unwrap().iter().map(|r| Observed::from_recording(r).unwrap()).collect();
+        let bins: Vec<usize> = judged_bins(made[0].spectra[1].as_ref().unwrap(), 1.0).collect();
+        for band in bins.chunks(1024) {
+            let power = |k: &usize| made.iter().map(|o| o.spectra[1].as_ref().unwrap()[*k].norm_sqr()).sum::<f64>();
+            let mean = |k: &usize| power(k) / (runs.len() as f64 * expected[1][*k]);
+            let ratio = band.iter().map(mean).sum::<f64>() / band.len() as f64;
+            assert!((ratio - 1.0).abs() < 0.15, "{ratio} from bin {}", band[0]);
+        }
+    }
+}
+
 #[test]
 fn invariant_the_gradient_is_that_of_the_misfit() {
     let mut rig = nominal();
