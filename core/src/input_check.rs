@@ -23,6 +23,7 @@ pub enum Quality {
 
 /// Limits of the sensor and its converter.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ScreenConfig {
     /// Full scale, m/s²: a magnitude at or above it is saturated; 0 if unknown.
     pub full_scale: f32,

@@ -18,6 +18,7 @@ pub const MAX_DEGREE: usize = 11;
 
 /// Sizes of a library: polynomial, Fourier, or both (the paper's "custom").
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Library {
     /// Number of variables z_i, 1 to [`MAX_DIMENSION`].

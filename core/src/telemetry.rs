@@ -141,9 +141,7 @@ impl fmt::Display for TelemetryError {
             Self::Magic => write!(f, "bytes 0 to 3: expected `BRTM`"),
             Self::Version { found } => write!(f, "byte 4: found version {found}, expected {FORMAT_VERSION}"),
             Self::Checksum { expected, found } => write!(f, "CRC-32: found {found:08x}, expected {expected:08x}"),
-            Self::Name => {
-                write!(f, "machine: expected 1 to {MAX_NAME} bytes of UTF-8 without control characters, /, + and #")
-            }
+            Self::Name => write!(f, "machine: expected {NAME_RULE}"),
             Self::Code { byte, found } => write!(f, "byte {byte}: found code {found}, which means nothing there"),
             Self::Unused => write!(f, "expected zeros in the fields that the kind of message does not use"),
             Self::Statistic => write!(f, "EWMA and limit: expected finite numbers, the limit positive"),
@@ -153,7 +151,10 @@ impl fmt::Display for TelemetryError {
 
 impl core::error::Error for TelemetryError {}
 
-/// Whether a text can be a machine's name: one level of an MQTT topic, 1 to 32 bytes, no control characters.
+/// What [`is_name`] asks of a name, in words.
+pub const NAME_RULE: &str = "1 to 32 bytes of UTF-8 without control characters, /, + and #, that do not begin with $";
+
+/// Whether a text can be a machine's name, one level of an MQTT topic: by [`NAME_RULE`].
 pub fn is_name(text: &str) -> bool {
     let refused = |c: char| c.is_control() || matches!(c, '/' | '+' | '#');
     !text.is_empty() && text.len() <= MAX_NAME && !text.starts_with('$') && !text.contains(refused)

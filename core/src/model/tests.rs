@@ -251,7 +251,11 @@ fn json_errors_are_told() {
     assert_eq!(read(&text, 10), Some(ModelError::StorageTooSmall));
     assert!(matches!(read(&text[..n / 2], n), Some(ModelError::Json)));
     assert_eq!(read(&text.replace("device-model/4", "device-model/2"), n), Some(ModelError::Schema));
-    assert!(matches!(read(&text.replace("\"decoder\"", "\"decoded\""), n), Some(ModelError::Json)));
+    // A key that is misspelt is neither read over nor a default.
+    for key in ["decoder", "orders", "false_alarms_per_day", "release", "stuck_after", "degree"] {
+        let misspelt = text.replace(&std::format!("\"{key}\""), &std::format!("\"{key}s\""));
+        assert!(misspelt != text && matches!(read(&misspelt, n), Some(ModelError::Json)), "{key}");
+    }
     let first = text.split("\"state_mean\":[").nth(1).unwrap().split(',').next().unwrap().to_string();
     let with_null = text.replace(&std::format!("\"state_mean\":[{first}"), "\"state_mean\":[null");
     assert!(read(&with_null, n).is_some(), "null must not become a number");

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use ballrace_core::telemetry::{NAME_RULE, is_name};
 use serde_json::json;
 
 use super::broker::{Broker, failure};
@@ -117,9 +118,9 @@ fn names(path: &Path) -> Result<HashSet<String>, Failure> {
         if name.is_empty() || name.starts_with('#') {
             continue;
         }
-        if !ballrace_core::telemetry::is_name(name) {
-            let expected = "a name of 1 to 32 bytes without control characters, /, + and #";
-            return Err(Failure::Input(format!("{}, row {row}: found {name:?}, expected {expected}", path.display())));
+        if !is_name(name) {
+            let path = path.display();
+            return Err(Failure::Input(format!("{path}, row {row}: found {name:?}, expected {NAME_RULE}")));
         }
         names.insert(name.to_owned());
     }

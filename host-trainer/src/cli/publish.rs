@@ -1,5 +1,6 @@
 //! Option `--publish` of `ballrace monitor`.
 
+use ballrace_core::telemetry::{NAME_RULE, is_name};
 use ballrace_firmware_sim::event::Event;
 
 use super::Failure;
@@ -38,9 +39,8 @@ impl Publish {
                 Err(Failure::Input("--ca, --user, --password-file: found no --publish, expected one".into()))
             };
         };
-        if !ballrace_core::telemetry::is_name(machine) {
-            let expected = "1 to 32 bytes without control characters, /, + and #, that do not begin with $";
-            return Err(Failure::Input(format!("--machine: found {machine:?}, expected {expected}")));
+        if !is_name(machine) {
+            return Err(Failure::Input(format!("--machine: found {machine:?}, expected {NAME_RULE}")));
         }
         let link = self.broker.link(address)?;
         let crc = model.bytes().last_chunk().map_or(0, |crc| u32::from_le_bytes(*crc));

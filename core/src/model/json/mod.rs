@@ -32,11 +32,13 @@ type Widths = heapless::Vec<u16, { MAX_LAYERS + 1 }>;
 
 /// Everything but the arrays.
 #[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct Header<'a> {
     schema: &'a str,
     sample_rate_hz: f32,
     inputs: usize,
     /// Orders of the states; `None`: the states are given directly.
+    #[serde(deserialize_with = "Option::deserialize")]
     orders: Option<Orders>,
     alignment: Alignment,
     #[serde(default, skip_serializing_if = "is_differences")]
@@ -64,7 +66,7 @@ fn levels_schema(estimator: Estimator, library: Library) -> &'static str {
 
 /// Monitor's settings in the keys of any schema; those of the others are absent.
 #[derive(Default, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(deny_unknown_fields)]
 struct AnyMonitor {
     block: u32,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -76,15 +78,27 @@ struct AnyMonitor {
     release: f32,
     #[serde(skip_serializing_if = "Option::is_none")]
     calm_blocks: Option<u32>,
-    false_alarms_per_day: f32,
-    blocks_per_day: f32,
-    healthy_blocks: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    false_alarms_per_day: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    blocks_per_day: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    healthy_blocks: Option<u32>,
     #[serde(skip_serializing)]
     healthy_mean: Option<f32>,
     #[serde(skip_serializing)]
     ewma_limit: Option<f32>,
     #[serde(skip_serializing)]
     of_blocks: Option<u32>,
+    #[serde(skip_serializing)]
+    #[expect(dead_code, reason = "of before, read over")]
+    cusum_slack: Option<f32>,
+    #[serde(skip_serializing)]
+    #[expect(dead_code, reason = "of before, read over")]
+    cusum_limit: Option<f32>,
+    #[serde(skip_serializing)]
+    #[expect(dead_code, reason = "of before, read over")]
+    votes: Option<u32>,
 }
 
 impl From<MonitorConfig> for AnyMonitor {
@@ -97,9 +111,9 @@ impl From<MonitorConfig> for AnyMonitor {
             limit: Some(m.limit),
             release: m.release,
             calm_blocks: Some(m.calm_blocks),
-            false_alarms_per_day: m.false_alarms_per_day,
-            blocks_per_day: m.blocks_per_day,
-            healthy_blocks: m.healthy_blocks,
+            false_alarms_per_day: Some(m.false_alarms_per_day),
+            blocks_per_day: Some(m.blocks_per_day),
+            healthy_blocks: Some(m.healthy_blocks),
             ..Self::default()
         }
     }
@@ -122,9 +136,9 @@ impl AnyMonitor {
             limit: self.limit?,
             release,
             calm_blocks: self.calm_blocks?,
-            false_alarms_per_day: self.false_alarms_per_day,
-            blocks_per_day: self.blocks_per_day,
-            healthy_blocks: self.healthy_blocks,
+            false_alarms_per_day: self.false_alarms_per_day?,
+            blocks_per_day: self.blocks_per_day?,
+            healthy_blocks: self.healthy_blocks?,
         })
     }
 }
