@@ -133,6 +133,9 @@ fn exported_c_and_rust_hold_the_bytes_of_the_binary_form() {
         let literals = source.split("0x").skip(1).filter_map(|s| s.get(..3)?.strip_suffix(','));
         let written: Vec<u8> = literals.filter_map(|hex| u8::from_str_radix(hex, 16).ok()).collect();
         assert_eq!(written, bytes, "{format}");
+        // Of all bytes it would be the same for every model.
+        let own = u32::from_le_bytes(*bytes.last_chunk().expect("a word"));
+        assert!(source.contains(&format!("0x{own:08x}")), "{format}");
     }
     let error = refused(folder, &["export", "model.json", "--format", "c", "--out", "x.h", "--max-ram", "8"]);
     assert!(error.contains("RAM limit") && error.contains("at most 8"), "{error}");
@@ -190,6 +193,10 @@ fn a_budget_is_predicted_from_the_model_alone() {
     let table = done(folder, &["budget", "--model", "model.json", "again.json", "--plot", "frontier.svg"]);
     assert!(table.contains("| model | R² held out") && table.contains("\n| again | "), "{table}");
     assert!(std::fs::read_to_string(folder.join("frontier.svg")).expect("written").contains("<svg"));
+    for lost in ["again.json", "data/r01.csv"] {
+        let error = refused(folder, &["budget", "--model", "model.json", "again.json", "--plot", lost]);
+        assert!(error.contains("--plot: found"), "{error}");
+    }
     done(folder, &["export", "model.json", "--format", "bin", "--out", "m.bin"]);
     let error = refused(folder, &["budget", "--model", "model.json", "m.bin"]);
     assert!(error.contains("m.bin: found a model without scores"), "{error}");

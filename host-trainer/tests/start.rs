@@ -96,6 +96,15 @@ fn init_writes_what_the_recordings_show_and_the_readers_read_it() {
 }
 
 #[test]
+fn init_finds_its_recordings_from_a_folder_beside_its_own() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let inside = folder.path().join("work");
+    recordings(&inside.join("data"));
+    done(&inside, &["init", "--from", "data", "--bearing", "6205", "--shaft-hz", "24", "--out", "../made"]);
+    assert_eq!(load_all(&folder.path().join("made/recordings.toml")).expect("recordings").len(), 2);
+}
+
+#[test]
 fn init_never_replaces_a_file_without_force_and_writes_both_or_none() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();

@@ -6,6 +6,7 @@ use ballrace_core::model::Input;
 use clap::ValueEnum;
 use serde::Serialize;
 
+use super::output::{Force, Outputs};
 use super::{Failure, json, line, write};
 use crate::model::OwnedModel;
 use crate::model::budget::{self, Budget, BudgetConfig, Functions, Target};
@@ -36,6 +37,8 @@ pub struct Args {
     /// Clock of the processor, Hz
     #[arg(long, default_value_t = 168e6, value_name = "HZ")]
     clock_hz: f64,
+    #[command(flatten)]
+    force: Force,
     /// Print the budget as one JSON document
     #[arg(long)]
     json: bool,
@@ -160,6 +163,9 @@ struct Row {
 
 /// Table, and picture, of several models.
 fn several(args: &Args) -> Result<(), Failure> {
+    if let Some(path) = &args.plot {
+        Outputs::new(args.force, &args.model).file("plot", path)?;
+    }
     let (mut rows, mut rates) = (Vec::new(), Vec::new());
     for path in &args.model {
         let (model, report) = file::read(path).map_err(Failure::input)?;
@@ -167,6 +173,10 @@ fn several(args: &Args) -> Result<(), Failure> {
             Failure::Input(format!("{}: found a model without scores, expected one written by `fit`", path.display()))
         })?;
         let (budget, rate) = budget_of(path, &model, args)?;
+        if let Some(first) = rates.first().filter(|first| **first != rate && args.plot.is_some()) {
+            let path = path.display();
+            return Err(Failure::Input(format!("--plot: found {path} of {rate} Hz, expected {first} Hz as the first")));
+        }
         rates.push(rate);
         rows.push(Row {
             model: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),

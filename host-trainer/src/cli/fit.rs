@@ -324,10 +324,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut fitted = fitted?;
     fitted.report.training.channel = Some(input.channel.clone());
     fitted.report.training.entered = entered;
+    // Drawn before anything is written, so that an interruption leaves nothing.
+    let drawn = |path| Ok((path, report::fit::document(&fitted, &input).map_err(Failure::other)?.html()));
+    let page = args.report.as_ref().map(drawn).transpose()?;
     file::write(&args.out, &fitted.model, &fitted.report).map_err(Failure::other)?;
-    if let Some(path) = &args.report {
-        let page = report::fit::document(&fitted, &input).map_err(Failure::other)?;
-        write(path, page.html().as_bytes())?;
+    if let Some((path, html)) = page {
+        write(path, html.as_bytes())?;
     }
     let Fitted { model, report } = &fitted;
     if args.json {

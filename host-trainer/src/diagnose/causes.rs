@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::result::SCHEMA;
+use super::result::{SCHEMA, Verdict};
 use crate::recording::bounded;
 use crate::rig::effect::EffectKind;
 
@@ -42,7 +42,7 @@ pub enum CausesError {
     },
 }
 
-/// Causes of a diagnosis, the most probable first; empty if there are none.
+/// Causes of a diagnosis, the most probable first; empty if there are none, or if it names `unexplained` alone.
 ///
 /// # Errors
 /// A file that is no diagnosis, or a cause that is not in the vocabulary.
@@ -73,7 +73,8 @@ fn parse(path: &Path, text: &[u8]) -> Result<Vec<EffectKind>, CausesError> {
             refuse(format!("causes[{index}].name"), name, format!("one of {}", names.join(", ")))
         })
     };
-    list.iter().enumerate().map(name).collect()
+    let is_named = |cause: &&Value| cause.get("name").and_then(Value::as_str) != Some(Verdict::Unexplained.name());
+    list.iter().filter(is_named).enumerate().map(name).collect()
 }
 
 /// A value short enough for a message.
@@ -98,7 +99,10 @@ mod tests {
         let text = r#"{"schema": "ballrace-diagnosis/1", "causes": [{"name": "backlash", "probability": 1},
                        {"name": "unbalance"}]}"#;
         assert_eq!(parse(text).unwrap(), [EffectKind::Backlash, EffectKind::Unbalance]);
-        assert!(parse(r#"{"schema": "ballrace-diagnosis/1", "causes": []}"#).unwrap().is_empty());
+        for none in ["", r#"{"name": "unexplained"}"#] {
+            let text = format!(r#"{{"schema": "ballrace-diagnosis/1", "causes": [{none}]}}"#);
+            assert!(parse(&text).unwrap().is_empty(), "{text}");
+        }
     }
 
     #[test]

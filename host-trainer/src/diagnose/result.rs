@@ -160,7 +160,8 @@ pub struct Diagnosis {
     pub schema: Cow<'static, str>,
     /// Verdict of the diagnosis.
     pub verdict: Verdict,
-    /// Accepted causes, the most probable first; none without a mismatch.
+    /// Accepted causes, the most probable first; without a mismatch none, or a change that is `unexplained` (of a rig of unknown
+    /// structure against its baseline).
     pub causes: Vec<Cause>,
     /// Rejected causes.
     pub rejected: Vec<Rejected>,

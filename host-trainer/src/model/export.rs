@@ -141,6 +141,11 @@ fn literals(bytes: &[u8]) -> String {
     text
 }
 
+/// CRC-32 of a model's bytes before that CRC itself: with it all models have the same.
+fn checksum(bytes: &[u8]) -> u32 {
+    crc32(bytes.split_last_chunk::<4>().map_or(bytes, |(before, _)| before))
+}
+
 fn rust(model: &OwnedModel) -> String {
     let (view, bytes) = (model.view(), model.bytes());
     format!(
@@ -156,14 +161,14 @@ fn rust(model: &OwnedModel) -> String {
          pub const SCRATCH_LEN: usize = {};\n\
          /// Sample rate the model was fitted at, Hz.\n\
          pub const SAMPLE_RATE_HZ: f32 = {:?};\n\
-         /// CRC-32 of the model's bytes.\n\
+         /// CRC-32 of the model's bytes before its last word, which holds it.\n\
          pub const CRC32: u32 = 0x{:08x};\n\
          /// The model in its binary form, used in place.\n\
          #[rustfmt::skip]\n\
          pub static MODEL: [u8; {}] = [\n{}];\n",
         Device::scratch_len(&view),
         view.sample_rate_hz,
-        crc32(bytes),
+        checksum(bytes),
         bytes.len(),
         literals(bytes)
     )
@@ -180,13 +185,14 @@ fn c(model: &OwnedModel) -> String {
          #define BALLRACE_MODEL_SCRATCH_LEN {}\n\
          /* Sample rate the model was fitted at, Hz. */\n\
          #define BALLRACE_MODEL_SAMPLE_RATE_HZ {:?}f\n\
+         /* CRC-32 of the model's bytes before its last word, which holds it. */\n\
          #define BALLRACE_MODEL_CRC32 UINT32_C(0x{:08x})\n\
          #define BALLRACE_MODEL_LEN {}\n\n\
          static const uint8_t ballrace_model[BALLRACE_MODEL_LEN]\n\
          #if defined(__GNUC__)\n    __attribute__((aligned(4)))\n#endif\n= {{\n{}}};\n\n#endif\n",
         Device::scratch_len(&view),
         view.sample_rate_hz,
-        crc32(bytes),
+        checksum(bytes),
         bytes.len(),
         literals(bytes)
     )

@@ -166,12 +166,22 @@ fn rate_hz(recording: &Recording) -> f64 {
     format!("{:.8e}", recording.sample_rate_hz).parse().unwrap_or(recording.sample_rate_hz)
 }
 
-/// Path of a file as seen from a folder.
+/// Path of a file as seen from a folder, which need not exist.
 fn relative(file: &Path, folder: &Path) -> io::Result<PathBuf> {
-    let (file, folder) = (std::path::absolute(file)?, std::path::absolute(folder)?);
-    let clean = |path: &Path| path.components().filter(|c| *c != std::path::Component::CurDir).collect::<PathBuf>();
-    let (file, folder) = (clean(&file), clean(&folder));
+    let name = file.file_name().unwrap_or_default();
+    let (file, folder) = (real(file.parent().unwrap_or(Path::new("")))?.join(name), real(folder)?);
     let shared = file.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
     let up = folder.components().skip(shared).map(|_| std::path::Component::ParentDir);
     Ok(up.chain(file.components().skip(shared)).collect())
+}
+
+/// Absolute path of a folder without links and `..`; of one that does not exist, as far as it does.
+fn real(folder: &Path) -> io::Result<PathBuf> {
+    if folder.as_os_str().is_empty() {
+        return Path::new(".").canonicalize();
+    }
+    match (folder.canonicalize(), folder.parent(), folder.file_name()) {
+        (Err(_), Some(parent), Some(name)) => Ok(real(parent)?.join(name)),
+        (found, ..) => found,
+    }
 }

@@ -1,6 +1,6 @@
 //! Effects of the vocabulary from fitted coefficients.
 
-use super::acquire::Acquired;
+use super::acquire::{Acquired, Track};
 use super::table::{Table, TermModel};
 use super::terms::Meaning;
 use crate::identify::force_balance::equation::Parameter;
@@ -99,14 +99,15 @@ fn bias_or_force(entry: EffectEntry, machine: &SdofRig, acquired: &Acquired) -> 
         _ => return entry,
     };
     let rest = if k > 0.0 { machine.gravity_n / k } else { 0.0 };
-    let begins = acquired.tracks.iter().filter(|track| {
+    let begun: Vec<&Track> = acquired.under_test().filter(|track| track.offset == 0).collect();
+    let begins = begun.iter().filter(|track| {
         let first = &track.sensed[..track.len().min(3)];
         let mean = first.iter().sum::<f64>() / first.len() as f64;
         let at_nominal = mean.abs().min((mean - rest).abs());
         let at_bias = (mean - bias).abs().min((mean - rest - bias).abs());
         at_bias < at_nominal && at_bias < AT_REST * bias.abs()
     });
-    if 2 * begins.count() > acquired.tracks.len() {
+    if 2 * begins.count() > begun.len() {
         EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, bias)])
     } else {
         EffectEntry::new(EffectKind::ConstantForce, &[(ParameterKey::ForceN, bias * k)])

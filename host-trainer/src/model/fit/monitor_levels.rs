@@ -1,7 +1,5 @@
 //! Healthy level of a model's residual by the device's own monitor, theory (85) to (87).
 
-use std::collections::HashSet;
-
 use ballrace_core::input_check::ScreenConfig;
 use ballrace_core::math;
 use ballrace_core::monitor::MonitorConfig;
@@ -50,7 +48,7 @@ pub fn monitor(
     parts.monitor = MonitorConfig::new(block, 0.0, 1.0);
     let provisional = parts.assemble().map_err(FitError::Diverged)?;
     let mut blocks = blocks(&provisional, recordings, sample_rate_hz);
-    mark_held_out(&mut blocks, split, recordings);
+    mark_held_out(&mut blocks, split);
     let shift = shift(&blocks);
     let levels: Vec<f64> = blocks.iter().map(|b| b.log_level + if b.held_out { 0.0 } else { shift }).collect();
     let count = levels.len().max(1) as f64;
@@ -117,16 +115,13 @@ fn blocks(model: &OwnedModel, recordings: &[Series], sample_rate_hz: f64) -> Vec
 }
 
 /// Marks the blocks of held-out recordings, or of the last fifth of the only one.
-fn mark_held_out(blocks: &mut [HealthyBlock], split: &Split, recordings: &[Series]) {
+fn mark_held_out(blocks: &mut [HealthyBlock], split: &Split) {
     if split.within {
         let first = (blocks.len() * 4).div_ceil(5);
         blocks.iter_mut().skip(first).for_each(|b| b.held_out = true);
         return;
     }
-    let names: HashSet<&str> = split.held_out.iter().map(|s| s.name.as_str()).collect();
-    for block in blocks {
-        block.held_out = recordings.get(block.recording).is_some_and(|s| names.contains(s.name.as_str()));
-    }
+    blocks.iter_mut().for_each(|b| b.held_out = split.held_out_places.contains(&b.recording));
 }
 
 /// How far held-out blocks are above the others, never below 0: a model leaves less of what it was fitted to, and the device

@@ -31,6 +31,8 @@ pub struct Split {
     pub validation: Vec<Series>,
     /// Held-out recordings: they score, and choose nothing.
     pub held_out: Vec<Series>,
+    /// Places of the held-out ones among all recordings; empty if they are the end of the only one.
+    pub held_out_places: Vec<usize>,
     /// Whether validation and held-out part are the end of the only recording.
     pub within: bool,
 }
@@ -47,6 +49,7 @@ impl Split {
                 train: vec![Series { name: format!("{}, first 3/5", only.name), samples: first.to_vec() }],
                 validation: pieces(&format!("{}, fourth 1/5", only.name), middle, least),
                 held_out: vec![Series { name: format!("{}, last 1/5", only.name), samples: last.to_vec() }],
+                held_out_places: Vec::new(),
                 within: true,
             };
         }
@@ -58,9 +61,10 @@ impl Split {
             (series(others), series(nth))
         };
         let (others, held_out) = nth(recordings.to_vec());
+        let held_out_places = (0..recordings.len()).filter(|n| n % every == every - 1).collect();
         if others.len() >= SETTINGS.min_validation * every {
             let (train, validation) = nth(others);
-            return Self { train, validation, held_out, within: false };
+            return Self { train, validation, held_out, held_out_places, within: false };
         }
         let (mut train, mut validation) = (Vec::new(), Vec::new());
         for Series { name, samples } in others {
@@ -68,7 +72,7 @@ impl Split {
             validation.extend(pieces(&format!("{name}, last 1/5"), last, least));
             train.push(Series { samples: first.to_vec(), name });
         }
-        Self { train, validation, held_out, within: false }
+        Self { train, validation, held_out, held_out_places, within: false }
     }
 
     /// Surrogates of all recordings, the `k`-th of their kind, split as these.
@@ -78,6 +82,7 @@ impl Split {
             train: part(&self.train, 0),
             validation: part(&self.validation, 1),
             held_out: part(&self.held_out, 2),
+            held_out_places: self.held_out_places.clone(),
             within: self.within,
         }
     }

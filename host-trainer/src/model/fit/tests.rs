@@ -48,6 +48,21 @@ fn quick_network() -> Solver {
 }
 
 #[test]
+fn recordings_of_one_name_in_two_folders_are_held_out_each_by_itself() {
+    let made = recordings(|k| noise(2000, k));
+    let alike: Vec<Series> = made
+        .iter()
+        .enumerate()
+        .map(|(n, s)| Series { name: format!("r{}", n % 6), samples: s.samples.clone() })
+        .collect();
+    let monitor = |recordings: &[Series]| {
+        let config = FitConfig { null_fits: 0, ..config(stlsq()) };
+        fit(recordings, 25_600.0, &config, &|_| ()).unwrap().report.monitor
+    };
+    assert_eq!(monitor(&made), monitor(&alike));
+}
+
+#[test]
 fn null_on_white_noise_the_verdict_is_nothing() {
     for solver in [stlsq(), quick_network()] {
         let made = recordings(|k| noise(2000, k));
