@@ -154,7 +154,7 @@ fn without(recordings: &[Recording], offsets: &[Fault]) -> Vec<Recording> {
     out
 }
 
-/// Cuts recordings where samples are missing, to the longer part, and the fault, if most of them are so.
+/// Cuts recordings where samples are missing to the longer part; the fault of those, with the median count, if there are any.
 fn whole_part(recordings: &mut [Recording]) -> Option<Fault> {
     let gaps: Vec<Option<dropped::Gap>> = recordings.iter().map(dropped::gap).collect();
     let mut found: Vec<(dropped::Gap, f64)> =
