@@ -40,15 +40,6 @@ impl Coherence {
         let values = (0..length).map(|a| if a == 0 { 0.0 } else { mean(a) }).collect();
         Spectrum { step_hz: self.cyclic_step_hz, values }
     }
-
-    /// Mean of |γ|² over given cyclic frequencies for each carrier frequency.
-    pub fn carriers(&self, cyclic_hz: &[f64]) -> Spectrum {
-        let at = |row: &Vec<f64>| {
-            let values = cyclic_hz.iter().filter_map(|f| row.get((f / self.cyclic_step_hz).round() as usize));
-            values.sum::<f64>() / cyclic_hz.len().max(1) as f64
-        };
-        Spectrum { step_hz: self.step_hz, values: self.squares.iter().map(at).collect() }
-    }
 }
 
 /// Coherence of a recording, theory (76), over carriers 0…Nyquist's frequency from windows of `window` samples, and
@@ -136,7 +127,7 @@ fn transform_along_time(values: impl Iterator<Item = Complex<f64>>, count: usize
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_signals::{gaussian, impacts};
+    use super::super::test_signals::gaussian;
     use super::*;
 
     const RATE: f64 = 12_000.0;
@@ -161,15 +152,6 @@ mod tests {
         assert!((at(2.0 * rate) - 0.25 * m * m / power).abs() < 0.06, "{}", at(2.0 * rate));
         let elsewhere = found.points().filter(|(f, _)| *f > 5.0 && (f / rate - (f / rate).round()).abs() > 0.02);
         assert!(elsewhere.map(|(_, v)| v).fold(0.0, f64::max).sqrt() < 0.1);
-    }
-
-    #[test]
-    fn carriers_of_impacts_are_their_resonance() {
-        let samples: Vec<f64> =
-            impacts(24_000, RATE, 97.3, 3800.0, 150.0).iter().zip(gaussian(24_000, 2)).map(|(a, b)| a + b).collect();
-        let carriers = coherence(&samples, RATE, 128, 400.0).unwrap().carriers(&[97.3, 194.6, 291.9]);
-        let best = carriers.points().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
-        assert!((best.0 - 3800.0).abs() < 200.0, "{best:?}");
     }
 
     #[test]

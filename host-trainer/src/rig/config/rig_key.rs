@@ -38,14 +38,6 @@ impl RigKey {
             Self::Effect { key, .. } => key.name(),
         }
     }
-
-    /// The parameter, if it is one of the effect of this index.
-    pub fn of_effect(self, effect: usize) -> Option<ParameterKey> {
-        match self {
-            Self::Effect { index, key } if index == effect => Some(key),
-            _ => None,
-        }
-    }
 }
 
 impl From<ModelKey> for RigKey {
