@@ -86,6 +86,8 @@ fn a_pit_is_named_and_proved() {
     assert_eq!(names(&outcome), ["outer-race-defect"], "{:?}", outcome.diagnosis);
     let depth = number(&outcome, ParameterKey::DepthM);
     assert!((0.5..2.0).contains(&(depth / 9e-7)), "{depth}");
+    let [from, to] = outcome.diagnosis.causes[0].interval95["angle_rad"];
+    assert!(from < 1.7 && 1.7 < to && to < 1.85, "{from} {to}");
     let fit = &outcome.diagnosis.fit;
     assert!(fit.after < 0.7 * fit.before && fit.p_value < 0.001, "{fit:?}");
     assert!(outcome.diagnosis.rejected.iter().all(|r| r.name != "outer-race-defect"));

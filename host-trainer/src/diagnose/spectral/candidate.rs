@@ -1,18 +1,21 @@
 //! Candidates: hypotheses fitted on top of a null fit.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::data::Point;
 use super::fit::Model;
 use super::hypotheses::Hypothesis;
 use super::likelihood::Colour;
 use super::prediction::{Known, is_inner};
+use super::settings::GateSettings;
 use crate::identify::likelihood::coordinate::Coordinate;
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::rig::config::RigKey;
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{EffectEntry, Rig};
 use crate::signal::transform::median;
+
+const GATE: GateSettings = GateSettings::DEFAULT;
 
 /// Effect fitted together with all that the model had before.
 #[derive(Clone)]
@@ -27,22 +30,30 @@ pub struct Candidate<'d, 'a> {
     pub point: Point,
     /// Decrease of −ln by the effect.
     pub gain: f64,
+    /// Gain of the predicted phase between the channels over that without the effect, nats; 0 where it was not asked for.
+    pub phase: f64,
 }
 
 impl Candidate<'_, '_> {
     /// Candidate after a search of at most `steps` steps; the same if the rig cannot run.
     pub fn searched(self, null: &NullFit, steps: usize) -> Self {
         match self.model.search(self.point.clone(), steps) {
-            Ok(point) => Self { gain: null.gain(&point), point, ..self },
+            Ok(point) => Self { gain: null.gain(&self.model, &point), point, ..self },
             Err(_) => self,
         }
     }
 
-    /// Gain less the price of the fitted numbers: ½ ln N nats each, N bins (G. Schwarz, Ann. Stat. 6 (1978) 461–464), so that dry
+    /// Gain by powers and phase less the price of the fitted numbers: ½ ln N nats each, N bins (G. Schwarz, Ann. Stat. 6 (1978) 461–464), so that dry
     /// friction rounded beyond the speeds of the motion is a damper.
     pub fn merit(&self) -> f64 {
         let bins: usize = self.model.data.observations.iter().map(|o| CHANNELS.len() * o.bins().len()).sum();
-        self.gain - 0.5 * self.model.coordinates.len() as f64 * (bins as f64).ln()
+        self.gain + self.phase - 0.5 * self.model.coordinates.len() as f64 * (bins as f64).ln()
+    }
+
+    /// Whether the phase between the channels speaks against the effect.
+    pub fn is_contradicted(&self) -> bool {
+        let [least, share] = GATE.phase;
+        self.phase < -least.max(share * self.gain)
     }
 
     /// Whether this is a fit of a hypothesis.
@@ -74,18 +85,27 @@ pub struct NullFit<'d, 'a> {
     pub point: Point,
     /// Rig at the fit.
     pub rig: Rig,
+    /// Gain of each channel by the level of its sensor's noise, once it is asked for.
+    noise_level_gains: OnceLock<[f64; 2]>,
 }
 
 impl<'d, 'a> NullFit<'d, 'a> {
     /// Null fit of a model.
     pub fn new(model: &Model<'d, 'a>, point: &Point) -> Self {
         let rig = model.rig_at(&point.values).unwrap_or_else(|_| model.rig.clone());
-        Self { model: model.clone(), point: point.clone(), rig }
+        Self { model: model.clone(), point: point.clone(), rig, noise_level_gains: OnceLock::new() }
     }
 
-    /// Decrease of −ln from the null fit to a point.
-    pub fn gain(&self, point: &Point) -> f64 {
-        self.point.objective() - point.objective()
+    /// Decrease of −ln from the null fit to a point of a model; of a sensor's gain that beyond another level of its noise.
+    pub fn gain(&self, model: &Model, point: &Point) -> f64 {
+        let gain = self.point.objective() - point.objective();
+        match model.rig.effects.last() {
+            Some(effect) if effect.kind == EffectKind::SensorGain => {
+                let of_noise = self.noise_level_gains.get_or_init(|| self.model.data.noise_level_gains(&self.point));
+                gain - channels(effect).into_iter().map(|c| of_noise[c]).sum::<f64>()
+            }
+            _ => gain,
+        }
     }
 
     /// Model with an effect, and the nuisances from which its fit starts. A screening takes more of the null fit's predictions
@@ -127,19 +147,23 @@ impl<'d, 'a> NullFit<'d, 'a> {
 
     /// Candidate of a hypothesis at a point of its model.
     pub fn candidate(&self, hypothesis: &Hypothesis, model: Model<'d, 'a>, point: Point) -> Candidate<'d, 'a> {
-        let gain = self.gain(&point);
-        Candidate { kind: hypothesis.kind, place: hypothesis.place.clone(), model, point, gain }
+        let gain = self.gain(&model, &point);
+        Candidate { kind: hypothesis.kind, place: hypothesis.place.clone(), model, point, gain, phase: 0.0 }
     }
+}
+
+/// Channels of an effect.
+fn channels(effect: &EffectEntry) -> Vec<usize> {
+    let name = effect.text(ParameterKey::Channel);
+    let own = (0..CHANNELS.len()).filter(|c| name == Some(CHANNELS[*c]));
+    let own: Vec<usize> = own.collect();
+    if own.is_empty() { (0..CHANNELS.len()).collect() } else { own }
 }
 
 /// Moves the level of a noise's colour to the last effect, a sensor's gain; `None` if there is none.
 fn take_level(rig: &mut Rig, colour: &mut Colour) -> Option<()> {
     let effect = rig.effects.last()?;
-    let channels: Vec<usize> = match effect.text(ParameterKey::Channel) {
-        Some("ax") => vec![0],
-        Some("ay") => vec![1],
-        _ => vec![0, 1],
-    };
+    let channels = channels(effect);
     let mut levels: Vec<f64> = channels.iter().flat_map(|c| colour[*c]).collect();
     let level = median(&mut levels)?;
     let index = rig.effects.len() - 1;

@@ -1,6 +1,7 @@
 //! Causes and their numbers: probability, intervals, evidence.
 
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
@@ -105,12 +106,21 @@ pub fn estimates(model: &Model, point: &Point, unknown: usize) -> (Intervals, Ve
         if a < unknown {
             numbers.push((coordinate.key.to_string(), value, ends));
         } else if let RigKey::Effect { index, key } = coordinate.key {
-            let of_form = Z975 * INTERVALS.form_error(key, value);
-            effects
-                .insert((index, key), [value - of_form.hypot(value - ends[0]), value + of_form.hypot(ends[1] - value)]);
+            let of_form = Z975 * INTERVALS.form_error(model.rig.effects[index].kind, key, value);
+            let ends = [value - of_form.hypot(value - ends[0]), value + of_form.hypot(ends[1] - value)];
+            let has_phase = model.data.observations.iter().any(|o| o.samples.iter().all(Option::is_some));
+            effects.insert(
+                (index, key),
+                if key == ParameterKey::AngleRad && !has_phase { of_either_side(ends) } else { ends },
+            );
         }
     }
     (effects, numbers)
+}
+
+/// Interval of an angle that may as well be on the other side of the load.
+fn of_either_side([from, to]: [f64; 2]) -> [f64; 2] {
+    [from.min(PI - to), to.max(PI - from)]
 }
 
 /// Ends of the interval of an effect's strength over the strength.

@@ -17,6 +17,8 @@ use super::unevenness::UnevenMachines;
 use crate::signal::kinematics::Orders;
 
 const LIKELIHOOD: LikelihoodSettings = LikelihoodSettings::DEFAULT;
+/// Levels of a sensor's noise to either side that are tried, half a standard deviation apart.
+const NOISE_LEVELS: i32 = 8;
 
 /// Recordings with what a fit needs of them.
 pub struct Data<'a> {
@@ -116,6 +118,31 @@ impl<'a> Data<'a> {
             (0..o.bins().end).map(|k| channel.noise(k)).collect()
         };
         best_stretch(o, &point.predictions[recording].outer.power, &[0, 1].map(noise), range, prior)
+    }
+
+    /// Gain of each channel at a point by another level of its sensor's noise in place of the colour's level: what a wrong gain of a
+    /// sensor must exceed.
+    pub fn noise_level_gains(&self, point: &Point) -> [f64; 2] {
+        let cost = |c: usize, level: f64| {
+            let of = |n: usize| {
+                let channel = self.channel(point, n, c);
+                let bin = |(k, power, noise, line)| {
+                    let share = channel.process_share(k);
+                    let noise = noise * (share * (-level).exp() + 1.0 - share);
+                    channel.bin(k, power, noise, line).neg_log
+                };
+                channel.bins().map(bin).sum::<f64>()
+            };
+            let mut colour = point.colour;
+            colour[c].iter_mut().for_each(|knot| *knot -= level);
+            (0..self.observations.len()).into_par_iter().map(of).sum::<f64>()
+                + self.colour_prior(&colour)
+                + 0.5 * (level / LIKELIHOOD.noise_level_np).powi(2)
+        };
+        [0, 1].map(|c| {
+            let levels = (-NOISE_LEVELS..=NOISE_LEVELS).map(|n| 0.5 * f64::from(n) * LIKELIHOOD.noise_level_np);
+            cost(c, 0.0) - levels.map(|level| cost(c, level)).fold(f64::INFINITY, f64::min)
+        })
     }
 
     /// −ln of the prior of a point's stretches.

@@ -3,6 +3,7 @@
 //! A power spectrum has no time. An event is found in the whitened samples by the rig's response to it, shifted to every time
 //! (a matched filter: G. L. Turin, IRE Trans. Inf. Theory 6 (1960) 311–329).
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -181,6 +182,16 @@ fn responses(
     Ok((0..templates.len()).map(of).collect())
 }
 
+/// Samples that rise from zero and fall to it within `ends` samples, as half a cosine: their jump from the end to the beginning
+/// would look like a step of the load.
+fn faded(samples: &[f64], ends: usize) -> Vec<f64> {
+    let weight = |n: usize| {
+        let from_end = n.min(samples.len() - 1 - n);
+        if from_end < ends { 0.5 - 0.5 * (PI * (from_end as f64 + 0.5) / ends as f64).cos() } else { 1.0 }
+    };
+    samples.iter().enumerate().map(|(n, v)| weight(n) * v).collect()
+}
+
 /// Spectra of a recording over its noise.
 struct Whitened {
     /// X/S of each channel.
@@ -194,8 +205,9 @@ impl Whitened {
     fn new(o: &Observation, noise: &Arc<Power>) -> Self {
         let n = o.condition.samples;
         let scale = 1.0 / (n as f64).sqrt();
+        let ends = (SETTINGS.guard_s * o.condition.sample_rate_hz) as usize;
         let spectra = [0, 1].map(|c| {
-            let spectrum = padded(o.samples[c].as_deref()?, n, scale);
+            let spectrum = padded(&faded(o.samples[c].as_deref()?, ends), n, scale);
             let last = spectrum.len() - 1;
             let of =
                 |(k, x): (usize, Complex<f64>)| if k == 0 || k == last { Complex::default() } else { x / noise[c][k] };

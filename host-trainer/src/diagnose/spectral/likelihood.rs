@@ -162,7 +162,7 @@ impl Density {
 }
 
 /// Power over the mean between which the density of outliers adds nothing.
-const ORDINARY: [f64; 2] = [0.3, 4.0];
+pub const ORDINARY: [f64; 2] = [0.3, 4.0];
 /// Bound on the logarithm of power over mean.
 const LEAST_LN_RATIO: f64 = -27.6;
 /// Share of a line below which a bin counts as noise.

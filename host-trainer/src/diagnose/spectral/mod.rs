@@ -5,6 +5,7 @@
 //! | `observation` | recordings as power spectra |
 //! | `prediction` | spectra that a rig predicts: noise and lines |
 //! | `unevenness` | lines of machines with unevenly spaced balls |
+//! | `cross` | what the phase between the channels adds |
 //! | `likelihood` | their density, with all that a machine is beyond its drawing |
 //! | `data` | recordings of a fit, and points in the space of its unknowns |
 //! | `expansion` | gradient and information at a point |
@@ -16,6 +17,7 @@
 //! | `candidate` | hypotheses fitted on top of a null fit |
 //! | `screening` | starts of all hypotheses on brief recordings |
 //! | `search` | the effects that gain most |
+//! | `angle` | angle of a defect in the outer race |
 //! | `baseline` | calibration to the healthy machine, and what is no change since |
 //! | `selection` | causes, one after the other, by fitted and held-out recordings |
 //! | `lack` | what a prediction leaves |
@@ -26,9 +28,11 @@
 //! | `terms` | causes as curves |
 //! | `text` | sentences |
 
+mod angle;
 mod baseline;
 mod candidate;
 mod causes;
+mod cross;
 mod data;
 mod events;
 mod expansion;

@@ -5,9 +5,11 @@ use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
+use realfft::num_complex::Complex;
+
 use super::settings::LikelihoodSettings;
 use crate::identify::calibrate::split::longer_part;
-use crate::identify::likelihood::observed::{Observed, padded};
+use crate::identify::likelihood::observed::{Coefficients, Observed, padded};
 use crate::identify::likelihood::tachometer::Reading;
 use crate::rig::OperatingCondition;
 
@@ -111,16 +113,32 @@ pub fn duration_s(observations: &[Observation]) -> f64 {
 /// Power spectrum by sine tapers (K. S. Riedel, A. Sidorenko, "Minimum bias multiple taper spectral estimation", IEEE Trans.
 /// Signal Process. 43 (1995) 188–195).
 pub fn power(samples: &[f64]) -> Vec<f64> {
-    let n = samples.len();
-    let scale = (2.0 / (n as f64 + 1.0)).sqrt();
-    let tapers = tapers(n);
-    let mut out = vec![0.0; n / 2 + 1];
-    for taper in tapers.iter() {
-        let tapered: Vec<f64> = samples.iter().zip(taper).map(|(v, w)| v * w).collect();
-        let bins = padded(&tapered, n, scale);
+    let mut out = vec![0.0; samples.len() / 2 + 1];
+    for bins in tapered(samples) {
         out.iter_mut().zip(bins).for_each(|(sum, x)| *sum += x.norm_sqr() / SETTINGS.tapers as f64);
     }
     out
+}
+
+/// Cross-spectrum X·Y* of two signals of a length by the same tapers.
+pub fn cross_power(x: &[f64], y: &[f64]) -> Vec<Complex<f64>> {
+    let mut out = vec![Complex::default(); x.len() / 2 + 1];
+    for (x, y) in tapered(x).zip(tapered(y)) {
+        let product = x.into_iter().zip(y).map(|(x, y)| x * y.conj() / SETTINGS.tapers as f64);
+        out.iter_mut().zip(product).for_each(|(sum, product)| *sum += product);
+    }
+    out
+}
+
+/// Fourier coefficients of a signal in each taper.
+fn tapered(samples: &[f64]) -> impl Iterator<Item = Coefficients> {
+    let n = samples.len();
+    let scale = (2.0 / (n as f64 + 1.0)).sqrt();
+    let tapers = tapers(n);
+    (0..tapers.len()).map(move |taper| {
+        let tapered: Vec<f64> = samples.iter().zip(&tapers[taper]).map(|(v, w)| v * w).collect();
+        padded(&tapered, n, scale)
+    })
 }
 
 /// Tapers of a length.

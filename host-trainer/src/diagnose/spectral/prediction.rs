@@ -314,6 +314,21 @@ pub fn noise_free(rig: &Rig, observation: &Observation, scatter: VelocityCovaria
     }
 }
 
+/// Simulated noise-free runs, each with an error of its own if it diverges in finer steps too.
+///
+/// # Errors
+/// A rig that is refused.
+pub fn noise_free_runs(runs: &[Run]) -> Result<Vec<Result<Recording, RigError>>, RigError> {
+    let ended = |(made, run): (Result<Recording, RigError>, &Run)| match made {
+        // A drag is stiffer where the motion is fast than where its steps are counted for.
+        Err(RigError::Diverged { .. }) if depends_on_velocity_noise(run.rig) => {
+            simulate(run.rig, &run.condition, &Start { substeps: None, ..run.start })
+        }
+        other => other,
+    };
+    Ok(simulate_all(runs)?.into_par_iter().zip(runs).map(ended).collect())
+}
+
 /// Powers of the deterministic part of rigs, each with the velocity covariances of its random part.
 fn powers_of<'r>(
     rigs: &[(&'r Rig, &[VelocityCovariance])],
@@ -328,14 +343,7 @@ fn powers_of<'r>(
         CHANNELS.map(|name| recording.channel(name).map_or_else(Vec::new, |c| power(&c.samples)))
     };
     let simulated = |runs: &[Run]| -> Result<Vec<Result<Power, RigError>>, RigError> {
-        let ended = |(made, run): (Result<Recording, RigError>, &Run)| match made {
-            // A drag is stiffer where the motion is fast than where its steps are counted for.
-            Err(RigError::Diverged { .. }) if depends_on_velocity_noise(run.rig) => {
-                simulate(run.rig, &run.condition, &Start { substeps: None, ..run.start })
-            }
-            other => other,
-        };
-        Ok(simulate_all(runs)?.into_par_iter().zip(runs).map(|run| ended(run).map(spectrum)).collect())
+        Ok(noise_free_runs(runs)?.into_par_iter().map(|made| made.map(spectrum)).collect())
     };
     match simulated(&runs.concat()) {
         Ok(made) => {

@@ -106,7 +106,7 @@ pub fn scores<'h>(null: &NullFit, starts: Vec<(&'h Hypothesis, EffectEntry)>, sc
         let points = Model::start_all(prepared);
         scores.par_iter_mut().zip(prepared).zip(points).for_each(|((score, (model, from)), point)| {
             let Some(point) = point else { return };
-            score.gain = null.gain(&point);
+            score.gain = null.gain(model, &point);
             score.resize(null, model, from, &point, scales);
         });
     }
@@ -124,10 +124,10 @@ impl StartScore<'_> {
             each.map(|(own, null)| own.scaled(null, scale)).collect()
         };
         let near = Point { stretch: point.stretch.clone(), ..from.clone() };
-        let rough = |scale: &f64| null.gain(&model.with_predictions(&near, scaled(*scale)));
+        let rough = |scale: &f64| null.gain(model, &model.with_predictions(&near, scaled(*scale)));
         let best = scales.iter().map(|scale| (rough(scale), *scale)).max_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, scale)) = best else { return };
-        let gain = null.gain(&model.started(from, scaled(scale)));
+        let gain = null.gain(model, &model.started(from, scaled(scale)));
         if gain > self.gain {
             *self = Self { gain, effect: self.effect.clone().with_number(key, scale * size), ..*self };
         }

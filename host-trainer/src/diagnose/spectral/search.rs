@@ -1,10 +1,10 @@
 //! Search for the effect that explains what a rig leaves.
 
-use std::f64::consts::{FRAC_PI_2, PI};
-
 use rayon::prelude::*;
 
+use super::angle::turned;
 use super::candidate::{Candidate, NullFit, best, rank};
+use super::cross::set_phases;
 use super::guesses::Guesses;
 use super::hypotheses::{Hypothesis, ISOTROPIC, LOAD_COMPONENT, MODE_SOURCES, all};
 use super::lack::lack;
@@ -27,14 +27,21 @@ const DISSIPATION: [EffectKind; 3] =
 const ALWAYS_FITTED: [(EffectKind, &str); 2] =
     [(EffectKind::SpeedDrift, ""), (EffectKind::ConstantForce, LOAD_COMPONENT)];
 
-/// Candidates that gain most, the one of greatest merit first; none of the kinds that the rig has already, except `corrections`
-/// of the calibration. Those that are far from `asked`, the gain that a cause must have, are not followed up.
-pub fn candidates<'d, 'a>(
-    null: &NullFit<'d, 'a>,
-    brief: &Brief,
-    asked: f64,
-    corrections: &[EffectKind],
-) -> Vec<Candidate<'d, 'a>> {
+/// What is sought.
+#[derive(Clone, Copy, Debug)]
+pub struct Sought<'s> {
+    /// Gain that a cause must have; what is far from it is not followed up.
+    pub asked: f64,
+    /// Whether the phase between the channels is asked too.
+    pub by_phase: bool,
+    /// Corrections of the calibration, of whose kinds there may be another effect.
+    pub corrections: &'s [EffectKind],
+}
+
+/// Candidates that gain most, the one of greatest merit first, those that the phase contradicts last; of the kinds that the rig has
+/// already, only corrections.
+pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought) -> Vec<Candidate<'d, 'a>> {
+    let Sought { asked, by_phase, corrections } = sought;
     let data = null.model.data;
     let mut hypotheses = all(&null.rig, mean_load_n(data.observations), &Guesses::new(data, &null.point));
     let has = |kind: EffectKind| !corrections.contains(&kind) && null.rig.effects.iter().any(|e| e.kind == kind);
@@ -60,7 +67,14 @@ pub fn candidates<'d, 'a>(
         Some(if is_hopeless { started } else { started.searched(null, SETTINGS.steps[0]) })
     };
     let mut fits: Vec<Candidate> = sought.into_par_iter().filter_map(fit).collect();
+    let ask_phase = |fits: &mut [Candidate]| {
+        if by_phase {
+            set_phases(null, fits, asked);
+        }
+    };
+    ask_phase(&mut fits);
     rank(&mut fits);
+    let (contradicted, fits): (Vec<Candidate>, Vec<Candidate>) = fits.into_iter().partition(Candidate::is_contradicted);
     let most = fits.first().map_or(0.0, |c| c.gain);
     let least = (most - SETTINGS.close_nats - SETTINGS.close_share * most.abs()).max(asked);
     let close = |c: &Candidate| c.gain > least;
@@ -68,15 +82,16 @@ pub fn candidates<'d, 'a>(
     let followed = |candidate: Candidate<'d, 'a>| {
         let candidate = candidate.searched(null, SETTINGS.steps[1]);
         let Some(hypothesis) = hypotheses.iter().find(|h| candidate.is_of(h)) else { return candidate };
-        extended(restarted(candidate, hypothesis, null), hypothesis, null)
+        turned(extended(restarted(turned(candidate, null), hypothesis, null), hypothesis, null), null)
     };
     let near = near.into_par_iter().map(followed);
     let mut near: Vec<Candidate> = near.collect();
     rank(&mut near);
     let siblings = near.first().map_or_else(Vec::new, |best| siblings(best, &near, &hypotheses, null));
     near.extend(siblings);
+    ask_phase(&mut near);
     rank(&mut near);
-    near.into_iter().chain(far).collect()
+    near.into_iter().chain(far).chain(contradicted).collect()
 }
 
 /// Scores, best first, without an effect in one direction that differs from that in both by chance, and the reverse.
@@ -164,7 +179,7 @@ fn restarted<'d, 'a>(
     } else if has_symmetry {
         other_symmetry(&effect, hypothesis.free[0])
     } else if let Some(width) = effect.number(ParameterKey::WidthRad) {
-        other_defects(effect, width, hypothesis.free.contains(&ParameterKey::AngleRad))
+        other_defects(&effect, width)
     } else {
         return candidate;
     };
@@ -200,17 +215,7 @@ fn other_modes(effect: &EffectEntry) -> Vec<EffectEntry> {
     MODE_SOURCES.into_iter().flat_map(of).collect()
 }
 
-/// Defects of other widths, of another place of the zeros in the lines' envelope, or on the other side of the load.
-fn other_defects(effect: EffectEntry, width: f64, has_angle: bool) -> Vec<EffectEntry> {
-    use ParameterKey::{AngleRad, WidthRad};
-    let turned: Vec<EffectEntry> = match effect.number(AngleRad).filter(|_| has_angle) {
-        Some(angle) => {
-            let near_load = FRAC_PI_2 + SETTINGS.near_load_rad;
-            let angles = [angle, PI - angle, 0.5 * (angle + FRAC_PI_2), near_load];
-            angles.map(|angle| effect.clone().with_number(AngleRad, angle)).to_vec()
-        }
-        None => vec![effect],
-    };
-    let of_width = |share: f64| turned.iter().map(move |effect| effect.clone().with_number(WidthRad, share * width));
-    SETTINGS.other_widths.into_iter().flat_map(of_width).collect()
+/// Defects of other widths, of another place of the zeros in the lines' envelope.
+fn other_defects(effect: &EffectEntry, width: f64) -> Vec<EffectEntry> {
+    SETTINGS.other_widths.map(|share| effect.clone().with_number(ParameterKey::WidthRad, share * width)).to_vec()
 }

@@ -10,7 +10,7 @@ use super::lack::lack;
 use super::likelihood::Stretch;
 use super::observation::{Observation, duration_s, mean_load_n};
 use super::screening::Brief;
-use super::search::candidates;
+use super::search::{Sought, candidates};
 use super::settings::{FitSettings, GateSettings, LikelihoodSettings};
 use super::text;
 use super::unevenness::turns_otherwise;
@@ -83,7 +83,11 @@ impl<'d, 'a> Selection<'d, 'a> {
             }
             let share = if is_second { GATE.second_share } else { GATE.first_share };
             let asked = GATE.gain.max(share * left);
-            let mut found = candidates(&NullFit::new(&self.model, &self.point), &brief, asked, &self.in_baseline);
+            let null = NullFit::new(&self.model, &self.point);
+            let sought = Sought { asked, by_phase: is_second, corrections: &self.in_baseline };
+            let (contradicted, mut found): (Vec<_>, Vec<_>) =
+                candidates(&null, &brief, sought).into_iter().partition(Candidate::is_contradicted);
+            self.rejected.extend(contradicted);
             if found.is_empty() {
                 break;
             }

@@ -35,6 +35,10 @@ pub fn rejected(candidate: &Candidate, kept: Option<f64>) -> String {
     let place = if candidate.place.is_empty() { String::new() } else { format!("({}) ", candidate.place) };
     match kept {
         Some(kept) => format!("{place}gains {:.0} in ln L, the cause {kept:.0}", candidate.gain.max(0.0)),
+        None if candidate.is_contradicted() => format!(
+            "{place}gains {:.0} in ln L, but the phase between the channels is not that of it ({:.0})",
+            candidate.gain, candidate.phase
+        ),
         None if candidate.gain > GATE.gain => {
             format!(
                 "{place}gains {:.0} in ln L, too little of what is left or of it on the held-out recordings",
