@@ -43,8 +43,8 @@ impl Candidate<'_, '_> {
         }
     }
 
-    /// Gain by powers and phase less the price of the fitted numbers: ½ ln N nats each, N bins (G. Schwarz, Ann. Stat. 6 (1978) 461–464), so that dry
-    /// friction rounded beyond the speeds of the motion is a damper.
+    /// Gain by powers and phase less the price of the fitted numbers: ½ ln N nats each, N bins (G. Schwarz, Ann. Stat. 6 (1978)
+    /// 461–464), so that dry friction rounded beyond the speeds of the motion is a damper.
     pub fn merit(&self) -> f64 {
         let bins: usize = self.model.data.observations.iter().map(|o| CHANNELS.len() * o.bins().len()).sum();
         self.gain + self.phase - 0.5 * self.model.coordinates.len() as f64 * (bins as f64).ln()

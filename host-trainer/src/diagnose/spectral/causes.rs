@@ -82,7 +82,8 @@ impl Trust {
 /// Intervals of the parameters of effects, by the effect's index and key.
 pub type Intervals = BTreeMap<(usize, ParameterKey), [f64; 2]>;
 
-/// 95 % interval of each coordinate, of an effect with the error of its form: values of the effects by index and key, and the rig's unknown numbers.
+/// 95 % interval of each coordinate, of an effect with the error of its form: values of the effects by index and key, and the rig's
+/// unknown numbers.
 pub fn estimates(model: &Model, point: &Point, unknown: usize) -> (Intervals, Vec<Fitted>) {
     let (mut effects, mut numbers) = (BTreeMap::new(), Vec::new());
     let count = model.coordinates.len();
@@ -109,10 +110,8 @@ pub fn estimates(model: &Model, point: &Point, unknown: usize) -> (Intervals, Ve
             let of_form = Z975 * INTERVALS.form_error(model.rig.effects[index].kind, key, value);
             let ends = [value - of_form.hypot(value - ends[0]), value + of_form.hypot(ends[1] - value)];
             let has_phase = model.data.observations.iter().any(|o| o.samples.iter().all(Option::is_some));
-            effects.insert(
-                (index, key),
-                if key == ParameterKey::AngleRad && !has_phase { of_either_side(ends) } else { ends },
-            );
+            let is_sided = key != ParameterKey::AngleRad || has_phase;
+            effects.insert((index, key), if is_sided { ends } else { of_either_side(ends) });
         }
     }
     (effects, numbers)

@@ -553,7 +553,8 @@ pub struct SearchSettings {
     pub other_modes: [[f64; 2]; 4],
     /// Sizes of a law of the other symmetry from which its search is repeated, over the one found.
     pub other_sizes: [f64; 4],
-    /// Gain of a mode at the other sensor over that at its own, and share of neighbouring lobes, from which their fits start. By hand.
+    /// Gain of a mode at the other sensor over that at its own, and share of neighbouring lobes, from which their fits start. By
+    /// hand.
     pub extension: [f64; 2],
     /// Sizes of a friction from which its full fit starts, over that of the screening.
     pub weaker: [f64; 4],
