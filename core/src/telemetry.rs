@@ -151,6 +151,8 @@ impl fmt::Display for TelemetryError {
 
 impl core::error::Error for TelemetryError {}
 
+const _: () = assert!(MAX_NAME == 32, "NAME_RULE says so");
+
 /// What [`is_name`] asks of a name, in words.
 pub const NAME_RULE: &str = "1 to 32 bytes of UTF-8 without control characters, /, + and #, that do not begin with $";
 

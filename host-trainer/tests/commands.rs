@@ -193,6 +193,15 @@ fn a_budget_is_predicted_from_the_model_alone() {
     let table = done(folder, &["budget", "--model", "model.json", "again.json", "--plot", "frontier.svg"]);
     assert!(table.contains("| model | R² held out") && table.contains("\n| again | "), "{table}");
     assert!(std::fs::read_to_string(folder.join("frontier.svg")).expect("written").contains("<svg"));
+    let manifest = folder.join("data/recordings.toml");
+    let text = std::fs::read_to_string(&manifest).expect("a manifest");
+    std::fs::write(&manifest, text.replace("10000.0", "20000.0")).expect("written");
+    std::fs::rename(folder.join("model.json"), folder.join("slow.json")).expect("renamed");
+    done(folder, &[&FIT[..], &["--null", "0"]].concat());
+    std::fs::rename(folder.join("model.json"), folder.join("fast.json")).expect("renamed");
+    std::fs::rename(folder.join("slow.json"), folder.join("model.json")).expect("renamed");
+    let error = refused(folder, &["budget", "--model", "model.json", "fast.json", "--plot", "rates.svg"]);
+    assert!(error.contains("found fast.json of 20000 Hz, expected 10000 Hz") && !folder.join("rates.svg").exists());
     for lost in ["again.json", "data/r01.csv"] {
         let error = refused(folder, &["budget", "--model", "model.json", "again.json", "--plot", lost]);
         assert!(error.contains("--plot: found"), "{error}");

@@ -43,8 +43,7 @@ impl Publish {
             return Err(Failure::Input(format!("--machine: found {machine:?}, expected {NAME_RULE}")));
         }
         let link = self.broker.link(address)?;
-        let crc = model.bytes().last_chunk().map_or(0, |crc| u32::from_le_bytes(*crc));
-        let encoder = Encoder::new(machine, crc, model.view().monitor.limit);
+        let encoder = Encoder::new(machine, model.checksum(), model.view().monitor.limit);
         let publisher = Publisher::connect(&link, machine).map_err(failure)?;
         Ok(Some(Publication { publisher, encoder, broker: link.broker() }))
     }

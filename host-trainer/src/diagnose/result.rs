@@ -195,6 +195,13 @@ pub struct HeldOut {
     pub after: Vec<f64>,
 }
 
+impl HeldOut {
+    /// Name of a channel of a recording, where there are several channels.
+    pub fn name_of(recording: &str, channel: &str) -> String {
+        format!("{recording}-{channel}")
+    }
+}
+
 /// Aspect of a residual that a test examines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]

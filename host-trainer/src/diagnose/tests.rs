@@ -94,6 +94,27 @@ fn a_pit_is_named_and_proved() {
 }
 
 #[test]
+fn a_pit_seen_by_one_sensor_may_be_on_either_side_of_the_load() {
+    let pit = [(ParameterKey::DepthM, 9e-7), (ParameterKey::WidthRad, 0.07), (ParameterKey::AngleRad, 1.85)];
+    let mut made = recordings(&with(EffectKind::OuterRaceDefect, &pit), 2);
+    made.iter_mut().for_each(|r| r.channels.retain(|c| c.name == "ay"));
+    let outcome = diagnosed(&nominal(), None, &made, 2);
+    assert_eq!(names(&outcome), ["outer-race-defect"], "{:?}", outcome.diagnosis);
+    let [from, to] = outcome.diagnosis.causes[0].interval95["angle_rad"];
+    assert!((from + to - std::f64::consts::PI).abs() < 1e-9 && to - from < 1.5, "{from} {to}");
+}
+
+/// Sensors are seldom as quiet as their sheet says: that is no gain, which lines and the process force would have as well.
+#[test]
+fn null_a_louder_noise_of_the_sensors_is_no_gain() {
+    let mut louder = nominal();
+    let key = ModelKey::SensorNoise;
+    louder.set(key, 1.25 * louder.get(key).unwrap()).unwrap();
+    let outcome = diagnosed_alone(&louder, 21);
+    assert!(names(&outcome).is_empty(), "{:?}", outcome.diagnosis);
+}
+
+#[test]
 fn a_stiffness_is_not_taken_for_another_effect() {
     let change = EffectEntry::new(EffectKind::StiffnessChange, &[(ParameterKey::Value, 1.2e7)])
         .with_text(ParameterKey::Component, "outer");

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use ballrace_core::device::Device;
 use ballrace_core::library::Term;
-use ballrace_core::model::{Model, ModelError, crc32};
+use ballrace_core::model::{Model, ModelError};
 use serde::Serialize;
 
 use crate::model::OwnedModel;
@@ -141,11 +141,6 @@ fn literals(bytes: &[u8]) -> String {
     text
 }
 
-/// CRC-32 of a model's bytes before that CRC itself: with it all models have the same.
-fn checksum(bytes: &[u8]) -> u32 {
-    crc32(bytes.split_last_chunk::<4>().map_or(bytes, |(before, _)| before))
-}
-
 fn rust(model: &OwnedModel) -> String {
     let (view, bytes) = (model.view(), model.bytes());
     format!(
@@ -168,7 +163,7 @@ fn rust(model: &OwnedModel) -> String {
          pub static MODEL: [u8; {}] = [\n{}];\n",
         Device::scratch_len(&view),
         view.sample_rate_hz,
-        checksum(bytes),
+        model.checksum(),
         bytes.len(),
         literals(bytes)
     )
@@ -192,7 +187,7 @@ fn c(model: &OwnedModel) -> String {
          #if defined(__GNUC__)\n    __attribute__((aligned(4)))\n#endif\n= {{\n{}}};\n\n#endif\n",
         Device::scratch_len(&view),
         view.sample_rate_hz,
-        checksum(bytes),
+        model.checksum(),
         bytes.len(),
         literals(bytes)
     )

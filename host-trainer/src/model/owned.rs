@@ -46,6 +46,11 @@ impl OwnedModel {
         Ok(Self { bytes })
     }
 
+    /// CRC-32 of the binary form before its last word, which holds it: over all of it every model has the same.
+    pub fn checksum(&self) -> u32 {
+        self.bytes.last_chunk().map_or(0, |word| u32::from_le_bytes(*word))
+    }
+
     /// The same model with its networks in another arithmetic. The healthy level of its monitor stays that of before:
     /// `fit --arithmetic` finds it anew.
     ///

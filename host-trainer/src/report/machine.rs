@@ -35,7 +35,7 @@ pub fn envelopes(task: &Task, outcome: &DiagnosisResult) -> Result<Option<Sectio
     let ([band], [_, ..]) = (location.frequency_hz.as_slice(), location.order.as_slice()) else { return Ok(None) };
     let is_shown = |held: &&HeldOut| held.name.ends_with(&location.channel);
     let Some(held) = outcome.held_out.iter().find(is_shown).filter(|_| is_unknown(task.rig)) else { return Ok(None) };
-    let recording = task.recordings.iter().find(|r| held.name == format!("{}-{}", r.name(), location.channel));
+    let recording = task.recordings.iter().find(|r| held.name == HeldOut::name_of(&r.name(), &location.channel));
     let Some(shaft_hz) = recording.and_then(|r| r.shaft_hz) else { return Ok(None) };
     let until = 1.15 * shaft_hz * location.order.iter().copied().fold(1.0, f64::max);
     let healthy = healthy(task, shaft_hz, &location.channel, held.sample_rate_hz);

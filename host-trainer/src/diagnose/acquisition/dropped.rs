@@ -36,7 +36,7 @@ pub fn gap(recording: &Recording) -> Option<Gap> {
     if turns.len() < TURNS {
         return None;
     }
-    let usual: Vec<f64> = (0..turns.len()).filter_map(|n| expected(&turns, n)).collect();
+    let usual: Vec<f64> = (0..turns.len()).map(|n| expected(&turns, n)).collect::<Option<_>>()?;
     let off = |n: usize| turns[n] - usual[n];
     let is_odd = |n: &usize| off(*n).abs() > ALIKE[0].max(ALIKE[1] * usual[*n]);
     let odd: Vec<usize> = (0..turns.len()).filter(is_odd).collect();

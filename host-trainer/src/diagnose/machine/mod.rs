@@ -250,7 +250,7 @@ fn synthesised(data: &Data, found: &Found, cause: Option<&Candidate>, geometry: 
         } else {
             before.clone()
         };
-        let name = format!("{}-{}", held.name, CHANNELS[channel]);
+        let name = HeldOut::name_of(&held.name, CHANNELS[channel]);
         Some(HeldOut { name, sample_rate_hz: held.sample_rate_hz, measured, before, after })
     };
     (0..CHANNELS.len()).filter_map(of).collect()

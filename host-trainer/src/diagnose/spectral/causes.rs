@@ -96,6 +96,8 @@ pub fn estimates(model: &Model, point: &Point, unknown: usize) -> (Intervals, Ve
     let inverse = Mat::from_fn(all, all, |a, b| expansion.information[(a, b)] + if a == b { 1e-9 } else { 0.0 })
         .partial_piv_lu()
         .inverse();
+    // With one channel there is no phase between them, and a defect may be on either side of the load.
+    let has_phase = model.data.observations.iter().any(|o| o.samples.iter().all(Option::is_some));
     for (a, coordinate) in model.coordinates.iter().enumerate() {
         // White's widening: where recordings disagree more than the information says.
         let pulls = expansion.pieces.iter().map(|g| (0..all).map(|b| inverse[(a, b)] * g[b]).sum::<f64>().powi(2));
@@ -109,15 +111,14 @@ pub fn estimates(model: &Model, point: &Point, unknown: usize) -> (Intervals, Ve
         } else if let RigKey::Effect { index, key } = coordinate.key {
             let of_form = Z975 * INTERVALS.form_error(model.rig.effects[index].kind, key, value);
             let ends = [value - of_form.hypot(value - ends[0]), value + of_form.hypot(ends[1] - value)];
-            let has_phase = model.data.observations.iter().any(|o| o.samples.iter().all(Option::is_some));
-            let is_sided = key != ParameterKey::AngleRad || has_phase;
-            effects.insert((index, key), if is_sided { ends } else { of_either_side(ends) });
+            let ends = if key == ParameterKey::AngleRad && !has_phase { of_either_side(ends) } else { ends };
+            effects.insert((index, key), ends);
         }
     }
     (effects, numbers)
 }
 
-/// Interval of an angle that may as well be on the other side of the load.
+/// Interval of an angle with that of its mirror image across the load.
 fn of_either_side([from, to]: [f64; 2]) -> [f64; 2] {
     [from.min(PI - to), to.max(PI - from)]
 }

@@ -24,9 +24,9 @@ const SETTINGS: LikelihoodSettings = LikelihoodSettings::DEFAULT;
 pub fn set_phases(null: &NullFit, candidates: &mut [Candidate], least: f64) {
     let has_phase = |c: &&mut Candidate| c.gain > least && c.kind != EffectKind::Misalignment;
     let mut asked: Vec<&mut Candidate> = candidates.iter_mut().filter(has_phase).collect();
-    let fits = asked.iter().map(|c| (&c.model, &c.point));
-    let mut gains =
-        cross_gains(&std::iter::once((&null.model, &null.point)).chain(fits).collect::<Vec<_>>()).into_iter();
+    let mut fits = vec![(&null.model, &null.point)];
+    fits.extend(asked.iter().map(|c| (&c.model, &c.point)));
+    let mut gains = cross_gains(&fits).into_iter();
     let Some(Ok(now)) = gains.next().filter(|now| now.as_ref().is_ok_and(|now| *now > 0.0)) else { return };
     asked.iter_mut().zip(gains).for_each(|(c, gain)| c.phase = gain.map_or(f64::NEG_INFINITY, |gain| gain - now));
 }
@@ -128,6 +128,35 @@ mod tests {
         let [powers, phases] = [0, 1].map(|n| found[1][n] - found[0][n]);
         assert!(phases < -100.0 && powers.abs() < 0.2 * phases.abs(), "{found:?}");
         assert!(found[0][1] > 50.0, "{found:?}");
+    }
+
+    #[test]
+    fn invariant_a_candidate_of_the_other_side_is_contradicted_where_the_phase_is_as_predicted() {
+        let angle = PI / 2.0 + 0.3;
+        let recording = simulate(&pitted(angle), &condition(30.0, 800.0, 25_600), &Start::seeded(5)).unwrap();
+        let observations = [Observation::new(&Observed::from_recording(&recording).unwrap())];
+        let orders = nominal().bearing().unwrap().bearing.geometry().orders();
+        let data = Data::new(&observations, orders, UnevenMachines::default());
+        let judged = |of_null: f64, of_candidate: f64| {
+            let fitted = |angle: f64| {
+                let model = Model::fixed(&data, pitted(angle));
+                let point = model.start().unwrap();
+                (model, point)
+            };
+            let ((null, at), (model, point)) = (fitted(of_null), fitted(of_candidate));
+            let (kind, place) = (EffectKind::OuterRaceDefect, String::new());
+            let mut candidates = [Candidate { kind, place, model, point, gain: 200.0, phase: 0.0 }];
+            set_phases(&NullFit::new(&null, &at), &mut candidates, 100.0);
+            (candidates[0].phase, candidates[0].is_contradicted())
+        };
+        let (phase, is_contradicted) = judged(angle, PI - angle);
+        assert!(phase < -100.0 && is_contradicted, "{phase}");
+        assert_eq!(judged(angle, angle), (0.0, false));
+        assert_eq!(
+            judged(PI - angle, PI - angle),
+            (0.0, false),
+            "nothing is asked of a phase that is not as predicted"
+        );
     }
 
     /// Channels of two recordings at other angles of the cage are no more coherent than chance.

@@ -97,7 +97,7 @@ pub fn held_out(
                 after.iter_mut().zip(mains.series(measured, o)).for_each(|(v, line)| *v += line);
             }
             out.push(HeldOut {
-                name: format!("{}-{}", o.name, CHANNELS[channel]),
+                name: HeldOut::name_of(&o.name, CHANNELS[channel]),
                 sample_rate_hz: o.condition.sample_rate_hz,
                 measured: disturbed.acquired.as_recorded(&o.name, channel, measured),
                 before: before[channel].clone(),

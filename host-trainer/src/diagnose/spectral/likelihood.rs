@@ -1,6 +1,7 @@
 //! Likelihood of power spectra under a prediction.
 //!
-//! Phases are not used: a wandering speed, a slipping cage or unevenly spaced balls take them away first. A bin's power is
+//! Phases of lines are not used: a wandering speed, a slipping cage or unevenly spaced balls take them away first. That between
+//! the channels is left to `cross`. A bin's power is
 //! gamma distributed around c (N + p P) + V: N and P the noise of the rig's sensor and process force, c and p their colours, V
 //! the power of the rig's lines. The power of noise
 //! is exponential (P. Whittle, Arkiv för Matematik 2 (1953) 423–434); that of a line has the relative variance of the machine

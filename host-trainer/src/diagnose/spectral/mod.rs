@@ -5,8 +5,8 @@
 //! | `observation` | recordings as power spectra |
 //! | `prediction` | spectra that a rig predicts: noise and lines |
 //! | `unevenness` | lines of machines with unevenly spaced balls |
-//! | `cross` | what the phase between the channels adds |
 //! | `likelihood` | their density, with all that a machine is beyond its drawing |
+//! | `cross` | what the phase between the channels adds |
 //! | `data` | recordings of a fit, and points in the space of its unknowns |
 //! | `expansion` | gradient and information at a point |
 //! | `fit` | Fisher scoring of the rig's numbers and the noise's colour |

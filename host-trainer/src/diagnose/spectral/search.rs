@@ -82,7 +82,9 @@ pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought)
     let followed = |candidate: Candidate<'d, 'a>| {
         let candidate = candidate.searched(null, SETTINGS.steps[1]);
         let Some(hypothesis) = hypotheses.iter().find(|h| candidate.is_of(h)) else { return candidate };
-        turned(extended(restarted(turned(candidate, null), hypothesis, null), hypothesis, null), null)
+        // Its widths and depths are sought where the defect is, and move it a little.
+        let candidate = restarted(turned(candidate, null), hypothesis, null);
+        turned(extended(candidate, hypothesis, null), null)
     };
     let near = near.into_par_iter().map(followed);
     let mut near: Vec<Candidate> = near.collect();

@@ -1,0 +1,39 @@
+//! Settings of the diagnosis by power spectra, a file for each stage.
+
+mod event;
+mod fit;
+mod gate;
+mod guess;
+mod intervals;
+mod lack;
+mod likelihood;
+mod mains;
+mod search;
+mod swing;
+
+pub use event::EventSettings;
+pub use fit::FitSettings;
+pub use gate::GateSettings;
+pub use guess::GuessSettings;
+pub use intervals::IntervalSettings;
+pub use lack::LackSettings;
+pub use likelihood::LikelihoodSettings;
+pub use mains::MainsSettings;
+pub use search::SearchSettings;
+pub use swing::SwingSettings;
+
+/// All settings, stage by stage.
+pub fn document() -> serde_json::Value {
+    serde_json::json!({
+        "likelihood": LikelihoodSettings::DEFAULT,
+        "fit": FitSettings::DEFAULT,
+        "event": EventSettings::DEFAULT,
+        "lack": LackSettings::DEFAULT,
+        "gate": GateSettings::DEFAULT,
+        "intervals": IntervalSettings::DEFAULT,
+        "mains": MainsSettings::DEFAULT,
+        "swing": SwingSettings::DEFAULT,
+        "guess": GuessSettings::DEFAULT,
+        "search": SearchSettings::DEFAULT,
+    })
+}
