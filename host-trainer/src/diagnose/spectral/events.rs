@@ -3,7 +3,6 @@
 //! A power spectrum has no time. An event is found in the whitened samples by the rig's response to it, shifted to every time
 //! (a matched filter: G. L. Turin, IRE Trans. Inf. Theory 6 (1960) 311–329).
 
-use std::f64::consts::PI;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -182,16 +181,6 @@ fn responses(
     Ok((0..templates.len()).map(of).collect())
 }
 
-/// Samples that rise from zero and fall to it within `ends` samples, as half a cosine: their jump from the end to the beginning
-/// would look like a step of the load.
-fn faded(samples: &[f64], ends: usize) -> Vec<f64> {
-    let weight = |n: usize| {
-        let from_end = n.min(samples.len() - 1 - n);
-        if from_end < ends { 0.5 - 0.5 * (PI * (from_end as f64 + 0.5) / ends as f64).cos() } else { 1.0 }
-    };
-    samples.iter().enumerate().map(|(n, v)| weight(n) * v).collect()
-}
-
 /// Spectra of a recording over its noise.
 struct Whitened {
     /// X/S of each channel.
@@ -205,9 +194,8 @@ impl Whitened {
     fn new(o: &Observation, noise: &Arc<Power>) -> Self {
         let n = o.condition.samples;
         let scale = 1.0 / (n as f64).sqrt();
-        let ends = (SETTINGS.guard_s * o.condition.sample_rate_hz) as usize;
         let spectra = [0, 1].map(|c| {
-            let spectrum = padded(&faded(o.samples[c].as_deref()?, ends), n, scale);
+            let spectrum = padded(o.samples[c].as_deref()?, n, scale);
             let last = spectrum.len() - 1;
             let of =
                 |(k, x): (usize, Complex<f64>)| if k == 0 || k == last { Complex::default() } else { x / noise[c][k] };
@@ -238,12 +226,13 @@ impl Whitened {
         inverse.process(&mut product, &mut correlation).unwrap_or_default();
         let gain = |value: f64| (0.5 * value).powi(2) / energy.max(1e-300);
         let reach = (SETTINGS.response_s * self.sample_rate_hz) as usize;
-        let best =
-            (0..n.saturating_sub(reach / 4)).max_by(|a, b| correlation[*a].abs().total_cmp(&correlation[*b].abs()));
+        // What begins later is hardly in the recording, and the jump from its end to its beginning looks like a step of the load.
+        let last = n.saturating_sub(reach / 4 + (SETTINGS.template_s * self.sample_rate_hz) as usize);
+        let best = (0..last).max_by(|a, b| correlation[*a].abs().total_cmp(&correlation[*b].abs()));
         let best = best.unwrap_or_default();
         // The greatest gain of each stretch away from it.
         let guard = (SETTINGS.guard_s * self.sample_rate_hz) as usize;
-        let stretches = correlation.chunks(guard.max(1)).enumerate();
+        let stretches = correlation[..last].chunks(guard.max(1)).enumerate();
         let away = stretches.filter(|(n, _)| (*n * guard).abs_diff(best) > 2 * guard);
         let mut others: Vec<f64> =
             away.map(|(_, values)| values.iter().map(|v| gain(*v)).fold(0.0, f64::max)).collect();
@@ -255,6 +244,40 @@ impl Whitened {
             gain: gain(correlation[best]) - usual,
             isolation: gain(correlation[best]) / most.max(1e-9),
             channel: usize::from(energies[1] > energies[0]),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+    use crate::diagnose::spectral::data::Data;
+    use crate::diagnose::spectral::fit::Model;
+    use crate::diagnose::spectral::unevenness::UnevenMachines;
+    use crate::identify::likelihood::observed::Observed;
+    use crate::rig::simulate;
+    use crate::rig::test_support::{condition, nominal};
+
+    /// A slow tone ends elsewhere than it began; a Fourier transform sees a jump from the end to the beginning.
+    #[test]
+    fn null_ends_that_differ_are_no_event() {
+        let rig = nominal();
+        for (seed, hz) in [(1, 3.37), (3, 61.7), (7, 17.21)] {
+            let recording = simulate(&rig, &condition(30.3, 800.0, 25_600), &Start::seeded(seed)).unwrap();
+            let phase = |n: usize| TAU * hz * n as f64 / recording.sample_rate_hz + seed as f64;
+            let with_tone = |_: usize, samples: &[f64]| -> Vec<f64> {
+                samples.iter().enumerate().map(|(n, v)| v + 0.4 * phase(n).cos()).collect()
+            };
+            let observation = Observation::new(&Observed::from_recording(&recording).unwrap());
+            let observations = [observation.with_samples(with_tone)];
+            let orders = rig.bearing().unwrap().bearing.geometry().orders();
+            let data = Data::new(&observations, orders, UnevenMachines::default());
+            let point = Model::fixed(&data, rig.clone()).start().unwrap();
+            let noise: Vec<_> = point.predictions.iter().map(|p| Arc::clone(&p.noise)).collect();
+            let found = events(&rig, &observations, &noise).unwrap();
+            assert!(found.is_empty(), "{hz} Hz: {found:?}");
         }
     }
 }
