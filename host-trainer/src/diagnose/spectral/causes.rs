@@ -109,10 +109,14 @@ pub fn estimates(model: &Model, point: &Point, unknown: usize) -> (Intervals, Ve
         if a < unknown {
             numbers.push((coordinate.key.to_string(), value, ends));
         } else if let RigKey::Effect { index, key } = coordinate.key {
-            let of_form = Z975 * INTERVALS.form_error(model.rig.effects[index].kind, key, value);
+            let is_of_one = key == ParameterKey::AngleRad && !has_phase;
+            let of_form = match is_of_one {
+                true => INTERVALS.angle_of_one_rad,
+                false => INTERVALS.form_error(model.rig.effects[index].kind, key, value),
+            };
+            let of_form = Z975 * of_form;
             let ends = [value - of_form.hypot(value - ends[0]), value + of_form.hypot(ends[1] - value)];
-            let ends = if key == ParameterKey::AngleRad && !has_phase { of_either_side(ends) } else { ends };
-            effects.insert((index, key), ends);
+            effects.insert((index, key), if is_of_one { of_either_side(ends) } else { ends });
         }
     }
     (effects, numbers)

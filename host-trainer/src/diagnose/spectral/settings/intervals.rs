@@ -19,6 +19,8 @@ pub struct IntervalSettings {
     pub waviness: f64,
     /// Of an angle, rad.
     pub angle_rad: f64,
+    /// The same by one sensor alone, of the angle from the load. Chosen on the outer races of seeds 53 to 58, each channel alone.
+    pub angle_of_one_rad: f64,
     /// Of a mass, stiffness, damping, frequency or an exponent, as a share of it.
     pub number: f64,
     /// Of a mode's damping ratio, as a share of it: what excites it is not known.
@@ -37,6 +39,7 @@ impl IntervalSettings {
         width: 0.3,
         waviness: 0.15,
         angle_rad: 0.02,
+        angle_of_one_rad: 0.18,
         number: 0.01,
         damping_ratio: 0.25,
         gain: 0.05,
