@@ -94,11 +94,11 @@ struct Document<'a> {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let clock_hz = args.clock_hz;
     if !(clock_hz.is_finite() && clock_hz > 0.0) {
-        return Err(Failure::Input(format!("--clock-hz: found {clock_hz}, expected a positive frequency")));
+        return Err(Failure::option("clock-hz", clock_hz, "a positive frequency"));
     }
     let [path] = &args.model[..] else { return several(args) };
     if args.plot.is_some() {
-        return Err(Failure::Input("--plot: found one model, expected several".into()));
+        return Err(Failure::option("plot", "one model", "several"));
     }
     let (model, _) = file::read(path).map_err(Failure::input)?;
     let (budget, sample_rate_hz) = budget_of(path, &model, args)?;

@@ -94,7 +94,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 fn sdof(args: &Args, rig: &Rig, recordings: &[Recording]) -> Result<(), Failure> {
     if args.path == Path::AllPole {
-        return Err(Failure::Input("--path: found all-pole, expected auto or none for a rig of kind \"sdof\"".into()));
+        return Err(Failure::option("path", "all-pole", "auto or none for a rig of kind \"sdof\""));
     }
     let spinner = super::input::spinner();
     spinner.set_message("fitting force balance and simulation");

@@ -59,7 +59,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         parquet: args.parquet.clone(),
     };
     if let Some(found) = args.parquet.as_ref().filter(|path| path.exists() && !path.is_dir()) {
-        return Err(Failure::Input(format!("--parquet: found {}, expected a folder", found.display())));
+        return Err(Failure::option("parquet", found.display(), "a folder"));
     }
     let mut store = Store::open(&args.out).map_err(Failure::input)?;
     let mut printed = Instant::now();
@@ -99,8 +99,7 @@ fn text(counts: &Counts) -> String {
 }
 
 fn seconds(option: &str, value: Option<f64>) -> Result<Option<Duration>, Failure> {
-    let wrong =
-        |value: f64| Failure::Input(format!("--{option}: found {value}, expected a positive number of seconds"));
+    let wrong = |value: f64| Failure::option(option, value, "a positive number of seconds");
     let Some(value) = value else { return Ok(None) };
     match Duration::try_from_secs_f64(value) {
         Ok(duration) if !duration.is_zero() => Ok(Some(duration)),

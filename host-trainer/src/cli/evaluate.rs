@@ -11,7 +11,7 @@ use crate::evaluate::cases::case_spec::{Kind, Severity};
 use crate::evaluate::cases::simulator::Simulator;
 use crate::evaluate::score::Score;
 use crate::evaluate::table::{Summary, confusion, markdown};
-use crate::evaluate::{Config, EvaluateError, effect_names, evaluate, write_cases};
+use crate::evaluate::{Config, EvaluateError, evaluate, write_cases};
 
 use super::settings::CliSettings;
 
@@ -77,10 +77,12 @@ struct Document<'a> {
 }
 
 impl Args {
+    fn simulator(&self) -> Simulator {
+        Simulator::parse(&self.simulator).unwrap_or_default()
+    }
+
     fn check(&self) -> Result<(), Failure> {
-        let refuse = |option: &str, found: String, expected: &str| {
-            Err(Failure::Input(format!("--{option}: found {found}, expected {expected}")))
-        };
+        let refuse = |option: &str, found: String, expected: &str| Err(Failure::option(option, found, expected));
         if !SETTINGS.case_seconds.contains(&self.seconds) {
             let [least, most] = [SETTINGS.case_seconds.start(), SETTINGS.case_seconds.end()];
             return refuse("seconds", self.seconds.to_string(), &format!("{least} to {most}"));
@@ -93,7 +95,7 @@ impl Args {
                 return refuse(option, found.to_string(), &format!("1 to {most}"));
             }
         }
-        let names = effect_names();
+        let names = Config::effect_names(self.simulator());
         if let Some(found) = self.effect.iter().find(|name| !names.contains(&name.as_str())) {
             return refuse("effect", format!("`{found}`"), &format!("one of {}", names.join(", ")));
         }
@@ -125,7 +127,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let config = Config {
         seed: args.seed,
         rounds: args.rounds,
-        simulator: Simulator::parse(&args.simulator).unwrap_or_default(),
+        simulator: args.simulator(),
         seconds: args.seconds,
         kinds: args.kind.clone(),
         severities: args.severity.clone(),

@@ -167,9 +167,7 @@ enum OrdersName {
 impl Args {
     /// Checks options and outputs before the work starts.
     fn check(&self) -> Result<(), Failure> {
-        let refuse = |option: &str, found: String, expected: &str| {
-            Err(Failure::Input(format!("--{option}: found {found}, expected {expected}")))
-        };
+        let refuse = |option: &str, found: String, expected: &str| Err(Failure::option(option, found, expected));
         for (option, found, least) in [
             ("batch", self.batch, 1),
             ("hold-out", self.hold_out, 2),
@@ -299,7 +297,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let total = input.series.len();
     let healthy = args.healthy.unwrap_or(if input.run_to_failure { healthy_by_default(total) } else { total });
     if healthy == 0 || healthy > total {
-        return Err(Failure::Input(format!("--healthy: found {healthy}, expected 1 to {total} recordings")));
+        return Err(Failure::option("healthy", healthy, format!("1 to {total} recordings")));
     }
     input.series.truncate(healthy);
     if input.skipped_rows > 0 {

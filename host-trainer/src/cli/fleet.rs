@@ -36,7 +36,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut outputs = Outputs::new(args.force, [&args.file]);
     args.report.iter().try_for_each(|path| outputs.file("report", path))?;
     if let Some(folder) = args.diagnoses.as_ref().filter(|folder| !folder.is_dir()) {
-        return Err(Failure::Input(format!("--diagnoses: found {}, expected a folder", folder.display())));
+        return Err(Failure::option("diagnoses", folder.display(), "a folder"));
     }
     let store = Store::read(&args.file).map_err(Failure::input)?;
     let counts = store.counts().map_err(Failure::other)?;

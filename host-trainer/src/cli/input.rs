@@ -76,7 +76,7 @@ impl Recordings {
 
 /// Unit of `--unit`.
 pub(super) fn parse_unit(text: &str) -> Result<Unit, Failure> {
-    Unit::parse(text).ok_or_else(|| Failure::Input(format!("--unit: found `{text}`, expected g or m/s^2")))
+    Unit::parse(text).ok_or_else(|| Failure::option("unit", format!("`{text}`"), "g or m/s^2"))
 }
 
 /// Progress bar on stderr; without a terminal a line every few seconds.

@@ -81,9 +81,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 impl Args {
     fn limits(&self) -> Result<Limits, Failure> {
-        let refuse = |option: &str, found: String, expected: &str| {
-            Err(Failure::Input(format!("--{option}: found {found}, expected {expected}")))
-        };
+        let refuse = |option: &str, found: String, expected: &str| Err(Failure::option(option, found, expected));
         if !(self.seconds.is_finite() && self.seconds > 0.0) {
             return refuse("seconds", self.seconds.to_string(), "a positive number");
         }

@@ -86,6 +86,11 @@ impl Failure {
         Self::Input(error.to_string())
     }
 
+    /// Failure by the value of an option.
+    pub fn option(option: &str, found: impl std::fmt::Display, expected: impl std::fmt::Display) -> Self {
+        Self::Input(format!("--{option}: found {found}, expected {expected}"))
+    }
+
     /// Failure of any other kind, with the text of an error.
     pub fn other(error: impl std::fmt::Display) -> Self {
         Self::Other(error.to_string())

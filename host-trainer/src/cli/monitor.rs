@@ -92,7 +92,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let bar = bar("monitor");
     bar.set_length(input.series.len() as u64);
     let options = Options { plan, seed: args.seed, pace: args.pace, keep_samples: args.samples_out.is_some() };
-    let watched = replay::replay(&model, &input, &options, &mut |event, done| {
+    let replayed = replay::replay(&model, &input, &options, &mut |event, done| {
         bar.set_position(done as u64);
         #[cfg(feature = "fleet")]
         if let Some(Err(error)) = publication.as_mut().map(|publication| publication.event(event)) {
@@ -129,22 +129,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     if let Some(path) = &args.plot {
         let svg =
-            trend::svg(&watched.blocks, &model.view().monitor, &TimeAxis::of(&input), None).map_err(Failure::other)?;
+            trend::svg(&replayed.blocks, &model.view().monitor, &TimeAxis::of(&input), None).map_err(Failure::other)?;
         write(path, svg.as_bytes())?;
     }
     if let Some(path) = &args.report {
-        let page = report::monitor::document(&model, &input, &watched, &vibration).map_err(Failure::other)?;
+        let page = report::monitor::document(&model, &input, &replayed, &vibration).map_err(Failure::other)?;
         write(path, page.html().as_bytes())?;
     }
     if let Some(path) = &args.samples_out {
-        let bytes: Vec<u8> = watched.samples.iter().flat_map(|s| s.to_le_bytes()).collect();
+        let bytes: Vec<u8> = replayed.samples.iter().flat_map(|s| s.to_le_bytes()).collect();
         write(path, &bytes)?;
     }
     #[cfg(feature = "fleet")]
     if let Some(publication) = publication {
         publication.finish()?;
     }
-    summarise(&watched, &input);
+    summarise(&replayed, &input);
     eprintln!("{}", report::monitor::severity(&vibration));
     eprintln!("{}", stated_rate(&model.view().monitor));
     if args.json { super::json(&Value::from(events)) } else { Ok(()) }
@@ -167,8 +167,8 @@ fn note_channel(args: &Args, of_model: Option<&str>, found: &str) {
 }
 
 /// Prints a readable summary on stderr.
-fn summarise(watched: &Replayed, input: &Input) {
-    let s = &watched.summary;
+fn summarise(replayed: &Replayed, input: &Input) {
+    let s = &replayed.summary;
     let seconds = s.samples as f64 / input.sample_rate_hz;
     eprintln!(
         "{} recordings, {} samples ({seconds:.1} s), {} evaluated, {} blocks in {:.2} s ({:.1} times real time)",
@@ -176,8 +176,8 @@ fn summarise(watched: &Replayed, input: &Input) {
         s.samples,
         s.evaluated,
         s.blocks,
-        watched.seconds,
-        seconds / watched.seconds.max(1e-9)
+        replayed.seconds,
+        seconds / replayed.seconds.max(1e-9)
     );
     match &s.first_alarm {
         Some(alarm) => eprintln!(
@@ -197,8 +197,8 @@ fn summarise(watched: &Replayed, input: &Input) {
             f.non_finite, f.saturated, f.stuck, f.missing
         );
     }
-    if watched.injected != Injected::default() {
-        eprintln!("injected: {:?}", watched.injected);
+    if replayed.injected != Injected::default() {
+        eprintln!("injected: {:?}", replayed.injected);
     }
     eprintln!("status at the end: {}", serde_json::to_string(&s.status).unwrap_or_default().trim_matches('"'));
 }

@@ -49,7 +49,7 @@ impl Outputs {
         let is_settings = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
         if path.is_file() && (is_settings || owned::is_recording(path) && !owned::is_own(path)) {
             let expected = "the name of a new file, or of one of its own kind";
-            return Err(refusal(option, &path.display().to_string(), expected));
+            return Err(Failure::option(option, path.display(), expected));
         }
         Ok(())
     }
@@ -61,14 +61,14 @@ impl Outputs {
             self.check(option, path)?;
         }
         if path.is_file() && owned::is_recording(path) {
-            return Err(refusal(option, &path.display().to_string(), "the name of a new file, or of a rig"));
+            return Err(Failure::option(option, path.display(), "the name of a new file, or of a rig"));
         }
         Ok(())
     }
 
     /// Checks that a file can be written there, and that no other output goes there.
     fn place(&mut self, option: &'static str, path: &Path) -> Result<(), Failure> {
-        let refuse = |found: String, expected: &str| Err(refusal(option, &found, expected));
+        let refuse = |found: String, expected: &str| Err(Failure::option(option, found, expected));
         if path.as_os_str().is_empty() {
             return refuse("nothing".into(), "the name of a file");
         }
@@ -91,10 +91,10 @@ impl Outputs {
     /// Checks an output that is a folder, and the files that will be written into it.
     pub fn folder(&self, option: &'static str, folder: &Path, files: &[PathBuf]) -> Result<(), Failure> {
         if folder.as_os_str().is_empty() {
-            return Err(refusal(option, "nothing", "the name of a folder"));
+            return Err(Failure::option(option, "nothing", "the name of a folder"));
         }
         if folder.exists() && !folder.is_dir() {
-            return Err(refusal(option, &format!("the file {}", folder.display()), "a folder"));
+            return Err(Failure::option(option, format!("the file {}", folder.display()), "a folder"));
         }
         files.iter().try_for_each(|path| self.check(option, path))
     }
@@ -128,7 +128,7 @@ impl Outputs {
         }
         let hint = if own { ", or --force, since ballrace wrote it" } else { "" };
         let found = format!("{}, which this command reads", path.display());
-        Err(refusal(option, &found, &format!("another place{hint}")))
+        Err(Failure::option(option, found, format!("another place{hint}")))
     }
 }
 
@@ -137,13 +137,9 @@ fn refuse_foreign(option: &str, files: &[PathBuf], is_foreign: impl Fn(&Path) ->
         None => Ok(()),
         Some(path) => {
             let found = format!("{}, which ballrace did not write or which was changed since", path.display());
-            Err(refusal(option, &found, "a folder without it"))
+            Err(Failure::option(option, found, "a folder without it"))
         }
     }
-}
-
-fn refusal(option: &str, found: &str, expected: &str) -> Failure {
-    Failure::Input(format!("--{option}: found {found}, expected {expected}"))
 }
 
 /// Where a path leads, behind links: the same for two names of one file.

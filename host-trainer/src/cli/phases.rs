@@ -10,8 +10,8 @@ use super::output::{Force, Outputs};
 use super::settings::CliSettings;
 use super::{Failure, line, write};
 use crate::paper::aged_bearing;
-use crate::report::phases::{self as report, Machine};
-use crate::signal::phases::machine::Filter;
+use crate::report::phases as report;
+use crate::signal::phases::machine::{Filter, Machine};
 use crate::signal::phases::{FailureRule, Phases, Rules, not_positive};
 use crate::signal::wavelet::Wavelet;
 use crate::signal::wavelet::denoise::{Denoising, NoiseEstimate, Shrinkage, ThresholdRule};
@@ -82,7 +82,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         write(path, page.html().as_bytes())?;
     }
     if args.json {
-        let machines: Vec<Value> = machines.iter().map(Machine::document).collect();
+        let machines: Vec<Value> = machines.iter().map(document).collect();
         return super::json(&json!({ "rules": rules, "machines": machines, "comparison": comparison }));
     }
     machines.iter().try_for_each(print)?;
@@ -92,14 +92,36 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.out.as_ref().map_or(Ok(()), |path| line(format_args!("wrote {}", path.display())))
 }
 
+/// JSON document of the phases of each channel.
+fn document(machine: &Machine) -> Value {
+    let timeline = &machine.lives.timeline;
+    let recording = |index: usize| {
+        json!({ "index": index, "name": timeline.names[index],
+                "time_s": timeline.times_s.as_ref().map(|times| times[index]) })
+    };
+    let channel = |(n, phases): (usize, &Option<Phases>)| {
+        let life = &machine.lives.channels[n];
+        phases.map(|phases| {
+            json!({ "channel": life.channel, "denoised": life.filter == Filter::Wavelet,
+                    "healthy": { "recordings": phases.healthy, "kurtosis": phases.mean, "kurtosis_std": phases.std },
+                    "aging": phases.aging.map(recording), "in_a_row": phases.in_a_row,
+                    "failure": phases.failure.map(recording),
+                    "aging_recordings": phases.between(life.features.len()) })
+        })
+    };
+    json!({
+        "name": machine.name, "recordings": timeline.names.len(), "gaps": timeline.gaps(),
+        "paper_aging_recordings": aged_bearing(&machine.name).map(|paper| paper.aging_recordings),
+        "channels": machine.phases.iter().enumerate().filter_map(channel).collect::<Vec<_>>(),
+    })
+}
+
 impl Args {
     fn rules(&self) -> Result<Rules, Failure> {
         let Self { healthy, sigmas, failure, ratio, below, .. } = *self;
         let rules = Rules { healthy, sigmas, failure, ratio };
         match rules.refused().or_else(|| not_positive("below", below, " of Hz")) {
-            Some((option, found, expected)) => {
-                Err(Failure::Input(format!("--{option}: found {found}, expected {expected}")))
-            }
+            Some((option, found, expected)) => Err(Failure::option(option, found, expected)),
             None => Ok(rules),
         }
     }

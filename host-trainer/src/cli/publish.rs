@@ -40,7 +40,7 @@ impl Publish {
             };
         };
         if !is_name(machine) {
-            return Err(Failure::Input(format!("--machine: found {machine:?}, expected {NAME_RULE}")));
+            return Err(Failure::option("machine", format!("{machine:?}"), NAME_RULE));
         }
         let link = self.broker.link(address)?;
         let encoder = Encoder::new(machine, model.checksum(), model.view().monitor.limit);

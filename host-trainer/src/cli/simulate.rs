@@ -73,7 +73,7 @@ pub struct PredictArgs {
 /// Runs `simulate`.
 pub fn simulate(args: &SimulateArgs) -> Result<(), Failure> {
     if !(args.seconds.is_finite() && args.seconds > 0.0) {
-        return Err(Failure::Input(format!("--seconds: found {}, expected a positive number", args.seconds)));
+        return Err(Failure::option("seconds", args.seconds, "a positive number"));
     }
     let rig = Rig::read(&args.rig).map_err(Failure::input)?;
     let outputs = Outputs::new(args.force, [&args.rig]).beside(std::slice::from_ref(&args.manifest));

@@ -51,19 +51,16 @@ pub struct Args {
 
 /// Runs `spectra`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let refuse = |option: &str, found: &str, expected: &str| {
-        Failure::Input(format!("--{option}: found {found}, expected {expected}"))
-    };
     if let Some(hz) = args.shaft_hz.filter(|hz| !(hz.is_finite() && *hz > 0.0)) {
-        return Err(refuse("shaft-hz", &hz.to_string(), "a positive number of Hz"));
+        return Err(Failure::option("shaft-hz", hz, "a positive number of Hz"));
     }
     Outputs::new(args.force, &args.rig).beside(&args.input.recordings).file("out", &args.out)?;
     let band_hz = args.band.as_deref().map(|text| band(text).ok_or(text)).transpose();
-    let band_hz =
-        band_hz.map_err(|text| refuse("band", text, "two frequencies in Hz such as 2000:4000, the lower first"))?;
+    let band_hz = band_hz
+        .map_err(|text| Failure::option("band", text, "two frequencies in Hz such as 2000:4000, the lower first"))?;
     let geometry = args.rig.as_deref().map(Rig::read).transpose().map_err(Failure::input)?.map(|rig| match rig.model {
         Machine::Bearing(rig) => Ok(rig.bearing.geometry()),
-        Machine::Sdof(_) => Err(refuse("rig", "kind = \"sdof\"", "a rig with a bearing")),
+        Machine::Sdof(_) => Err(Failure::option("rig", "kind = \"sdof\"", "a rig with a bearing")),
     });
     let wanted = Wanted {
         geometry: geometry.transpose()?,

@@ -1,17 +1,30 @@
 //! Fit of the synthesis to held-out recordings.
 
-use super::machine::settings::SynthesisSettings;
+use serde::Serialize;
+
 use super::result::{Fit, HeldOut, Left};
 use crate::identify::calibrate::distance::log_spectral;
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::signal::spectrum::welch;
 use crate::stats::significance::sign_flip_of;
 
-const SETTINGS: SynthesisSettings = SynthesisSettings::DEFAULT;
-/// Segment of the distance's densities, theory (61).
-const SEGMENT: usize = 2048;
+const SETTINGS: ShownSettings = ShownSettings::DEFAULT;
 /// Metric of the fit.
 pub const METRIC: &str = "log-spectral distance, dB";
+
+/// Fit of the synthesis to held-out recordings.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ShownSettings {
+    /// Segment of the distance's densities, samples, theory (61).
+    pub segment: usize,
+    /// Blocks of frequency whose errors give the p-value. Not tuned: chosen by hand.
+    pub blocks: usize,
+}
+
+impl ShownSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self { segment: 2048, blocks: 24 };
+}
 
 /// Squared differences of the logarithms of two densities from the measured one, dB², in blocks of frequency.
 struct Errors {
@@ -21,7 +34,7 @@ struct Errors {
 }
 
 fn errors(held: &HeldOut) -> Option<Errors> {
-    let segment = SEGMENT.min(held.measured.len());
+    let segment = SETTINGS.segment.min(held.measured.len());
     let of = |samples: &[f64]| welch(&[samples], held.sample_rate_hz, segment);
     let (measured, before, after) = (of(&held.measured)?, of(&held.before)?, of(&held.after)?);
     let floor = 1e-9 * measured.values.iter().copied().fold(0.0, f64::max);
@@ -97,7 +110,7 @@ pub fn strongest_band(held: &[HeldOut]) -> Option<Band> {
 
 /// Thirds of an octave of a signal with at least two bins.
 fn thirds(held: &HeldOut) -> Option<Vec<Band>> {
-    let segment = SEGMENT.min(held.measured.len());
+    let segment = SETTINGS.segment.min(held.measured.len());
     let of = |samples: &[f64]| welch(&[samples], held.sample_rate_hz, segment);
     let (measured, before, after) = (of(&held.measured)?, of(&held.before)?, of(&held.after)?);
     let last = measured.values.len() - 1;
@@ -116,7 +129,7 @@ fn thirds(held: &HeldOut) -> Option<Vec<Band>> {
 /// Distance of two recordings of the same noise, dB: a mean over K half-overlapping Hann segments has a relative variance of
 /// 1.06/K (P. Welch, IEEE Trans. Audio Electroacoustics 15 (1967) 70–73).
 fn of_chance(samples: usize) -> f64 {
-    let segment = SEGMENT.min(samples);
+    let segment = SETTINGS.segment.min(samples);
     let segments = (2 * samples / segment).saturating_sub(1).max(1) as f64;
     10.0 / std::f64::consts::LN_10 * (2.0 * 1.06 / segments).sqrt()
 }

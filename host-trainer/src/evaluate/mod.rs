@@ -32,15 +32,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::diagnose::write::DOCUMENT;
 use crate::diagnose::{Task, diagnose};
-use crate::evaluate::cases::case_spec::{CaseSpec, Hidden, Kind, Severity, round};
-use crate::evaluate::cases::outside::Outside;
+use crate::evaluate::cases::case_spec::{CaseSpec, Hidden, Kind, round};
 use crate::evaluate::cases::simulator::Simulator;
 use crate::evaluate::cases::{Case, CaseError};
 use crate::recording::atomic_write::write_atomically;
 use crate::recording::load_all;
 use crate::report;
 use crate::rig::Rig;
-use crate::rig::effect::EffectKind;
 use score::{Outcome, Score};
 
 /// Selection of the cases.
@@ -67,34 +65,36 @@ pub struct Config {
 
 impl Config {
     /// Selected cases with their numbers in the whole list, by which a part of the list has the same cases.
-    pub fn briefs(&self) -> Vec<(usize, CaseSpec)> {
+    pub fn specs(&self) -> Vec<(usize, CaseSpec)> {
         let all = (0..self.rounds).flat_map(|n| round(n, self.simulator)).enumerate();
         all.filter(|(_, spec)| self.wants(spec)).step_by(self.every.max(1)).collect()
     }
 
     fn wants(&self, spec: &CaseSpec) -> bool {
         let among = |list: &[String], name: &str| list.is_empty() || list.iter().any(|l| l == name);
-        let severity = |s: Severity| spec.kind() != Kind::Single || among(&self.severities, s.name());
-        among(&self.kinds, spec.kind().name())
-            && match &spec.hidden {
-                Hidden::Nothing => self.effects.is_empty(),
-                Hidden::Effects(names) => names.iter().any(|(n, s)| among(&self.effects, n.name()) && severity(*s)),
-                Hidden::Outside(kind) => among(&self.effects, kind.name()),
-                Hidden::OutsideIndependent(kind) => among(&self.effects, kind.name()),
+        let severity = match &spec.hidden {
+            Hidden::Effects(effects) if spec.kind() == Kind::Single => {
+                effects.first().map(|(_, severity)| severity.name())
             }
+            _ => None,
+        };
+        among(&self.kinds, spec.kind().name())
+            && severity.is_none_or(|name| among(&self.severities, name))
+            && (self.effects.is_empty() || spec.names().iter().any(|name| among(&self.effects, name)))
+    }
+
+    /// Names of all effects that a case of a simulator can have, of the vocabulary and outside it.
+    pub fn effect_names(simulator: Simulator) -> Vec<&'static str> {
+        let mut names: Vec<&str> = round(0, simulator).iter().flat_map(CaseSpec::names).collect();
+        let mut seen = std::collections::HashSet::new();
+        names.retain(|name| seen.insert(*name));
+        names
     }
 
     fn case(&self, number: usize, spec: &CaseSpec) -> Result<Case, EvaluateError> {
         let seed = self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(number as u64);
         Case::draw(spec, self.simulator, self.seconds, seed).map_err(|e| EvaluateError::Case(name(number), e.into()))
     }
-}
-
-/// Names of all effects that a case can have, of the vocabulary and outside it.
-pub fn effect_names() -> Vec<&'static str> {
-    let outside = Outside::ALL.into_iter().map(|kind| kind.name());
-    let independent = independent::outside::Outside::ALL.into_iter().map(|kind| kind.name());
-    EffectKind::ALL.iter().map(|kind| kind.name()).chain(outside).chain(independent).collect()
 }
 
 fn name(number: usize) -> String {
@@ -157,8 +157,8 @@ pub type Progress<'a> = &'a (dyn Fn(&str, usize, usize) + Sync);
 /// # Errors
 /// The first error of the files; a diagnosis that ends with an error counts as wrong and does not end the evaluation.
 pub fn evaluate(config: &Config, out: &Path, jobs: usize, progress: Progress) -> Result<Vec<Score>, EvaluateError> {
-    let briefs = each(config, out, jobs, progress, &|number, spec| one(config, number, spec, out))?;
-    briefs.iter().map(|(number, spec)| open(config, *number, spec, out)).collect()
+    let specs = each(config, out, jobs, progress, &|number, spec| one(config, number, spec, out))?;
+    specs.iter().map(|(number, spec)| open(config, *number, spec, out)).collect()
 }
 
 /// Writes the cases and their truth without a diagnosis, `jobs` at a time, and returns their number. An evaluation of the
@@ -168,7 +168,7 @@ pub fn evaluate(config: &Config, out: &Path, jobs: usize, progress: Progress) ->
 /// The first error of the files.
 pub fn write_cases(config: &Config, out: &Path, jobs: usize, progress: Progress) -> Result<usize, EvaluateError> {
     make(&out.join("truth"))?;
-    let briefs = each(config, out, jobs, progress, &|number, spec| {
+    let specs = each(config, out, jobs, progress, &|number, spec| {
         let name = name(number);
         let truth = out.join("truth").join(format!("{name}.json"));
         if truth.exists() {
@@ -179,7 +179,7 @@ pub fn write_cases(config: &Config, out: &Path, jobs: usize, progress: Progress)
         case.write(&folder).map_err(|e| EvaluateError::Case(name, e))?;
         store(&truth, &case.truth)
     })?;
-    Ok(briefs.len())
+    Ok(specs.len())
 }
 
 /// Does the same to all cases, and returns them.
@@ -190,8 +190,8 @@ fn each(
     progress: Progress,
     act: &(dyn Fn(usize, &CaseSpec) -> Result<(), EvaluateError> + Sync),
 ) -> Result<Vec<(usize, CaseSpec)>, EvaluateError> {
-    let briefs = config.briefs();
-    if briefs.is_empty() {
+    let specs = config.specs();
+    if specs.is_empty() {
         return Err(EvaluateError::Nothing);
     }
     claim(config, out)?;
@@ -203,13 +203,13 @@ fn each(
     std::thread::scope(|scope| {
         for pool in &pools {
             scope.spawn(|| {
-                while let Some((number, spec)) = briefs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                while let Some((number, spec)) = specs.get(next.fetch_add(1, Ordering::Relaxed)) {
                     let result = pool.install(|| act(*number, spec));
                     if let (Err(error), Ok(mut failed)) = (result, failed.lock()) {
-                        next.store(briefs.len(), Ordering::Relaxed);
+                        next.store(specs.len(), Ordering::Relaxed);
                         failed.get_or_insert(error);
                     }
-                    progress(&name(*number), done.fetch_add(1, Ordering::Relaxed) + 1, briefs.len());
+                    progress(&name(*number), done.fetch_add(1, Ordering::Relaxed) + 1, specs.len());
                 }
             });
         }
@@ -217,7 +217,7 @@ fn each(
     if let Ok(Some(error)) = failed.into_inner() {
         return Err(error);
     }
-    Ok(briefs)
+    Ok(specs)
 }
 
 /// Writes the settings that fix the cases, or checks that the folder has the same ones.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use super::table::{Summary, confusion, markdown};
 use super::*;
 use crate::diagnose::result::{Diagnosis, Location, SCHEMA};
+use crate::evaluate::cases::case_spec::Severity;
 use crate::evaluate::cases::{HiddenEffect, Truth};
 
 fn config(kinds: &[&str], effects: &[&str], every: usize) -> Config {
@@ -47,6 +48,16 @@ fn no_case_at_all_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let refused = evaluate(&config(&["control"], &["unbalance"], 1), folder.path(), 1, &|_, _, _| ()).unwrap_err();
     assert!(matches!(refused, EvaluateError::Nothing), "{refused}");
+}
+
+/// Every name that `--effect` lists has a case; effects that only a fit takes, such as a random force, are none.
+#[test]
+fn effects_that_are_listed_have_cases() {
+    for simulator in [Simulator::Shared, Simulator::Exact] {
+        let names = Config::effect_names(simulator);
+        assert!(names.contains(&"unbalance") && !names.contains(&"random-force"));
+        assert!(names.iter().all(|name| !Config { simulator, ..config(&[], &[name], 1) }.specs().is_empty()));
+    }
 }
 
 fn truth(causes: &[&str]) -> Truth {

@@ -146,6 +146,11 @@ impl Recording {
         by_name.or_else(|| self.channels.iter().find(|c| c.location.as_deref() == Some(name)))
     }
 
+    /// Samples of the channel of this name, or else at this location.
+    pub fn samples(&self, name: &str) -> Option<&[f64]> {
+        self.channel(name).map(|channel| channel.samples.as_slice())
+    }
+
     /// File name without its ending, such as `r01`.
     pub fn name(&self) -> String {
         self.source.path.file_stem().unwrap_or_default().to_string_lossy().into_owned()

@@ -15,7 +15,7 @@ use crate::report::plot::comparison::{self, Curve, Names};
 use crate::report::plot::style::LATE;
 use crate::rig::config::RigKey;
 use crate::rig::{Machine, Rig};
-use crate::stats::format::{by_chance, chance, significant};
+use crate::stats::format::{by_chance, capital, chance, significant};
 use crate::stats::units::{NamedUnit, in_words};
 
 const SETTINGS: ReportSettings = ReportSettings::DEFAULT;
@@ -246,11 +246,6 @@ fn fit(before: &Rig, outcome: &DiagnosisResult) -> Section {
     Section::new("Fit to held-out recordings")
         .paragraph(format!("{}. Held out: {}. Before: {kind}.{files}", capital(&fit.metric), fit.held_out))
         .table("", &["before", "after", "noise floor", "p"], vec![row])
-}
-
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 fn alternatives(outcome: &DiagnosisResult) -> Option<Section> {

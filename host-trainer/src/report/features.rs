@@ -13,7 +13,7 @@ use crate::report::plot::DrawError;
 use crate::report::plot::comparison::{self, Curve, Names};
 use crate::report::plot::ratings::{self, Rating};
 use crate::report::plot::style::{EARLY, INK, LATE, PREDICTED};
-use crate::stats::format::chance;
+use crate::stats::format::{capital, chance};
 
 const SETTINGS: ReportSettings = ReportSettings::DEFAULT;
 
@@ -120,8 +120,7 @@ fn section(name: &str, answer: &Answer) -> Result<Section, DrawError> {
     // Of many records the colours would tell nothing.
     let named = if answer.bearings.len() > 4 { &[][..] } else { &answer.bearings };
     let svg = ratings::svg(&rows, named, x, score, by_chance)?;
-    let mut heading = name.to_owned();
-    heading[..1].make_ascii_uppercase();
+    let heading = capital(name);
     let caption = match answer.score {
         Score::AreaUnderRoc => "Area under the ROC curve of each bearing left out; the accuracy is the balanced one",
         Score::Spearman => "Rank correlation of predicted and true remaining life of each bearing left out",

@@ -6,6 +6,7 @@ use crate::model::fit::Fitted;
 use crate::model::trace::Trace;
 use crate::recording::input::Input;
 use crate::report::plot::DrawError;
+use crate::stats::format::capital;
 
 /// Report of a fit and its recordings.
 ///
@@ -34,8 +35,5 @@ pub fn document(fitted: &Fitted, input: &Input) -> Result<Document, DrawError> {
 
 /// Verdict of the fit as a sentence.
 fn verdict(fitted: &Fitted) -> String {
-    let words = &fitted.report.verdict.words;
-    let mut letters = words.chars();
-    let first: String = letters.next().map(|c| c.to_uppercase().collect()).unwrap_or_default();
-    format!("{first}{}.", letters.as_str())
+    format!("{}.", capital(&fitted.report.verdict.words))
 }

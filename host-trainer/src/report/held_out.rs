@@ -12,7 +12,7 @@ use crate::report::plot::marks::Mark;
 use crate::report::plot::style::{EARLY, LATE, MEASURED};
 use crate::rig::config::{Machine, Restoring, Rig};
 use crate::signal::spectrum::welch;
-use crate::stats::format::significant;
+use crate::stats::format::{capital, significant};
 
 const SETTINGS: ReportSettings = ReportSettings::DEFAULT;
 
@@ -133,15 +133,21 @@ fn acceleration(section: Section, held: &HeldOut, rigs: Rigs<'_>, location: &Loc
             format!("{}: power spectral density{dashed}.", held.name),
         );
     }
-    let shown = loudest(held);
+    let shown = shown(held);
+    let (shown, why) = (shown.samples, shown.why);
     let range = shown.start as f64 / held.sample_rate_hz..shown.end as f64 / held.sample_rate_hz;
     let courses: Vec<Curve<'_>> =
         signals.iter().map(|(name, samples, color)| curve(held, name, samples, *color, &shown)).collect();
     let names = Names { x: "time, s", y: "acceleration, m/s²" };
-    let caption = if held.before == held.after {
-        format!("{}: the stretch in which the residual of {} is largest.", held.name, rigs.after)
-    } else {
-        format!("{}: the stretch in which {} improves most on {}.", held.name, rigs.after, rigs.before)
+    let caption = match why {
+        Why::Residual => format!("{}: the stretch in which the residual of {} is largest.", held.name, rigs.after),
+        Why::Gain => format!("{}: the stretch in which {} improves most on {}.", held.name, rigs.after, rigs.before),
+        Why::Loudest => format!(
+            "{}: the loudest stretch measured. {} meets spectrum and modulation, not the instants: compare heights and \
+             intervals, not samples.",
+            held.name,
+            capital(rigs.after)
+        ),
     };
     Ok(section.figure(comparison::svg(&courses, range, names, &[])?, caption))
 }
@@ -155,19 +161,42 @@ fn marks(location: &Location) -> Vec<Mark> {
     location.frequency_hz.iter().take(3).flat_map(edges).collect()
 }
 
-/// Window in which the corrected rig gains most or, without a correction, the residual is largest.
-fn loudest(held: &HeldOut) -> Range<usize> {
+/// Stretch of a recording that is shown over time.
+struct Shown {
+    samples: Range<usize>,
+    why: Why,
+}
+
+/// What a stretch is shown for.
+enum Why {
+    /// Largest residual of a rig that was not corrected.
+    Residual,
+    /// Largest gain of the correction.
+    Gain,
+    /// Largest measured signal: the correction does not lessen the residual, since the instants are not those measured.
+    Loudest,
+}
+
+/// Window in which the correction gains most or, without one or where it gains nothing in time, what is measured is largest.
+fn shown(held: &HeldOut) -> Shown {
+    let [before, after] = errors(held);
+    let why = match held.before == held.after {
+        true => Why::Residual,
+        false if after < before => Why::Gain,
+        false => Why::Loudest,
+    };
+    let square = |of: &[f64], k: usize| (held.measured[k] - of[k]).powi(2);
+    let score = |k: usize| match why {
+        Why::Residual => square(&held.before, k),
+        Why::Gain => square(&held.before, k) - square(&held.after, k),
+        Why::Loudest => held.measured[k].powi(2),
+    };
     let count = held.measured.len();
     let width = SETTINGS.zoom.min(count);
-    let corrected = held.before != held.after;
-    let gain = |from: usize| -> f64 {
-        let square = |of: &[f64], k: usize| (held.measured[k] - of[k]).powi(2);
-        let after = |k: usize| if corrected { square(&held.after, k) } else { 0.0 };
-        (from..from + width).map(|k| square(&held.before, k) - after(k)).sum()
-    };
+    let total = |from: usize| (from..from + width).map(score).sum::<f64>();
     let starts = (0..=count - width).step_by((width / 2).max(1));
-    let start = starts.max_by(|a, b| gain(*a).total_cmp(&gain(*b))).unwrap_or(0);
-    start..start + width
+    let start = starts.max_by(|a, b| total(*a).total_cmp(&total(*b))).unwrap_or(0);
+    Shown { samples: start..start + width, why }
 }
 
 /// Curve of a signal over some samples, thinned to minimum and maximum of each stretch if there are many.
@@ -227,4 +256,33 @@ pub fn table(held: &[HeldOut], quantity: Quantity) -> (Vec<&'static str>, Vec<Ve
         row
     };
     (head, held.iter().map(row).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A burst in the second half is shown where the correction meets it; of a correction of other instants the loudest
+    /// stretch measured is, and the caption does not speak of a gain.
+    #[test]
+    fn stretch_is_what_its_caption_says() {
+        let count = 4 * SETTINGS.zoom;
+        let burst = |at: usize| -> Vec<f64> {
+            (0..count).map(|k| if (at..at + 40).contains(&k) { 5.0 } else { (0.3 * k as f64).sin() }).collect()
+        };
+        let caption = |after: Vec<f64>| {
+            let (measured, before) = (burst(3 * SETTINGS.zoom), burst(count));
+            let held = HeldOut { name: "r04".into(), sample_rate_hz: 25_600.0, measured, before, after };
+            let shown = shown(&held);
+            assert!(shown.samples.contains(&(3 * SETTINGS.zoom)), "{:?}", shown.samples);
+            let rigs = Rigs { before: "the rig", after: "the corrected rig" };
+            let section =
+                pictures(Section::new(""), &held, Quantity::Acceleration, rigs, &Location::default()).unwrap();
+            format!("{section:?}")
+        };
+        assert!(caption(burst(3 * SETTINGS.zoom)).contains("in which the corrected rig improves most on the rig"));
+        let apart = caption(burst(SETTINGS.zoom));
+        assert!(apart.contains("the loudest stretch measured. The corrected rig meets") && !apart.contains("improves"));
+        assert!(caption(burst(count)).contains("the residual of the corrected rig is largest"));
+    }
 }

@@ -55,25 +55,25 @@ impl Vibration<'_> {
 pub fn document(
     device: &OwnedModel,
     input: &Input,
-    watched: &Replayed,
+    replayed: &Replayed,
     vibration: &Vibration<'_>,
 ) -> Result<Document, DrawError> {
     let view = device.view();
-    let (tone, verdict) = verdict(watched);
+    let (tone, verdict) = verdict(replayed);
     let about = format!("{} recordings, channel {}, {} Hz", input.series.len(), input.channel, input.sample_rate_hz);
     let mut document = Document::new("The device over the recordings", about, tone, verdict)
-        .section(trend(watched, &view.monitor, &TimeAxis::of(input), None)?)
+        .section(trend(replayed, &view.monitor, &TimeAxis::of(input), None)?)
         .section(indicators(input, vibration)?)
-        .section(events(watched));
+        .section(events(replayed));
     if let Some(comparison) = Comparison::from_input(input, None) {
         document = document.section(comparison.spectra()?).section(comparison.prediction(&view)?);
     }
-    Ok(document.section(totals(watched, input)).section(model::sizes(&export::sizes(&view))))
+    Ok(document.section(totals(replayed, input)).section(model::sizes(&export::sizes(&view))))
 }
 
 /// Tone and sentence of the device's result.
-pub fn verdict(watched: &Replayed) -> (Tone, String) {
-    let s = &watched.summary;
+pub fn verdict(replayed: &Replayed) -> (Tone, String) {
+    let s = &replayed.summary;
     let blind = match (s.status, s.faults.total()) {
         (Status::Blind, _) => " The status at the end is blind: too many samples were invalid.",
         (_, 0) => "",
@@ -96,12 +96,12 @@ pub fn verdict(watched: &Replayed) -> (Tone, String) {
 /// # Errors
 /// Errors of the drawing library.
 pub fn trend(
-    watched: &Replayed,
+    replayed: &Replayed,
     limits: &MonitorConfig,
     time: &TimeAxis,
     mark: Option<(usize, &str)>,
 ) -> Result<Section, DrawError> {
-    let svg = trend::svg(&watched.blocks, limits, time, mark)?;
+    let svg = trend::svg(&replayed.blocks, limits, time, mark)?;
     Ok(Section::new("The residual over time").figure(
         svg,
         format!(
@@ -185,12 +185,12 @@ pub fn severity(vibration: &Vibration<'_>) -> String {
 }
 
 /// Table of the device's events.
-pub fn events(watched: &Replayed) -> Section {
+pub fn events(replayed: &Replayed) -> Section {
     let text = |event: &Value, key: &str| event.get(key).and_then(Value::as_str).unwrap_or("").to_owned();
     let number = |event: &Value, key: &str, digits: usize| {
         Cell::number(event.get(key).and_then(Value::as_f64).map_or(String::new(), |v| format!("{v:.digits$}")))
     };
-    let listed: Vec<&Value> = watched.events.iter().filter(|e| text(e, "event") != "summary").collect();
+    let listed: Vec<&Value> = replayed.events.iter().filter(|e| text(e, "event") != "summary").collect();
     let rows = listed.iter().take(SETTINGS.events).map(|event| {
         let kind = text(event, "kind");
         let name = if kind.is_empty() { text(event, "event") } else { format!("fault: {kind}") };
@@ -210,8 +210,8 @@ pub fn events(watched: &Replayed) -> Section {
     }
 }
 
-fn totals(watched: &Replayed, input: &Input) -> Section {
-    let s = &watched.summary;
+fn totals(replayed: &Replayed, input: &Input) -> Section {
+    let s = &replayed.summary;
     let row = |name: &str, value: String| vec![Cell::text(name), Cell::number(value)];
     let mut rows = vec![
         row("recordings", s.recordings.to_string()),

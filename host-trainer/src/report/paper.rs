@@ -2,7 +2,7 @@
 
 use plotters::style::RGBColor;
 
-use super::phases::{self, Machine};
+use super::phases;
 use super::settings::ReportSettings;
 use super::{Cell, Document, Section, Tone};
 use crate::model::OwnedModel;
@@ -15,7 +15,7 @@ use crate::report::plot::style::{ALARM, EARLY, INK, LATE, PREDICTED};
 use crate::report::plot::{DrawError, derivative};
 use crate::rivals;
 use crate::signal::phases::Rules;
-use crate::signal::phases::machine::Filter;
+use crate::signal::phases::machine::{Filter, Machine};
 use crate::signal::surrogate::SurrogateKind;
 use crate::sweep::config::Sizes;
 use crate::sweep::job::Row;

@@ -1,107 +1,10 @@
 //! Report of `ballrace phases`.
 
-use std::path::{Path, PathBuf};
-
-use serde_json::{Value, json};
-
 use super::{Cell, Document, Section, Tone};
-use crate::paper::aged_bearing;
-use crate::recording::{Recording, Source};
 use crate::report::plot::{DrawError, life};
 use crate::signal::phases::life::Timeline;
-use crate::signal::phases::machine::{Filter, Lives};
-use crate::signal::phases::{FEWEST_HEALTHY, Phases, Rules};
-use crate::signal::wavelet::denoise::Denoising;
-
-/// Machine of a report.
-pub struct Machine {
-    /// Name of its folder.
-    pub name: String,
-    /// Lives of its channels.
-    pub lives: Lives,
-    /// Phases of each.
-    pub phases: Vec<Option<Phases>>,
-}
-
-/// Recordings in which phases cannot be sought.
-#[derive(Debug, thiserror::Error)]
-pub enum MachineError {
-    /// Too few recordings.
-    #[error("{folder}: found {found} recordings, expected more than {fewest}: so many are healthy at the beginning")]
-    TooFew {
-        /// Folder of the machine.
-        folder: PathBuf,
-        /// Recordings found.
-        found: usize,
-        /// Healthy recordings at the beginning.
-        fewest: usize,
-    },
-    /// Recording of another rate than the first.
-    #[error("{recording}: found {found} Hz, expected {expected} Hz as {first} has; --resample makes them equal")]
-    Rate {
-        /// Source of the recording.
-        recording: Source,
-        /// Sample rate of the recording, Hz.
-        found: f64,
-        /// Sample rate of the first recording, Hz.
-        expected: f64,
-        /// Source of the first recording.
-        first: Source,
-    },
-}
-
-impl Machine {
-    /// Phases of a folder's recordings; `denoising` at their sample rate, Hz.
-    ///
-    /// # Errors
-    /// [`MachineError`]: too few recordings, or of several rates.
-    pub fn new(
-        folder: &Path,
-        recordings: &[Recording],
-        rules: &Rules,
-        denoising: impl FnOnce(f64) -> Denoising,
-    ) -> Result<Self, MachineError> {
-        let fewest = rules.healthy.unwrap_or(FEWEST_HEALTHY);
-        let Some(first) = recordings.first().filter(|_| recordings.len() > fewest) else {
-            return Err(MachineError::TooFew { folder: folder.to_owned(), found: recordings.len(), fewest });
-        };
-        if let Some(other) = recordings.iter().find(|r| r.sample_rate_hz != first.sample_rate_hz) {
-            return Err(MachineError::Rate {
-                recording: other.source.clone(),
-                found: other.sample_rate_hz,
-                expected: first.sample_rate_hz,
-                first: first.source.clone(),
-            });
-        }
-        let lives = Lives::new(recordings, &denoising(first.sample_rate_hz));
-        let name = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned();
-        Ok(Self { name, phases: lives.phases(rules), lives })
-    }
-
-    /// JSON document of the phases of each channel.
-    pub fn document(&self) -> Value {
-        let timeline = &self.lives.timeline;
-        let recording = |index: usize| {
-            json!({ "index": index, "name": timeline.names[index],
-                    "time_s": timeline.times_s.as_ref().map(|times| times[index]) })
-        };
-        let channel = |(n, phases): (usize, &Option<Phases>)| {
-            let life = &self.lives.channels[n];
-            phases.map(|phases| {
-                json!({ "channel": life.channel, "denoised": life.filter == Filter::Wavelet,
-                        "healthy": { "recordings": phases.healthy, "kurtosis": phases.mean, "kurtosis_std": phases.std },
-                        "aging": phases.aging.map(recording), "in_a_row": phases.in_a_row,
-                        "failure": phases.failure.map(recording),
-                        "aging_recordings": phases.between(life.features.len()) })
-            })
-        };
-        json!({
-            "name": self.name, "recordings": timeline.names.len(), "gaps": timeline.gaps(),
-            "paper_aging_recordings": aged_bearing(&self.name).map(|paper| paper.aging_recordings),
-            "channels": self.phases.iter().enumerate().filter_map(channel).collect::<Vec<_>>(),
-        })
-    }
-}
+use crate::signal::phases::machine::{Filter, Lives, Machine};
+use crate::signal::phases::{Phases, Rules};
 
 /// Report of the phases of machines.
 ///

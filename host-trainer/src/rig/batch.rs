@@ -100,8 +100,7 @@ fn bearing(rig: &Rig, conditions: &[OperatingCondition], seed: u64) -> Result<Ve
 }
 
 fn driven(rig: &Rig, recording: &Recording) -> Result<Recording, RigError> {
-    let channel = |name: &str| recording.channel(name).map(|c| c.samples.as_slice());
-    if ["u", "q", "qd", "qdd"].into_iter().all(|name| channel(name).is_none()) {
+    if ["u", "q", "qd", "qdd"].into_iter().all(|name| recording.channel(name).is_none()) {
         let there: Vec<_> = recording.channels.iter().map(|c| c.name.as_str()).collect();
         return Err(RigError::BadRecording {
             place: recording.source.to_string(),
@@ -110,8 +109,8 @@ fn driven(rig: &Rig, recording: &Recording) -> Result<Recording, RigError> {
         });
     }
     let none = vec![0.0; recording.len()];
-    let input = channel("u").unwrap_or(&none);
-    let position = channel("q").and_then(|q| q.first().copied()).unwrap_or(0.0);
+    let input = recording.samples("u").unwrap_or(&none);
+    let position = recording.samples("q").and_then(|q| q.first().copied()).unwrap_or(0.0);
     let drive = Drive { input, sample_rate_hz: recording.sample_rate_hz, position, ..Drive::default() };
     sdof::simulate(rig, &drive)
 }

@@ -59,6 +59,12 @@ pub fn by_chance(p_value: f64) -> String {
     if text.starts_with('<') { format!("p {text}") } else { format!("p = {text}") }
 }
 
+/// A text with its first letter as a capital.
+pub fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -73,6 +79,7 @@ mod tests {
         assert_eq!(with_interval(7.0, None), ("7.000".into(), "–".into()));
         assert_eq!(with_interval(7.0, Some([f64::NEG_INFINITY, 1.0])).1, "–");
         assert_eq!([by_chance(0.0002), by_chance(0.0)], ["p = 0.0002", "p < 1e−30"]);
+        assert_eq!(["ölfilm", "", "a b"].map(capital), ["Ölfilm", "", "A b"]);
         assert_eq!([chance(0.0002), chance(1e-9), chance(1.0)], ["0.0002", "1e−9", "1.0"]);
     }
 }

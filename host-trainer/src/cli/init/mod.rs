@@ -57,17 +57,14 @@ pub struct Args {
 
 /// Runs `init`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let refuse = |option: &str, found: &str, expected: &str| {
-        Failure::Input(format!("--{option}: found {found}, expected {expected}"))
-    };
-    let kind = RigKind::parse(&args.kind).ok_or_else(|| refuse("kind", &args.kind, "bearing-5dof or sdof"))?;
+    let kind = RigKind::parse(&args.kind).ok_or_else(|| Failure::option("kind", &args.kind, "bearing-5dof or sdof"))?;
     if let Some(hz) = args.shaft_hz.filter(|hz| !(hz.is_finite() && *hz > 0.0)) {
-        return Err(refuse("shaft-hz", &hz.to_string(), "a positive number of Hz"));
+        return Err(Failure::option("shaft-hz", hz, "a positive number of Hz"));
     }
     let chosen = args.bearing.as_deref().map(Chosen::parse).transpose()?;
     let rig = match (kind, &chosen) {
         (RigKind::Sdof, None) => Some(include_str!("sdof.toml").to_owned()),
-        (RigKind::Sdof, Some(_)) => return Err(refuse("bearing", "--kind sdof", "a rig with a bearing")),
+        (RigKind::Sdof, Some(_)) => return Err(Failure::option("bearing", "--kind sdof", "a rig with a bearing")),
         (RigKind::Bearing5Dof, chosen) => chosen.as_ref().map(Chosen::rig),
     };
     let mut files = Vec::new();
@@ -103,7 +100,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         )));
     }
     std::fs::create_dir_all(&args.out)
-        .map_err(|e| refuse("out", &format!("{} ({e})", args.out.display()), "a folder"))?;
+        .map_err(|e| Failure::option("out", format!("{} ({e})", args.out.display()), "a folder"))?;
     for note in notes {
         line(note)?;
     }

@@ -12,10 +12,10 @@ use crate::model::fit::{FitConfig, Split, fit};
 use crate::model::{OwnedModel, file};
 use crate::recording::input::Series;
 use crate::report::paper::{self, Baseline, Page, PresetRows};
-use crate::report::phases::Machine;
 use crate::rivals::windows::linear_r_squared;
 use crate::rivals::{self, Task};
 use crate::signal::phases::Rules;
+use crate::signal::phases::machine::Machine;
 use crate::sweep::job::{Material, Row};
 use crate::sweep::life::{self, Life};
 use crate::sweep::preset::{Preset, PresetName};
@@ -25,7 +25,7 @@ const SETTINGS: CliSettings = CliSettings::DEFAULT;
 /// Rows of the presets; writes the page.
 pub fn run(args: &Args, name: PresetName) -> Result<Vec<Row>, Failure> {
     if args.count == Some(0) {
-        return Err(Failure::Input("--count: found 0, expected at least 1".into()));
+        return Err(Failure::option("count", 0, "at least 1"));
     }
     let loaded = bearings::aging(&args.bearings, &args.channel, |folder, name| load(args, folder, name))?;
     let lives: Vec<Life> = loaded.into_iter().map(|aging| aging.value).collect();

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::diagnose::shown::ShownSettings;
+
 /// Settings of the squared-envelope spectra in bands.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ModulationSettings {
@@ -215,8 +217,6 @@ pub struct SynthesisSettings {
     pub most_amplitude: f64,
     /// Greatest share of the power that a cause may carry in a band: some noise is always left.
     pub most_share: f64,
-    /// Blocks of frequency whose errors give the p-value.
-    pub blocks: usize,
     /// Greatest p-value of the improvement on held-out recordings of a cause that stands.
     pub p_value: f64,
 }
@@ -236,7 +236,6 @@ impl SynthesisSettings {
         least_depth: 0.05,
         most_amplitude: 1.9,
         most_share: 0.95,
-        blocks: 24,
         p_value: 0.05,
     };
 }
@@ -249,5 +248,6 @@ pub fn document() -> serde_json::Value {
         "change": ChangeSettings::DEFAULT,
         "name": NameSettings::DEFAULT,
         "synthesis": SynthesisSettings::DEFAULT,
+        "shown": ShownSettings::DEFAULT,
     })
 }

@@ -103,28 +103,20 @@ impl Acquired {
     pub fn new(recordings: &[Recording], baseline: &[Recording]) -> Result<Self, BalanceError> {
         let all: Vec<&Recording> = recordings.iter().chain(baseline).collect();
         let first = *all.first().ok_or(BalanceError::NoRecordings)?;
-        let has = |channel: &str| all.iter().all(|r| named(r, channel).is_some());
-        let sensed = if has("q") {
-            Sensed::Position
-        } else if has("qdd") {
-            Sensed::Acceleration
-        } else {
-            let lacks = all.iter().find(|r| named(r, "q").is_none()).unwrap_or(&first);
-            return Err(lacking(lacks));
-        };
+        let sensed = Sensed::in_all(&all)?;
         let total: usize = all.iter().map(|r| r.len()).sum();
         let share = (SETTINGS.most_samples as f64 / total.max(1) as f64).min(1.0);
         let mut tracks = Vec::new();
         for (index, recording) in all.iter().enumerate() {
-            let measured = named(recording, sensed.channel()).unwrap_or_default();
-            let input = named(recording, "u").map_or_else(|| vec![0.0; measured.len()], <[f64]>::to_vec);
+            let measured = recording.samples(sensed.channel()).unwrap_or_default();
+            let input = recording.samples("u").map_or_else(|| vec![0.0; measured.len()], <[f64]>::to_vec);
             if measured.len() < SETTINGS.min_recording || input.len() != measured.len() {
                 let found = format!("{} samples of u and {} of the sensor", input.len(), measured.len());
                 let expected = format!("as many of each, at least {}", SETTINGS.min_recording);
-                return Err(refuse(recording, &found, &expected));
+                return Err(BalanceError::recording(recording, found, expected));
             }
             if input.iter().chain(measured).any(|x| !x.is_finite()) {
-                return Err(refuse(recording, "a sample that is not finite", "finite samples"));
+                return Err(BalanceError::recording(recording, "a sample that is not finite", "finite samples"));
             }
             let kept = ((measured.len() as f64 * share) as usize).max(SETTINGS.min_recording);
             tracks.push(Track {
@@ -144,7 +136,7 @@ impl Acquired {
         }
         if total < SETTINGS.min_samples {
             let expected = format!("at least {} in all recordings together", SETTINGS.min_samples);
-            return Err(refuse(first, &format!("{total} samples"), &expected));
+            return Err(BalanceError::recording(first, format!("{total} samples"), expected));
         }
         let driven = tracks.iter().any(|t| t.input.iter().any(|u| *u != 0.0));
         let mut notes = Vec::new();
@@ -267,23 +259,4 @@ pub fn frequency_hz(states: &Smoothed) -> f64 {
 
 fn resmooth(track: &Track, variances: &SplineVariances) -> Smoothed {
     smoother::smooth(&track.samples(), variances, track.fine)
-}
-
-fn named<'a>(recording: &'a Recording, channel: &str) -> Option<&'a [f64]> {
-    // By its own name or the manifest's: channels = { vir = "u" }.
-    recording.channel(channel).map(|c| c.samples.as_slice())
-}
-
-fn lacking(recording: &Recording) -> BalanceError {
-    let there: Vec<&str> = recording.channels.iter().map(|c| c.name.as_str()).collect();
-    let found = format!("no channel q or qdd among {}", there.join(", "));
-    refuse(recording, &found, "one; `channels = { NAME = \"q\" }` in the manifest says which is which")
-}
-
-fn refuse(recording: &Recording, found: &str, expected: &str) -> BalanceError {
-    BalanceError::BadRecording {
-        recording: recording.source.to_string(),
-        found: found.into(),
-        expected: expected.into(),
-    }
 }

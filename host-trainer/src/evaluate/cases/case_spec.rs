@@ -98,6 +98,16 @@ impl Kind {
 }
 
 impl CaseSpec {
+    /// Names of the hidden effects.
+    pub fn names(&self) -> Vec<&'static str> {
+        match &self.hidden {
+            Hidden::Nothing => Vec::new(),
+            Hidden::Effects(effects) => effects.iter().map(|(kind, _)| kind.name()).collect(),
+            Hidden::Outside(kind) => vec![kind.name()],
+            Hidden::OutsideIndependent(kind) => vec![kind.name()],
+        }
+    }
+
     /// Kind of the case.
     pub fn kind(&self) -> Kind {
         match &self.hidden {

@@ -92,14 +92,14 @@ fn what_is_written_holds_nothing_of_the_truth() {
 
 #[test]
 fn a_round_has_every_effect_at_every_severity_and_pairs_of_two_groups() {
-    let briefs = round(0, Simulator::Shared);
-    let of = |kind: Kind| briefs.iter().filter(|b| b.kind() == kind).count();
+    let specs = round(0, Simulator::Shared);
+    let of = |kind: Kind| specs.iter().filter(|b| b.kind() == kind).count();
     assert_eq!(of(Kind::Single), 3 * EffectKind::vocabulary().count());
     assert_eq!((of(Kind::Control), of(Kind::Pair), of(Kind::Outside)), (20, 10, 16));
-    for spec in briefs.iter().filter(|b| b.kind() == Kind::Pair) {
+    for spec in specs.iter().filter(|b| b.kind() == Kind::Pair) {
         let Hidden::Effects(names) = &spec.hidden else { unreachable!() };
         let group = |kind: EffectKind| effects::GROUPS.iter().position(|g| g.contains(&kind));
         assert_ne!(group(names[0].0), group(names[1].0));
     }
-    assert_ne!(briefs, round(1, Simulator::Shared));
+    assert_ne!(specs, round(1, Simulator::Shared));
 }

@@ -252,7 +252,7 @@ fn held_out(before: &Rig, after: &Rig, recordings: &[Recording], seed: u64) -> R
         for (channel, measured) in accelerations(recording).into_iter().enumerate() {
             let Some(measured) = measured else { continue };
             let of = |runs: &[Recording], measured: &[f64]| {
-                let samples = runs.iter().filter_map(|r| r.channel(CHANNELS[channel])).map(|c| c.samples.as_slice());
+                let samples = runs.iter().filter_map(|r| r.samples(CHANNELS[channel]));
                 let distances: Vec<f64> =
                     samples.filter_map(|s| log_spectral(measured, s, recording.sample_rate_hz)).collect();
                 distances.iter().sum::<f64>() / distances.len().max(1) as f64

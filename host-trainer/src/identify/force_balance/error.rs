@@ -1,5 +1,6 @@
 //! Errors of a force balance.
 
+use crate::recording::Recording;
 use crate::rig::RigError;
 
 /// Errors of a force balance.
@@ -34,4 +35,21 @@ pub enum BalanceError {
     /// The rig cannot be run.
     #[error(transparent)]
     Rig(#[from] RigError),
+}
+
+impl BalanceError {
+    /// Error of a recording's contents.
+    pub fn recording(recording: &Recording, found: impl Into<String>, expected: impl Into<String>) -> Self {
+        Self::BadRecording { recording: recording.source.to_string(), found: found.into(), expected: expected.into() }
+    }
+
+    /// Error of a recording without a channel; `channel` is said to be missing, `example` the one that a manifest can name.
+    pub fn no_channel(recording: &Recording, channel: &str, example: &str) -> Self {
+        let there: Vec<&str> = recording.channels.iter().map(|c| c.name.as_str()).collect();
+        Self::recording(
+            recording,
+            format!("no channel {channel} among {}", there.join(", ")),
+            format!("one; `channels = {{ NAME = \"{example}\" }}` in the manifest says which is which"),
+        )
+    }
 }

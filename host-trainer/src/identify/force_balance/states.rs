@@ -33,6 +33,20 @@ impl Sensed {
             Self::Acceleration => "qdd",
         }
     }
+
+    /// Quantity that all recordings have, the position first.
+    ///
+    /// # Errors
+    ///
+    /// A recording without either.
+    pub fn in_all(recordings: &[&Recording]) -> Result<Self, BalanceError> {
+        let both = [Self::Position, Self::Acceleration];
+        let found = both.into_iter().find(|sensed| recordings.iter().all(|r| r.channel(sensed.channel()).is_some()));
+        found.ok_or_else(|| match recordings.iter().find(|r| r.channel("q").is_none()) {
+            Some(recording) => BalanceError::no_channel(recording, "q or qdd", "q"),
+            None => BalanceError::NoRecordings,
+        })
+    }
 }
 
 /// An input between its samples.
@@ -135,29 +149,22 @@ impl States {
     /// differ.
     pub fn new(recordings: &[Recording]) -> Result<Self, BalanceError> {
         let first = recordings.first().ok_or(BalanceError::NoRecordings)?;
-        let sensed = if recordings.iter().all(|r| named(r, "q").is_some()) {
-            Sensed::Position
-        } else if recordings.iter().all(|r| named(r, "qdd").is_some()) {
-            Sensed::Acceleration
-        } else {
-            let lacks = recordings.iter().find(|r| named(r, "q").is_none()).unwrap_or(first);
-            return Err(lacking(lacks, "q or qdd"));
-        };
+        let sensed = Sensed::in_all(&recordings.iter().collect::<Vec<_>>())?;
         let rate = first.sample_rate_hz;
         let mut tracks = Vec::with_capacity(recordings.len());
         for recording in recordings {
-            let input = named(recording, "u").ok_or_else(|| lacking(recording, "u"))?;
-            let measured = named(recording, sensed.channel()).unwrap_or_default();
+            let input = recording.samples("u").ok_or_else(|| BalanceError::no_channel(recording, "u", "u"))?;
+            let measured = recording.samples(sensed.channel()).unwrap_or_default();
             if (recording.sample_rate_hz / rate - 1.0).abs() > 1e-6 {
                 let found = format!("{} Hz", recording.sample_rate_hz);
-                return Err(refuse(recording, &found, &format!("{rate} Hz as the first recording")));
+                return Err(BalanceError::recording(recording, found, format!("{rate} Hz as the first recording")));
             }
             if measured.len() < SETTINGS.min_samples || input.len() != measured.len() {
                 let found = format!("{} samples of u and {} of the sensor", input.len(), measured.len());
-                return Err(refuse(recording, &found, "as many of each, at least 200"));
+                return Err(BalanceError::recording(recording, found, "as many of each, at least 200"));
             }
             if input.iter().chain(measured).any(|x| !x.is_finite()) {
-                return Err(refuse(recording, "a sample that is not finite", "finite samples"));
+                return Err(BalanceError::recording(recording, "a sample that is not finite", "finite samples"));
             }
             tracks.push(Track {
                 name: recording.name(),
@@ -371,24 +378,5 @@ impl States {
     /// Samples of a window over which a simulation holds in spite of disturbing forces: some periods of the fastest motion.
     pub fn short_window(&self) -> usize {
         ((SETTINGS.window_periods * self.sample_rate_hz / self.band.high_hz) as usize).max(SETTINGS.min_window)
-    }
-}
-
-fn named<'a>(recording: &'a Recording, channel: &str) -> Option<&'a [f64]> {
-    // By its own name or the manifest's: channels = { vir = "u" }.
-    recording.channel(channel).map(|c| c.samples.as_slice())
-}
-
-fn lacking(recording: &Recording, channel: &str) -> BalanceError {
-    let there: Vec<&str> = recording.channels.iter().map(|c| c.name.as_str()).collect();
-    let found = format!("no channel {channel} among {}", there.join(", "));
-    refuse(recording, &found, "one; `channels = { NAME = \"u\" }` in the manifest says which is which")
-}
-
-fn refuse(recording: &Recording, found: &str, expected: &str) -> BalanceError {
-    BalanceError::BadRecording {
-        recording: recording.source.to_string(),
-        found: found.into(),
-        expected: expected.into(),
     }
 }

@@ -65,12 +65,6 @@ impl EffectEntry {
         }
     }
 
-    /// Whether all numbers are [plausible](crate::rig::effect::Parameter::is_plausible).
-    pub fn is_plausible(&self) -> bool {
-        let parameters = self.definition().parameters;
-        parameters.iter().all(|p| self.number(p.key).is_none_or(|value| p.is_plausible(value)))
-    }
-
     /// Whether the effect is fixed to the shaft at an angle of its own.
     pub fn is_on_shaft(&self) -> bool {
         self.turned_on_shaft(0.0).is_some()

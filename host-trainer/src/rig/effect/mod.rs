@@ -120,9 +120,6 @@ pub enum Phase {
     Free,
 }
 
-/// Factor beyond the search range from which a value is implausible. Not tuned: chosen by hand.
-const IMPLAUSIBLE_FACTOR: f64 = 2.0;
-
 /// A parameter of an effect.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
@@ -253,22 +250,6 @@ impl Parameter {
     pub const fn usually(mut self, usual: ParameterDefault) -> Self {
         self.default = usual;
         self
-    }
-
-    /// Whether a value is within twice the search range. A quantity with a dimension grows with the machine and is always
-    /// plausible; a ratio or the share of a turn that a defect takes does not.
-    pub fn is_plausible(&self, value: f64) -> bool {
-        let (low, high) = self.search_range;
-        let of_any_machine = self.unit.is_empty() || matches!(self.value_kind, ValueKind::Number(Domain::Between(..)));
-        let near = match self.scale {
-            Scale::Log => (low / IMPLAUSIBLE_FACTOR..=high * IMPLAUSIBLE_FACTOR).contains(&value.abs()),
-            Scale::Linear => {
-                let beyond = 0.5 * (IMPLAUSIBLE_FACTOR - 1.0) * (high - low);
-                (low - beyond..=high + beyond).contains(&value)
-            }
-            Scale::Each => true,
-        };
-        near || !of_any_machine
     }
 
     /// Whether a diagnosis states the parameter.

@@ -7,25 +7,6 @@ use crate::rig::{
     test_support::{SDOF, condition, nominal, parse},
 };
 
-/// Within twice the range that a search looks in, or beyond it; of what has a dimension any size.
-#[test]
-fn numbers_without_a_dimension_are_implausible_far_from_where_a_search_looks() {
-    let with = |kind: EffectKind, key: ParameterKey, value: f64| EffectEntry::new(kind, &[(key, value)]).is_plausible();
-    for (kind, key, good, bad) in [
-        (EffectKind::BallDefect, ParameterKey::WidthRad, 0.35, 0.5),
-        (EffectKind::StructuralResonance, ParameterKey::Gain, -45.0, -106.0),
-        (EffectKind::StructuralResonance, ParameterKey::DampingRatio, 0.45, 0.99),
-        (EffectKind::CageSlip, ParameterKey::Fraction, -0.4, 0.8),
-        (EffectKind::SensorGain, ParameterKey::Value, 0.06, 24.0),
-    ] {
-        assert!(with(kind, key, good) && !with(kind, key, bad), "{kind} {key}");
-    }
-    assert!(
-        with(EffectKind::ConstantForce, ParameterKey::ForceN, 1e6)
-            && with(EffectKind::BallDefect, ParameterKey::SpinRad, 40.0)
-    );
-}
-
 /// Each parameter in the middle of where a search would look, the first of its names.
 fn middle(effect: EffectKind, kind: RigKind) -> EffectEntry {
     let mut entry = EffectEntry::new(effect, &[]);

@@ -22,6 +22,8 @@ pub use mains::MainsSettings;
 pub use search::SearchSettings;
 pub use swing::SwingSettings;
 
+use crate::diagnose::shown::ShownSettings;
+
 /// All settings, stage by stage.
 pub fn document() -> serde_json::Value {
     serde_json::json!({
@@ -35,5 +37,6 @@ pub fn document() -> serde_json::Value {
         "swing": SwingSettings::DEFAULT,
         "guess": GuessSettings::DEFAULT,
         "search": SearchSettings::DEFAULT,
+        "shown": ShownSettings::DEFAULT,
     })
 }
