@@ -8,9 +8,10 @@ use std::f64::consts::TAU;
 
 use super::acquire::{Acquired, Track};
 use super::table::{Table, TermModel};
+use crate::identify::force_balance::shooting::{self, Span};
 use crate::identify::force_balance::{BalanceError, states::Sensed};
-use crate::rig::EffectEntry;
 use crate::rig::effect::{EffectKind, ParameterKey};
+use crate::rig::{EffectEntry, Rig};
 
 /// Minimum count of equal consecutive samples of a plateau.
 const PLATEAU: usize = 3;
@@ -21,13 +22,19 @@ const EQUAL: f64 = 0.02;
 /// Minimum power of a significant line over the mean of its neighbourhood.
 const LINE: f64 = 40.0;
 
+/// Harmonics of the mains that are taken off.
+const HARMONICS: u32 = 7;
+
 /// Robust standard deviations beyond which a row belongs to a shock.
 const BURST: f64 = 12.0;
 /// Most bursts in a recording, most of its rows that they are, and least share of the squares of all recordings that they
 /// hold.
-const BURSTS: (usize, f64, f64) = (1, 0.01, 0.5);
+const BURSTS: (usize, f64, f64) = (1, 0.01, 0.1);
 /// Least ratio of a jump of lost samples to the typical one, and to the next largest.
 const JUMP: (f64, f64) = (8.0, 2.5);
+/// Least ratio of a jump of the position, from one sample to the next, to the change of its course there: a shock changes the velocity
+/// alone, and the position by at most half of that.
+const JUMP_OF_KINK: f64 = 0.55;
 /// Samples of a recording below which it is not searched for faults.
 const SEARCHED: usize = 64;
 
@@ -68,8 +75,8 @@ pub fn clean(acquired: &mut Acquired) -> Result<Vec<Fault>, BalanceError> {
     Ok(faults)
 }
 
-/// A shock in the residual of a model, at which the recording is cut.
-pub fn shock(acquired: &mut Acquired, table: &Table, model: &TermModel) -> Option<Fault> {
+/// A shock or lost samples in the residual of a model, at which the recording is cut.
+pub fn burst(acquired: &mut Acquired, rig: &Rig, table: &Table, model: &TermModel) -> Option<Fault> {
     let left = table.residual(model);
     let total: f64 = left.iter().map(|r| r * r).sum();
     let mut start = 0;
@@ -87,7 +94,11 @@ pub fn shock(acquired: &mut Acquired, table: &Table, model: &TermModel) -> Optio
         let held: f64 = loud.iter().map(|k| rows[*k].powi(2)).sum();
         let apart = loud.windows(2).filter(|w| w[1] - w[0] > track.len() / 50 + 8).count() + 1;
         let (most, share, least) = BURSTS;
-        if loud.is_empty() || apart > most || loud.len() as f64 > share * rows.len() as f64 || held < least * total {
+        // What comes again is a force of the machine's states.
+        if apart > most {
+            return None;
+        }
+        if loud.is_empty() || loud.len() as f64 > share * rows.len() as f64 || held < least * total {
             continue;
         }
         let samples: Vec<usize> = (0..track.len()).filter(|k| !track.bad[*k]).collect();
@@ -99,10 +110,38 @@ pub fn shock(acquired: &mut Acquired, table: &Table, model: &TermModel) -> Optio
     let (index, at, _) = found?;
     let time_s = at as f64 * acquired.tracks[index].step_s();
     let name = acquired.tracks[index].name.clone();
-    cut(acquired, index, at).then(|| Fault {
-        entry: EffectEntry::new(EffectKind::Shock, &[(ParameterKey::TimeS, time_s)]),
-        evidence: format!("a single burst of force at {time_s:.4} s of {name}, without a jump of the position"),
-    })
+    let fault = if jumps(acquired, rig, index, at) == Some(true) {
+        let track = &acquired.tracks[index];
+        let samples = lost(&track.sensed, at, super::acquire::frequency_hz(&track.states) * track.step_s());
+        let numbers = [(ParameterKey::TimeS, time_s), (ParameterKey::Count, samples)];
+        Fault {
+            entry: EffectEntry::new(EffectKind::DroppedSamples, &numbers),
+            evidence: format!("at {time_s:.4} s of {name} the position is not where the rig would have it from before"),
+        }
+    } else {
+        Fault {
+            entry: EffectEntry::new(EffectKind::Shock, &[(ParameterKey::TimeS, time_s)]),
+            evidence: format!("a single burst of force at {time_s:.4} s of {name}, without a jump of the position"),
+        }
+    };
+    cut(acquired, index, at).then_some(fault)
+}
+
+/// Whether the position jumps at a sample, by simulations of what is before and after; `None` where they say nothing.
+fn jumps(acquired: &Acquired, rig: &Rig, index: usize, at: usize) -> Option<bool> {
+    let reach = SEARCHED / 2;
+    if acquired.sensed != Sensed::Position || at < reach || at + reach > acquired.tracks[index].len() {
+        return None;
+    }
+    let mut known = acquired.clone();
+    known.tracks[index].bad[at] = true;
+    let before = Span { track: index, first: at - reach, last: at + 1 };
+    let before = shooting::follow(rig, &known.observed(), &[before])?.pop()?;
+    let after = Span { track: index, first: at, last: at + reach };
+    let after = shooting::follow(rig, &acquired.observed(), &[after])?.pop()?;
+    let [.., last, end] = before.as_slice() else { return None };
+    let [begin, next, ..] = after.as_slice() else { return None };
+    Some((begin - end).abs() > JUMP_OF_KINK * ((next - begin) - (end - last)).abs())
 }
 
 /// Cuts a recording in two at a sample, which goes with the later part; false where a part would be too short.
@@ -177,7 +216,7 @@ fn mains(tracks: &mut [Track]) -> Option<Fault> {
     let (size, phase) = line(&longest.sensed, hz, rate);
     let amplitude = 2.0 * size / longest.len() as f64;
     for track in tracks.iter_mut().filter(|t| !t.healthy) {
-        for harmonic in [1.0, 3.0, 5.0] {
+        for harmonic in (1..=HARMONICS).map(f64::from) {
             let f = hz * harmonic;
             let rate = track.sample_rate_hz;
             if f < 0.45 * rate && (harmonic == 1.0 || prominence(&track.sensed, f, rate) > LINE) {
@@ -258,6 +297,11 @@ fn lost_samples(acquired: &mut Acquired) -> Option<Fault> {
             continue;
         }
         let (at, jump, usual, next) = largest_jump(&track.sensed);
+        let [before, after] = [at - 1, at + 1].map(|k| track.sensed[k] - track.sensed[k - 1]);
+        let kink = after - before;
+        if (track.sensed[at] - track.sensed[at - 1] - 0.5 * (before + after)).abs() < JUMP_OF_KINK * kink.abs() {
+            continue;
+        }
         if jump.abs() < JUMP.0 * usual || jump.abs() < JUMP.1 * next {
             continue;
         }

@@ -326,6 +326,14 @@ impl<'a> Builder<'a> {
             self.strength(jobs, EffectKind::ConstantForce, force, (either, State::Position), None);
         }
         let k = machine.stiffness_n_per_m;
+        // Of a linear spring a bias of the sensor is a constant force.
+        if k > 0.0 && machine.restoring == Restoring::Pendulum {
+            let entry = EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, 1.0)]);
+            let source = Source::Force(Box::new(move |t: &Track| t.signal(|q, _, _| k * q.cos())));
+            let (kind, meaning) = (EffectKind::SensorBias, Meaning::Strength(ParameterKey::Value));
+            let term = Term { kind, meaning, sign: either, state: State::Sensor, variants: Vec::new() };
+            jobs.push((term, vec![(entry, source)]));
+        }
         if k > 0.0 && machine.restoring == Restoring::Linear {
             let variants = (1..=28).map(|n| {
                 let half = part(&sizes, 0.0325 * f64::from(n));

@@ -67,19 +67,37 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
     let healthy = |acquired: &Acquired| acquired.tracks.iter().map(|t| t.healthy).collect::<Vec<_>>();
     // A step of the load needs some time before and after it.
     let events = acquired.under_test().all(|t| t.len() >= SETTINGS.least_for_events);
-    let select = |acquired: &Acquired| {
-        let library = Builder::new(task.rig, &nominal, acquired, ratio).library(events);
+    let select = |nominal: &Nominal, acquired: &Acquired| {
+        let library = Builder::new(task.rig, nominal, acquired, ratio).library(events);
         let table = Table::new(library, &healthy(acquired));
         let selection = select::select(&table).ok_or_else(nothing)?;
         Ok::<_, DiagnoseError>((table, selection))
     };
-    let (mut table, mut selection) = select(&acquired)?;
-    if faults.is_empty()
-        && let Some(fault) = faults::shock(&mut acquired, &table, &selection.rich)
-    {
-        faults.push(fault);
-        acquired.smooth()?;
-        (table, selection) = select(&acquired)?;
+    // Known parameters are right within a tolerance only.
+    let adjusted = |nominal: &mut Nominal, acquired: &Acquired| {
+        let (mut table, mut selection) = select(nominal, acquired)?;
+        for _ in 0..SETTINGS.adjustments {
+            let machine = table.machine(nominal, &selection.chosen);
+            if !nominal.adjust(&causes::causes(&table, &selection.chosen, &machine, acquired)) {
+                break;
+            }
+            (table, selection) = select(nominal, acquired)?;
+        }
+        Ok::<_, DiagnoseError>((table, selection))
+    };
+    let (mut table, mut selection) = adjusted(&mut nominal, &acquired)?;
+    if faults.is_empty() {
+        let most = acquired.tracks.len();
+        while acquired.tracks.len() < 2 * most
+            && let rig = nominal.rig(task.rig)
+            && let Some(fault) = faults::burst(&mut acquired, &rig, &table, &selection.rich)
+        {
+            if faults.iter().all(|f| f.entry.kind != fault.entry.kind) {
+                faults.push(fault);
+            }
+            acquired.smooth()?;
+            (table, selection) = adjusted(&mut nominal, &acquired)?;
+        }
     }
     progress("simulating held-out recordings");
     let case = verdict::Case { task, nominal: &nominal, acquired: &acquired, original: &original, table: &table };

@@ -1,8 +1,14 @@
 //! Second stage: what the rig knows of itself. Which unknown parameters are fitted, and what anchors the balance.
 
 use super::acquire::Acquired;
+use super::causes::Cause;
+use super::settings::SdofSettings;
 use crate::identify::force_balance::{equation::Parameter, gram::cholesky_solve, predictor::Operator, states::Sensed};
+use crate::rig::Rig;
 use crate::rig::config::{Restoring, SdofRig};
+use crate::rig::effect::{EffectKind, ParameterKey};
+
+const SETTINGS: SdofSettings = SdofSettings::DEFAULT;
 
 /// The rig with its unknown parameters.
 #[derive(Clone, Debug)]
@@ -11,6 +17,8 @@ pub struct Nominal {
     pub machine: SdofRig,
     /// Parameters that are fitted with every hypothesis.
     pub unknown: Vec<Parameter>,
+    /// Known parameters that were fitted within what a statement is right by.
+    pub adjusted: Vec<Parameter>,
     /// Sentences on parameters that are not determined.
     pub notes: Vec<String>,
 }
@@ -18,7 +26,7 @@ pub struct Nominal {
 impl Nominal {
     /// Decides which of the parameters named as unknown can be fitted, and estimates them roughly.
     pub fn new(machine: &SdofRig, unknown: Vec<Parameter>, acquired: &Acquired) -> Self {
-        let mut nominal = Self { machine: machine.clone(), unknown, notes: Vec::new() };
+        let mut nominal = Self { machine: machine.clone(), unknown, adjusted: Vec::new(), notes: Vec::new() };
         // Damping that the file has none of is a cause, viscous friction.
         nominal.unknown.retain(|p| *p != Parameter::Damping || machine.damping_n_s_per_m != 0.0);
         if !acquired.driven {
@@ -107,6 +115,55 @@ impl Nominal {
             Parameter::Damping | Parameter::Stiffness => *field = value.max(0.0),
             Parameter::Gain | Parameter::Gravity => *field = value,
         }
+    }
+
+    /// Parameters whose values are not those of the rig as it was given.
+    pub fn fitted(&self) -> impl Iterator<Item = Parameter> {
+        self.unknown.iter().chain(&self.adjusted).copied()
+    }
+
+    /// A rig with the fitted parameters.
+    pub fn rig(&self, given: &Rig) -> Rig {
+        let mut rig = given.clone();
+        for parameter in self.fitted() {
+            // A value outside the parameter's domain leaves the one that was given.
+            let _ = rig.set(parameter.key(), parameter.value_in(&self.machine));
+        }
+        rig
+    }
+
+    /// Takes the chosen changes that are within what a statement of a parameter is right by into the rig: they are no causes.
+    /// Returns whether there were any.
+    pub fn adjust(&mut self, causes: &[Cause]) -> bool {
+        let before = self.machine.clone();
+        for cause in causes {
+            let Some(stated) = cause.entry.number(ParameterKey::Value) else { continue };
+            let (parameter, factor) = match cause.entry.kind {
+                EffectKind::MassChange => (Parameter::Mass, stated / before.mass_kg),
+                EffectKind::StiffnessChange => (Parameter::Stiffness, stated / before.stiffness_n_per_m),
+                EffectKind::DampingChange => (Parameter::Damping, stated / before.damping_n_s_per_m),
+                // What scales all that a linear machine does.
+                EffectKind::SensorGain => (Parameter::Gain, stated),
+                _ => continue,
+            };
+            let tolerance = match parameter {
+                Parameter::Damping => SETTINGS.tolerance_of_damping,
+                _ => SETTINGS.tolerance,
+            };
+            if (factor - 1.0).abs() > tolerance {
+                continue;
+            }
+            let value = parameter.value_in(&before);
+            self.add(parameter, (factor - 1.0) * value);
+            self.adjusted.push(parameter);
+            self.notes.push(format!(
+                "{} fits at {:.2} % of its stated value, within the {:.0} % that a statement is right by: no cause.",
+                parameter.key(),
+                100.0 * factor,
+                100.0 * tolerance
+            ));
+        }
+        self.machine != before
     }
 
     /// Least squares of the force balance on the smoothed states; returns parameters that do not show.

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::settings::SdofSettings;
 use super::table::{Table, TermModel};
+use crate::rig::effect::EffectKind;
 use crate::stats::significance::{one_sided_gain, shares};
 
 const SETTINGS: SdofSettings = SdofSettings::DEFAULT;
@@ -28,6 +29,8 @@ pub struct Selection {
     pub nothing: TermModel,
     /// Trials of each cause alone.
     pub singles: Vec<Trial>,
+    /// Models of two causes.
+    pub pairs: Vec<TermModel>,
     /// Tried models with as many causes as the chosen one.
     pub rivals: Vec<TermModel>,
     /// Chosen model; without parts if no cause was found.
@@ -95,7 +98,7 @@ pub fn select(table: &Table) -> Option<Selection> {
         share > SETTINGS.worth && gain_p(&nothing, m) < level && adds(&nothing, &chosen, m, level)
     });
     if let Some(pair) = pair.filter(|pair| each_is_needed(&nothing, pair, &alone, level)) {
-        (chosen, rivals) = (pair, pairs);
+        (chosen, rivals) = (pair, pairs.clone());
         while chosen.parts.len() < SETTINGS.max_causes {
             let wider: Vec<TermModel> =
                 (0..count).into_par_iter().filter_map(|term| with_one_more(table, &chosen, term)).collect();
@@ -103,14 +106,32 @@ pub fn select(table: &Table) -> Option<Selection> {
             (chosen, rivals) = (best, wider);
         }
     }
+    if let Some(constant) = without_step(table, &chosen, level) {
+        chosen = constant;
+        rivals.retain(|m| m.terms().iter().all(|t| table.library.terms[*t].kind != EffectKind::LoadStep));
+    }
     let rich = table.flexible(&chosen);
     let rich_p_value = gain_p(&chosen, &rich);
-    Some(Selection { nothing, singles, rivals, chosen, rich, rich_p_value, level })
+    Some(Selection { nothing, singles, pairs, rivals, chosen, rich, rich_p_value, level })
 }
 
 fn first(mut variants: Vec<usize>) -> Vec<usize> {
     variants.truncate(PAIRED);
     variants
+}
+
+/// The model with a constant force in place of a load's step that is not better beyond chance: dry friction holds either until the
+/// machine moves.
+fn without_step(table: &Table, chosen: &TermModel, level: f64) -> Option<TermModel> {
+    let term = |kind: EffectKind| table.library.terms.iter().position(|t| t.kind == kind);
+    let (step, constant) = (term(EffectKind::LoadStep)?, term(EffectKind::ConstantForce)?);
+    let terms = chosen.terms();
+    if !terms.contains(&step) || terms.contains(&constant) {
+        return None;
+    }
+    let parts = chosen.parts.iter().map(|(t, v)| if *t == step { (constant, 0) } else { (*t, *v) });
+    let (terms, variants): (Vec<usize>, Vec<usize>) = parts.unzip();
+    table.model(&terms, &[variants]).filter(|model| gain_p(model, chosen) > level)
 }
 
 /// Whether a wider model is better beyond chance and by enough.

@@ -1,8 +1,10 @@
 //! Inner products of all columns, and cross-validated models of them.
 
 use super::library::Library;
+use super::nominal::Nominal;
 use super::settings::SdofSettings;
 use crate::identify::force_balance::gram::{Gram, Rows};
+use crate::rig::config::SdofRig;
 
 const SETTINGS: SdofSettings = SdofSettings::DEFAULT;
 
@@ -72,6 +74,15 @@ impl Table {
         let ends: Vec<usize> = blocks.iter().map(|(_, end, _)| *end).collect();
         let gram = Gram::new(&library.columns, &ends, &fold, SETTINGS.folds);
         Self { library, gram, under_test, blocks, fold }
+    }
+
+    /// Machine with the rig's own parameters as a model has them.
+    pub fn machine(&self, nominal: &Nominal, model: &TermModel) -> SdofRig {
+        let mut nominal = nominal.clone();
+        for ((parameter, ..), value) in self.library.own.iter().zip(&model.values) {
+            nominal.add(*parameter, *value);
+        }
+        nominal.machine
     }
 
     /// Model of the rig alone, its unknown parameters fitted.

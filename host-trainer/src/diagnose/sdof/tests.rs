@@ -10,10 +10,10 @@ use crate::rig::{EffectEntry, Rig};
 /// 0.05 kg m² at 1 Hz, hanging.
 fn pendulum() -> String {
     testing::LINEAR
+        .replace("mass_kg = 2.0", "mass_kg = 0.05")
+        .replace("stiffness_n_per_m = 800.0", "stiffness_n_per_m = 2.0")
+        .replace("damping_n_s_per_m = 4.0", "damping_n_s_per_m = 0.02")
         .replace("linear", "pendulum")
-        .replace("800.0", "2.0")
-        .replace("= 4.0", "= 0.2")
-        .replace("2.0\n", "0.05\n")
 }
 
 fn names(found: &DiagnosisResult) -> Vec<EffectKind> {
@@ -181,6 +181,66 @@ fn null_a_healthy_pendulum_is_quiet_and_its_drag_is_found() {
     assert_eq!(diagnosed(&nominal, &[], 80).diagnosis.verdict, Verdict::NoMismatch);
     let drag = EffectEntry::new(EffectKind::QuadraticDrag, &[(ParameterKey::DragNS2PerM2, 0.1)]);
     assert_eq!(names(&diagnosed(&nominal, &[drag], 81)), [EffectKind::QuadraticDrag]);
+}
+
+/// A free swing of 12 s from a large angle, by leapfrog in small steps; the sensor's zero is off by `bias`.
+fn free_swing(seed: u64, damping: f64, bias: f64) -> Recording {
+    const PARTS: usize = 50;
+    let h = 1.0 / (testing::RATE * PARTS as f64);
+    let (mut q, mut v) = (1.2 - 0.2 * seed as f64, 0.0);
+    let noise = testing::white(1000 + seed, 2e-3, (12.0 * testing::RATE) as usize);
+    let angle = |e: &f64| {
+        let now = q;
+        for _ in 0..PARTS {
+            v += h * (-damping * v - 2.0 * q.sin()) / 0.05;
+            q += h * v;
+        }
+        now + bias + e
+    };
+    let mut swing = testing::recording(&format!("swing{seed}"), Vec::new(), "q", noise.iter().map(angle).collect());
+    swing.channels.retain(|c| c.name == "q");
+    swing
+}
+
+/// The period depends on the angle: a simulation of a dozen swings follows only from a start that is all but right.
+#[test]
+fn invariant_friction_and_the_zero_of_a_free_pendulum() {
+    let with = |damping: f64| testing::rig(&pendulum().replace("= 0.02", &format!("= {damping:?}")));
+    let swings = |damping: f64, bias: f64| (0..4).map(|n| free_swing(n, damping, bias)).collect::<Vec<_>>();
+    let healthy = found(&with(0.005), None, &swings(0.005, 0.0));
+    assert_eq!(healthy.diagnosis.verdict, Verdict::NoMismatch, "{:?}", healthy.diagnosis);
+    let damped = found(&with(0.0), None, &swings(0.005, 0.0));
+    assert_eq!(names(&damped), [EffectKind::ViscousFriction], "{:?}", damped.diagnosis);
+    let damping = number(&damped, EffectKind::ViscousFriction, ParameterKey::DampingNSPerM).unwrap();
+    assert!((damping / 0.005 - 1.0).abs() < 0.05, "{damping}");
+    let moved = found(&with(0.005), None, &swings(0.005, 0.05));
+    assert_eq!(names(&moved), [EffectKind::SensorBias], "{:?}", moved.diagnosis);
+    let bias = number(&moved, EffectKind::SensorBias, ParameterKey::Value).unwrap();
+    assert!((bias / 0.05 - 1.0).abs() < 0.1, "{bias}");
+}
+
+/// What is stated to be known is right within a tolerance: no cause up to there, one beyond.
+#[test]
+fn null_a_stiffness_within_its_tolerance_is_no_cause() {
+    let nominal = testing::rig(testing::LINEAR);
+    let stiffer = |value: f64| {
+        diagnosed(&nominal, &[EffectEntry::new(EffectKind::StiffnessChange, &[(ParameterKey::Value, value)])], 30)
+    };
+    let within = stiffer(804.0);
+    assert_eq!(within.diagnosis.verdict, Verdict::NoMismatch, "{:?}", within.diagnosis);
+    assert!(within.caveats.iter().any(|c| c.starts_with("stiffness_n_per_m fits at 100.5")), "{:?}", within.caveats);
+    assert_eq!(names(&stiffer(824.0)), [EffectKind::StiffnessChange]);
+}
+
+/// Every cause of a pair has a probability of its own, whatever the search had before.
+#[test]
+fn invariant_a_cause_that_stands_is_probable() {
+    let nominal = testing::rig(&pendulum());
+    let drag = EffectEntry::new(EffectKind::QuadraticDrag, &[(ParameterKey::DragNS2PerM2, 0.03)]);
+    let friction = EffectEntry::new(EffectKind::CoulombFriction, &[(ParameterKey::ForceN, 0.4)]);
+    let finding = diagnosed(&nominal, &[drag, friction], 82);
+    assert_eq!(names(&finding), [EffectKind::CoulombFriction, EffectKind::QuadraticDrag], "{:?}", finding.diagnosis);
+    assert!(finding.diagnosis.causes.iter().all(|c| c.probability > 0.5), "{:?}", finding.diagnosis.causes);
 }
 
 /// Same recordings, same seed: the same bits, whatever the number of threads.

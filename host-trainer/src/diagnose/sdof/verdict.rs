@@ -112,7 +112,8 @@ impl Case<'_> {
             let (all, mode) = SETTINGS.takes_away;
             let is_mode = |c: &Cause| c.entry.kind == EffectKind::StructuralResonance;
             let least = if causes.iter().any(is_mode) { mode } else { all };
-            let improved = comparison.p_value < SETTINGS.significance && taken > least;
+            let shapeless = causes.iter().any(is_mode) && self.is_within_tolerance(before.as_ref());
+            let improved = comparison.p_value < SETTINGS.significance && taken > least && !shapeless;
             if !causes.is_empty() && !improved {
                 selection = self.narrower(selection);
                 continue;
@@ -154,7 +155,7 @@ impl Case<'_> {
         let nothing = selection.nothing.total();
         let share = (selection.chosen.total() - selection.rich.total()) / nothing;
         let structured = selection.rich_p_value < selection.level && share > SETTINGS.unexplained && !clean;
-        match (causes.is_empty(), structured) {
+        match (causes.is_empty(), structured && !self.is_within_tolerance(before)) {
             (false, true) if selection.explained() < SETTINGS.explains => Verdict::Unexplained,
             (false, _) if !clean => Verdict::Mismatch,
             (true, true) if faults.is_empty() => Verdict::Unexplained,
@@ -162,6 +163,12 @@ impl Case<'_> {
             _ if !faults.is_empty() => Verdict::Mismatch,
             _ => Verdict::NoMismatch,
         }
+    }
+
+    /// Whether the rig's simulation leaves no more than the sensor's noise, or than parameters do that are right within their tolerance.
+    fn is_within_tolerance(&self, before: Option<&SimulatedFit>) -> bool {
+        let most = (SETTINGS.at_noise * self.acquired.noise_std).max(SETTINGS.tolerance * self.acquired.spread());
+        before.is_some_and(|b| b.rms < most)
     }
 
     /// Whether the rig's simulation leaves most of a motion that the recordings' own past predicts.
@@ -196,7 +203,8 @@ impl Case<'_> {
             (rms, fewer)
         };
         let least = (0..selection.chosen.parts.len()).map(one).min_by(|a, b| a.0.total_cmp(&b.0))?;
-        (least.0.powi(2) - after.powi(2) < SETTINGS.worth_simulated * explained).then_some(least.1)
+        let lost = least.0.powi(2) - after.powi(2);
+        (lost < SETTINGS.worth_simulated * explained && lost < SETTINGS.worth_left * after.powi(2)).then_some(least.1)
     }
 
     /// A selection with one cause less.
@@ -220,7 +228,11 @@ impl Case<'_> {
         let chosen = self.table.model(&terms, &variants).unwrap_or_else(|| selection.nothing.clone());
         let rich = self.table.flexible(&chosen);
         let rich_p_value = super::select::gain_p(&chosen, &rich);
-        let rivals = selection.singles.iter().filter_map(|t| t.model.clone()).collect();
+        let rivals = match chosen.parts.len() {
+            1 => selection.singles.iter().filter_map(|t| t.model.clone()).collect(),
+            2 => selection.pairs.clone(),
+            _ => selection.rivals.clone(),
+        };
         Selection { chosen, rich, rich_p_value, rivals, ..selection }
     }
 
@@ -279,21 +291,12 @@ impl Case<'_> {
         if self.task.baseline.is_some() { &[] } else { &self.nominal.unknown }
     }
 
-    /// Machine with the parameters of a model.
-    pub fn machine(&self, model: &TermModel) -> crate::rig::config::SdofRig {
-        let mut nominal = self.nominal.clone();
-        for ((parameter, ..), value) in self.table.library.own.iter().zip(&model.values) {
-            nominal.add(*parameter, *value);
-        }
-        nominal.machine
+    fn machine(&self, model: &TermModel) -> crate::rig::config::SdofRig {
+        self.table.machine(self.nominal, model)
     }
 
     fn rig(&self, model: &TermModel) -> Rig {
         let machine = self.machine(model);
-        let mut rig = self.task.rig.clone();
-        for parameter in &self.nominal.unknown {
-            let _ = rig.set(parameter.key(), parameter.value_in(&machine));
-        }
-        rig
+        Nominal { machine, ..self.nominal.clone() }.rig(self.task.rig)
     }
 }

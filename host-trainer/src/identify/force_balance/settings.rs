@@ -48,6 +48,10 @@ pub struct BalanceSettings {
     pub shooting_steps: usize,
     /// Most steps where only the windows' starts are fitted. Not tuned: chosen by hand.
     pub start_steps: usize,
+    /// Samples of each window to which its start is fitted first, where the motion is not linear in it. Not tuned: chosen by hand.
+    pub start_reach: usize,
+    /// Factor from one such length to the next. Not tuned: chosen by hand.
+    pub start_growth: usize,
     /// Relative fall of the error below which such a fit has converged. Not tuned: chosen by hand.
     pub start_min_fall: f64,
     /// Damping at which such a fit ends without gain. Not tuned: chosen by hand.
@@ -108,6 +112,8 @@ impl BalanceSettings {
         hold_error_ratio: 0.995,
         shooting_steps: 25,
         start_steps: 4,
+        start_reach: 64,
+        start_growth: 3,
         start_min_fall: 1e-3,
         start_max_damping: 1e-2,
         shooting_min_fall: 1e-7,

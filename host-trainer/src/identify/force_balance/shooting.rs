@@ -5,7 +5,7 @@
 //! is the maximum-likelihood estimate, while the force balance, whose columns hold the noise too, is a little biased.
 //! Under disturbing forces it is the worse estimate, because the simulation leaves them out for a whole window.
 
-use crate::rig::config::RigKey;
+use crate::rig::config::{Machine, Restoring, RigKey};
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::stats::optimise::{Damped, Decrease, GeometricDamping, damped_search};
 use rayon::prelude::*;
@@ -97,6 +97,7 @@ pub struct Span {
     pub last: usize,
 }
 
+#[derive(Clone, Copy)]
 struct ShootingWindow<'a> {
     track: &'a Measured<'a>,
     first: usize,
@@ -108,7 +109,42 @@ struct ShootingWindow<'a> {
 /// Fits the numbers named by `keys`, as [`Rig::set`] takes them, and the start of each window, from the rig's values on.
 /// Returns `None` if the simulation diverges or the keys are not determined.
 pub fn refine(rig: &Rig, keys: &[RigKey], observed: &Observed, spans: &[Span]) -> Option<Refined> {
-    let windows = cut(observed, spans);
+    let mut windows = cut(observed, spans);
+    if is_nonlinear(rig) {
+        lead_in(rig, observed, &mut windows);
+    }
+    search(rig, keys, observed, windows)
+}
+
+/// Whether the motion of a rig is not linear in its start.
+fn is_nonlinear(rig: &Rig) -> bool {
+    let pendulum = matches!(&rig.model, Machine::Sdof(machine) if machine.restoring == Restoring::Pendulum);
+    pendulum || !rig.effects.is_empty()
+}
+
+/// Moves the start of each window to where its first samples are followed best, then more and more of them. A search over all of
+/// a long window at once ends beside the motion where a small error of the start grows to half a turn of its phase.
+fn lead_in(rig: &Rig, observed: &Observed, windows: &mut [ShootingWindow]) {
+    let longest = windows.iter().map(|w| w.last - w.first).max().unwrap_or_default();
+    let mut led = windows.to_vec();
+    let mut reach = SETTINGS.start_reach;
+    while reach < longest {
+        let parts = led.iter().map(|w| ShootingWindow { last: w.last.min(w.first + reach), ..*w }).collect();
+        let Some(found) = search(rig, &[], observed, parts) else { return };
+        led.iter_mut().zip(found.starts).for_each(|(window, start)| window.start = start);
+        reach *= SETTINGS.start_growth;
+    }
+    let run = Run { observed, keys: &[] };
+    let error = |w: &ShootingWindow| run.error(rig, w, w.start).map_or(f64::INFINITY, |e| dot(&e, &e));
+    windows.par_iter_mut().zip(led).for_each(|(window, led)| {
+        if error(&led) < error(window) {
+            *window = led;
+        }
+    });
+}
+
+/// Fits the numbers named by `keys` and the starts of windows, from where they are.
+fn search(rig: &Rig, keys: &[RigKey], observed: &Observed, windows: Vec<ShootingWindow>) -> Option<Refined> {
     let run = Run { observed, keys };
     let values: Vec<f64> = keys.iter().map(|key| rig.get(*key)).collect::<Option<_>>()?;
     let pieces = run.linearise(rig, &values, &windows)?;
