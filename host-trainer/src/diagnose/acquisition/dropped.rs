@@ -14,8 +14,19 @@ const AROUND: usize = 3;
 const ALIKE: [f64; 2] = [2.5, 0.004];
 /// Variance of a turn between two whole samples, each uniform within one.
 const WHOLE_SAMPLES: f64 = 1.0 / 6.0;
+/// Standard deviations of a turn by which it must be short.
+const LEAST_Z: f64 = 6.0;
 /// Samples after a jump in which an autoregression errs.
 const JUMP: usize = 12;
+
+/// How a logger leaves missing samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Those after them follow at once.
+    Cut,
+    /// The last one before them stands in their place.
+    Held,
+}
 
 /// Missing samples of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,8 +35,11 @@ pub struct Gap {
     pub sample: usize,
     /// Their count.
     pub count: usize,
-    /// Standard deviations of a turn by which this one is short; a turn's is at least that of its whole samples.
+    /// Standard deviations of a turn by which this one is short; a turn's is at least that of its whole samples. Of held samples those
+    /// of equal chance.
     pub z: f64,
+    /// How they were left.
+    pub kind: Kind,
 }
 
 /// Missing samples by a recording's tachometer; `None` without one, if every turn is like those around it, or if only a pulse is
@@ -48,8 +62,12 @@ pub fn gap(recording: &Recording) -> Option<Gap> {
     }
     let others = (0..turns.len()).filter(|n| n != odd).map(|n| off(n).powi(2));
     let scatter = (others.sum::<f64>() / (turns.len() - 1) as f64).max(WHOLE_SAMPLES);
+    let z = off(*odd).abs() / scatter.sqrt();
+    if z < LEAST_Z {
+        return None;
+    }
     let sample = jump(recording, pulses[*odd]..pulses[*odd + 1])?;
-    Some(Gap { sample, count: count.round() as usize, z: off(*odd).abs() / scatter.sqrt() })
+    Some(Gap { sample, count: count.round() as usize, z, kind: Kind::Cut })
 }
 
 /// Turn by a straight line through those around it, of the median slope and the median height, which one odd turn among them does

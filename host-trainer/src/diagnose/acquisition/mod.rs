@@ -4,6 +4,7 @@
 mod clipping;
 mod converter;
 mod dropped;
+mod held;
 
 use clipping::Limits;
 pub use converter::Converter;
@@ -88,6 +89,12 @@ impl Acquired {
     }
 }
 
+/// Faults of the clipped channels of recordings.
+pub fn clipped(recordings: &[Recording]) -> Vec<Fault> {
+    let limits: Vec<Limits> = recordings.iter().map(Limits::of).collect();
+    clipping::clipped(recordings, &limits)
+}
+
 /// Channels with an offset: the mean of an acceleration is 0 within the sensor's noise.
 fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
     let (mut out, mut levels) = (Vec::new(), Vec::new());
@@ -155,8 +162,8 @@ fn without(recordings: &[Recording], offsets: &[Fault]) -> Vec<Recording> {
 }
 
 /// Cuts recordings where samples are missing to the longer part; the fault of those, with the median count, if there are any.
-fn whole_part(recordings: &mut [Recording]) -> Option<Fault> {
-    let gaps: Vec<Option<dropped::Gap>> = recordings.iter().map(dropped::gap).collect();
+pub fn whole_part(recordings: &mut [Recording]) -> Option<Fault> {
+    let gaps: Vec<Option<dropped::Gap>> = recordings.iter().map(|r| dropped::gap(r).or_else(|| held::gap(r))).collect();
     let mut found: Vec<(dropped::Gap, f64)> =
         gaps.iter().zip(&*recordings).filter_map(|(gap, r)| Some(((*gap)?, r.sample_rate_hz))).collect();
     if found.is_empty() {
@@ -164,13 +171,12 @@ fn whole_part(recordings: &mut [Recording]) -> Option<Fault> {
     }
     found.sort_by_key(|(gap, _)| gap.count);
     let (gap, rate) = found[found.len() / 2];
-    let evidence = format!(
-        "One turn of the shaft is {} samples short at {:.3} s, all others are alike, in {} of {} recordings.",
-        gap.count,
-        gap.sample as f64 / rate,
-        found.len(),
-        recordings.len()
-    );
+    let what = match gap.kind {
+        dropped::Kind::Cut => format!("One turn of the shaft is {} samples short, all others are alike,", gap.count),
+        dropped::Kind::Held => format!("{} samples in a row repeat the one before them", gap.count),
+    };
+    let evidence =
+        format!("{what} at {:.3} s, in {} of {} recordings.", gap.sample as f64 / rate, found.len(), recordings.len());
     for (gap, recording) in gaps.iter().zip(recordings.iter_mut()) {
         let Some(gap) = gap else { continue };
         let cut = gap.sample.saturating_sub(MARGIN)..(gap.sample + MARGIN).min(recording.len());

@@ -12,6 +12,8 @@ const SETTINGS: ChangeSettings = ChangeSettings::DEFAULT;
 pub struct Change {
     /// Change of the amplitude of each order of the shaft from 1, of each recording.
     pub orders: Vec<Vec<f64>>,
+    /// Change of how far each half order, from 0.5, stands out of what is around it, of each recording.
+    pub half_orders: Vec<Vec<f64>>,
     /// Bands with the change of their power, Hz and dB.
     pub bands: Vec<([f64; 2], f64)>,
     /// Median change over bands.
@@ -20,12 +22,18 @@ pub struct Change {
     pub shape_db: f64,
     /// Spread of the change over bands and recordings.
     pub spread_db: f64,
+    /// Greatest change around the median, up or down, in the mean over neighbouring bands, and these, Hz.
+    pub wide_db: f64,
+    /// Band of that, Hz.
+    pub wide_hz: [f64; 2],
+    /// Greatest difference of the speeds that were compared, as a logarithm of their ratio.
+    pub apart: f64,
 }
 
 impl Change {
     /// Change of a channel; `None` where nothing in the baseline can be compared.
     pub fn new(recordings: &[Observation], baseline: &[Observation], channel: usize) -> Option<Self> {
-        let (mut orders, mut of_bands) = (Vec::new(), Vec::new());
+        let (mut orders, mut half_orders, mut of_bands, mut apart) = (Vec::new(), Vec::new(), Vec::new(), 0.0f64);
         let edges = edges(recordings.first()?.sample_rate_hz);
         for recording in recordings {
             let Some(samples) = recording.channels[channel].as_deref() else { continue };
@@ -35,9 +43,18 @@ impl Change {
                 continue;
             }
             let rate = recording.sample_rate_hz;
+            apart = matches.iter().map(|m| (m.shaft_hz / recording.shaft_hz).ln().abs()).fold(apart, f64::max);
             if recording.turns() >= SETTINGS.fewest_turns && matches.iter().all(|m| m.turns() >= SETTINGS.fewest_turns)
             {
-                orders.extend(order_change(samples, &healthy, rate, recording.shaft_hz));
+                let then: Option<Vec<Orders>> = matches
+                    .iter()
+                    .filter_map(|m| m.channels[channel].as_deref().map(|s| (m, s)))
+                    .map(|(m, samples)| Orders::new(samples, rate, m.shaft_hz))
+                    .collect();
+                if let (Some(now), Some(then)) = (Orders::new(samples, rate, recording.shaft_hz), then) {
+                    orders.push(ratios(&now.powers, then.iter().map(|t| &t.powers)));
+                    half_orders.push(ratios(&now.halves, then.iter().map(|t| &t.halves)));
+                }
             }
             of_bands.push(band_change(samples, &healthy, rate, &edges)?);
         }
@@ -50,20 +67,42 @@ impl Change {
         let around = |value: f64| (value - gain_db).clamp(-SETTINGS.most_db, SETTINGS.most_db).powi(2);
         let rms = |values: &[f64]| (values.iter().map(|v| around(*v)).sum::<f64>() / values.len() as f64).sqrt();
         let shape_db = rms(&bands.iter().map(|b| b.1).collect::<Vec<_>>());
-        Some(Self { orders, gain_db, shape_db, spread_db: rms(&of_bands.concat()), bands })
+        let wide = bands.windows(SETTINGS.wide_bands).map(|near| {
+            let mean = near.iter().map(|b| b.1 - gain_db).sum::<f64>() / near.len() as f64;
+            (mean.abs(), [near[0].0[0], near[near.len() - 1].0[1]])
+        });
+        let (wide_db, wide_hz) = wide.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
+        let spread_db = rms(&of_bands.concat());
+        Some(Self { orders, half_orders, gain_db, shape_db, spread_db, wide_db, wide_hz, apart, bands })
     }
 
     /// Mean change of an order over recordings, dB, with its standard error, which is at least that of the scatter between
     /// healthy machines; `None` without orders.
     pub fn order_db(&self, order: usize) -> Option<[f64; 2]> {
-        let values: Vec<f64> = self.orders.iter().filter_map(|o| o.get(order - 1).copied()).collect();
+        self.mean(self.orders.iter().filter_map(|o| o.get(order - 1).copied()).collect())
+    }
+
+    /// Mean change of the half orders over recordings, dB, that of the second strongest of them, with its standard error; `None`
+    /// without orders.
+    pub fn half_orders_db(&self) -> Option<[f64; 2]> {
+        let second = |of: &Vec<f64>| {
+            let mut sorted = of.clone();
+            sorted.sort_by(|a, b| b.total_cmp(a));
+            sorted.get(1).copied()
+        };
+        self.mean(self.half_orders.iter().filter_map(second).collect())
+    }
+
+    fn mean(&self, values: Vec<f64>) -> Option<[f64; 2]> {
         let count = values.len() as f64;
         if values.is_empty() {
             return None;
         }
         let mean = values.iter().sum::<f64>() / count;
         let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-        Some([mean, variance.max(SETTINGS.order_scatter_db.powi(2)).sqrt() / count.sqrt()])
+        // Two speeds have two responses of the structure.
+        let usual = SETTINGS.order_scatter_db.hypot(SETTINGS.per_speed_db * self.apart);
+        Some([mean, variance.sqrt().max(usual) / count.sqrt()])
     }
 }
 
@@ -91,15 +130,52 @@ fn band_change(samples: &[f64], healthy: &[&[f64]], rate: f64, edges: &[f64]) ->
     Some(edges.windows(2).map(change).collect())
 }
 
-/// Change of the amplitude of each order, dB.
-fn order_change(samples: &[f64], healthy: &[&[f64]], rate: f64, shaft_hz: f64) -> Option<Vec<f64>> {
-    let (now, then) = (amplitudes(&[samples], rate)?, amplitudes(healthy, rate)?);
-    let power = |of: &Spectrum, order: usize| {
-        let hz = order as f64 * shaft_hz;
-        let centre = (hz / of.step_hz).round() as usize;
-        let reach = 2 + (SETTINGS.order_reach * hz / of.step_hz) as usize;
-        let near = of.values.get(centre.saturating_sub(reach)..centre + reach + 1)?;
-        Some(near.iter().map(|v| v * v).sum::<f64>().max(1e-30))
-    };
-    (1..=SETTINGS.orders).map(|k| Some(10.0 * (power(&now, k)? / power(&then, k)?).log10())).collect()
+/// Lines of the shaft in a recording.
+struct Orders {
+    /// Power of each order from 1.
+    powers: Vec<f64>,
+    /// Power of each half order from 0.5, over what is around it.
+    halves: Vec<f64>,
+}
+
+impl Orders {
+    fn new(samples: &[f64], rate: f64, shaft_hz: f64) -> Option<Self> {
+        let spectrum = amplitudes(&[samples], rate)?;
+        let power = |order: f64| {
+            let hz = order * shaft_hz;
+            let (centre, reach) = ((hz / spectrum.step_hz).round() as usize, reach(hz, spectrum.step_hz));
+            let near = spectrum.values.get(centre.saturating_sub(reach)..centre + reach + 1)?;
+            Some(near.iter().map(|v| v * v).sum::<f64>().max(1e-30))
+        };
+        let half = |k: usize| {
+            let order = k as f64 - 0.5;
+            let floor = floor(&spectrum, order * shaft_hz, 0.5 * shaft_hz)?;
+            let count = (2 * reach(order * shaft_hz, spectrum.step_hz) + 1) as f64;
+            Some((power(order)? / (count * floor)).max(1.0))
+        };
+        let each = |of: &dyn Fn(usize) -> Option<f64>| (1..=SETTINGS.orders).map(of).collect::<Option<Vec<_>>>();
+        Some(Self { powers: each(&|k| power(k as f64))?, halves: each(&half)? })
+    }
+}
+
+/// Values to either side of a line that are part of it.
+fn reach(hz: f64, step_hz: f64) -> usize {
+    2 + (SETTINGS.order_reach * hz / step_hz) as usize
+}
+
+/// Median power around a line, nearer than `within_hz`.
+pub fn floor(spectrum: &Spectrum, hz: f64, within_hz: f64) -> Option<f64> {
+    let centre = (hz / spectrum.step_hz).round() as usize;
+    let (inner, outer) = (reach(hz, spectrum.step_hz) + 1, (within_hz / spectrum.step_hz) as usize);
+    let below = centre.saturating_sub(outer)..centre.saturating_sub(inner);
+    let above = centre + inner + 1..(centre + outer + 1).min(spectrum.values.len());
+    let around = |range: std::ops::Range<usize>| spectrum.values.get(range).unwrap_or(&[]).iter().map(|v| v * v);
+    median(&mut around(below).chain(around(above)).collect::<Vec<_>>()).map(|floor| floor.max(1e-30))
+}
+
+/// Ratios to the mean of the healthy ones, dB.
+fn ratios<'v>(now: &[f64], then: impl Iterator<Item = &'v Vec<f64>> + Clone) -> Vec<f64> {
+    let count = then.clone().count() as f64;
+    let mean = |k: usize| then.clone().map(|t| t[k]).sum::<f64>() / count;
+    now.iter().enumerate().map(|(k, now)| 10.0 * (now / mean(k)).log10()).collect()
 }

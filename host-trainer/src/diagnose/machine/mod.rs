@@ -10,12 +10,14 @@
 //! | `pattern` | lines of a defect of each part of the bearing |
 //! | `comb` | combs of these lines, their depth and significance among decoys |
 //! | `change` | orders of the shaft and power in bands against the baseline |
+//! | `faults` | faults of the acquisition |
 //! | `names` | posterior of the names |
 //! | `synthesis` | held-out recordings without the cause and with it |
 //! | `text` | sentences |
 
 mod change;
 mod comb;
+mod faults;
 mod modulation;
 mod names;
 mod observation;
@@ -32,17 +34,21 @@ use std::ops::Range;
 use change::Change;
 use comb::Comb;
 use modulation::{Modulation, Tones, bands};
-use names::{Candidate, CombNow, Evidence, candidates, is_beyond_healthy};
+use names::{Candidate, Class, CombNow, Evidence, candidates, is_beyond_healthy};
 use observation::{Observation, held_out};
 use pattern::Pattern;
 use settings::{ModulationSettings, NameSettings, SynthesisSettings};
 use synthesis::{Densities, Modulator, modulators, noise, passed};
 
-use super::result::{Cause, Diagnosis, DiagnosisResult, HeldOut, Location, Nuisance, Rejected, SCHEMA, Test, Verdict};
+use super::acquisition::Fault;
+use super::result::{
+    Cause, Diagnosis, DiagnosisResult, HeldOut, Location, Nuisance, Parameter, Rejected, SCHEMA, Test, Verdict,
+};
 use super::{DiagnoseError, Task, evidence, shown};
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::rig::Rig;
-use crate::rig::config::ModelKey;
+use crate::rig::config::{ModelKey, RigKind};
+use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::signal::kinematics::Geometry;
 use crate::stats::significance::two_sided;
 
@@ -133,10 +139,16 @@ impl Found {
         (!bands.is_empty()).then_some(Self { bands, combs, changes, candidates })
     }
 
-    /// The leading name, if its log-odds suffice.
-    fn leading(&self) -> Option<&Candidate> {
+    /// The leading name of each class of evidence, if its log-odds suffice. A level says nothing beside a cause that changes it.
+    fn leading(&self) -> Vec<&Candidate> {
         let stands = |c: &&Candidate| c.log_odds > NameSettings::DEFAULT.stands && c.probability > 0.5;
-        self.candidates.first().filter(stands)
+        let first = |class: Class| self.candidates.iter().find(|c| c.evidence.class() == class).filter(stands);
+        let mut found: Vec<&Candidate> = [Class::Bearing, Class::Shaft].into_iter().filter_map(first).collect();
+        if found.is_empty() {
+            found.extend(first(Class::Level));
+        }
+        found.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+        found
     }
 }
 
@@ -150,44 +162,61 @@ const MOST_HEALTHY: usize = 12;
 pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult, DiagnoseError> {
     let machine = task.rig.bearing().ok_or(DiagnoseError::NotBearing { found: task.rig.model.kind().name() })?;
     let geometry = machine.bearing.geometry();
-    let data = Data::new(task)?;
+    let mut recordings = task.recordings.to_vec();
+    let mut faults = faults::in_samples(&mut recordings, task.baseline.unwrap_or_default());
+    let data = Data::new(&Task { recordings: &recordings, ..*task })?;
+    faults.extend(faults::mains(&data.fitted, &data.baseline));
     let found = Found::new(&data, &geometry, task.seed, progress).ok_or(DiagnoseError::Empty)?;
     progress("synthesising held-out recordings");
-    let mut cause = found.leading();
-    let mut held_out = synthesised(&data, &found, cause, &geometry, task.seed);
-    let (mut fit, mut left) = shown::fit(&held_out, data.described.clone(), task.seed);
-    let mut refuted = None;
-    if let Some(p_value) = cause.and_then(|c| order_p_value(c, &data)) {
+    let mut causes = found.leading();
+    let synthesis = |causes: &[&Candidate]| {
+        let held_out = synthesised(&data, &found, causes, &geometry, task.seed);
+        let (fit, left) = shown::fit(&held_out, data.described.clone(), task.seed);
+        (held_out, fit, left)
+    };
+    let (mut held_out, mut fit, mut left) = synthesis(&causes);
+    // A line's change is asked of the held-out recording itself: the distance of spectra shows little of it.
+    let line_p: Vec<(EffectKind, f64)> =
+        causes.iter().filter_map(|c| Some((c.kind, line_p_value(c, &data)?))).collect();
+    let p_of = |kind: EffectKind| line_p.iter().find(|(of, _)| *of == kind).map(|(_, p)| *p);
+    let is_borne_out = |c: &&Candidate| match p_of(c.kind) {
+        Some(p_value) => p_value <= SynthesisSettings::DEFAULT.p_value,
+        None => fit.p_value <= SynthesisSettings::DEFAULT.p_value && fit.after < fit.before,
+    };
+    let (kept, refuted): (Vec<&Candidate>, Vec<&Candidate>) = causes.into_iter().partition(is_borne_out);
+    causes = kept;
+    if !refuted.is_empty() {
+        (held_out, fit, left) = synthesis(&causes);
+    }
+    if let Some(p_value) = causes.iter().map(|c| p_of(c.kind)).try_fold(0.0f64, |most, p| Some(most.max(p?)))
+        && !causes.is_empty()
+    {
         fit.p_value = p_value;
     }
-    let is_line = cause.is_some_and(|c| matches!(c.evidence, Evidence::Order { .. }));
-    if cause.is_some() && (fit.p_value > SynthesisSettings::DEFAULT.p_value || !is_line && fit.after >= fit.before) {
-        refuted = cause.take();
-        held_out = synthesised(&data, &found, None, &geometry, task.seed);
-        (fit, left) = shown::fit(&held_out, data.described.clone(), task.seed);
-    }
     let beyond = found.changes.iter().any(|(_, change)| is_beyond_healthy(change)) || text::stands_out(&found.combs);
-    let verdict = match (cause, beyond) {
-        (Some(_), _) => Verdict::Mismatch,
-        (None, true) => Verdict::Unexplained,
-        (None, false) => Verdict::NoMismatch,
+    let verdict = match (causes.is_empty() && faults.is_empty(), beyond) {
+        (false, _) => Verdict::Mismatch,
+        (true, true) => Verdict::Unexplained,
+        (true, false) => Verdict::NoMismatch,
     };
-    let mut causes: Vec<Cause> = cause.iter().map(|c| named(c, &found, &data, &geometry)).collect();
+    let leading = causes.first().copied();
+    let mut named: Vec<Cause> = causes.iter().map(|c| named(c, &found, &data, &geometry)).collect();
+    named.extend(faults.iter().map(fault));
     // Without a baseline nothing has changed that would need a cause.
     if verdict == Verdict::Unexplained && !data.baseline.is_empty() {
-        causes.push(unexplained(&found));
+        named.push(unexplained(&found));
     }
     if verdict == Verdict::NoMismatch {
         left.share = 0.0;
     }
     let location = match verdict {
         Verdict::NoMismatch => Location::default(),
-        _ => location(cause, &found, &geometry),
+        _ => location(leading, &found, &geometry),
     };
-    let rejected = found.candidates.iter().filter(|c| cause.is_none_or(|kept| kept.kind != c.kind));
+    let rejected = found.candidates.iter().filter(|c| causes.iter().all(|kept| kept.kind != c.kind));
     let rejected = rejected.map(|c| Rejected {
         name: c.kind.to_string(),
-        why: if refuted.is_some_and(|r| r.kind == c.kind) {
+        why: if refuted.iter().any(|r| r.kind == c.kind) {
             "it does not improve the held-out recordings beyond chance".into()
         } else {
             text::rejected(c, &found.bands)
@@ -199,10 +228,10 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
         rejected: rejected.collect(),
         location,
         terms: Vec::new(),
-        nuisance: nuisance(cause, &data),
+        nuisance: nuisance(&causes, &data),
         left,
         fit,
-        causes,
+        causes: named,
     };
     Ok(DiagnosisResult {
         diagnosis,
@@ -215,25 +244,28 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
     })
 }
 
-/// p-value of an order's change in the held-out recording, of which the distance of spectra shows little; `None` for a cause
-/// that is no order.
-fn order_p_value(cause: &Candidate, data: &Data) -> Option<f64> {
-    let Evidence::Order { channel, order, .. } = cause.evidence else { return None };
-    let change = Change::new(std::slice::from_ref(&data.held_out), &data.baseline, channel);
-    let changed = change.and_then(|change| change.order_db(order)).filter(|[db, _]| *db > 0.0);
-    Some(changed.map_or(1.0, |[db, error]| two_sided(db / error)))
+/// p-value of a line's change in the held-out recording; `None` for a cause that is no line.
+fn line_p_value(cause: &Candidate, data: &Data) -> Option<f64> {
+    let change = |channel: usize| Change::new(std::slice::from_ref(&data.held_out), &data.baseline, channel);
+    let changed = match cause.evidence {
+        Evidence::Order { channel, order, .. } => change(channel).and_then(|change| change.order_db(order)),
+        Evidence::HalfOrders { channel, .. } => change(channel).and_then(|change| change.half_orders_db()),
+        Evidence::Comb(_) | Evidence::Gain { .. } => return None,
+    };
+    Some(changed.filter(|[db, _]| *db > 0.0).map_or(1.0, |[db, error]| two_sided(db / error)))
 }
 
 /// Held-out channels without the cause and with it; without a cause, the same twice.
-fn synthesised(data: &Data, found: &Found, cause: Option<&Candidate>, geometry: &Geometry, seed: u64) -> Vec<HeldOut> {
+fn synthesised(data: &Data, found: &Found, causes: &[&Candidate], geometry: &Geometry, seed: u64) -> Vec<HeldOut> {
     let learned = data.learned();
     let held = &data.held_out;
     let of = |channel: usize| {
         let measured = held.channels[channel].clone()?;
-        let own = found.combs.iter().find(|c| match cause.map(|c| &c.evidence) {
-            Some(Evidence::Comb(named)) => c.channel == channel && c.comb.pattern == named.comb.pattern,
-            _ => false,
-        });
+        let comb = comb_of(causes);
+        let own = found
+            .combs
+            .iter()
+            .find(|c| c.channel == channel && comb.is_some_and(|named| c.comb.pattern == named.comb.pattern));
         let modulated: Vec<Modulator> = own.map_or_else(Vec::new, |c| {
             let band = &found.bands[c.comb.band];
             modulators(&learned, channel, &c.comb, band.end - band.start, geometry)
@@ -244,7 +276,7 @@ fn synthesised(data: &Data, found: &Found, cause: Option<&Candidate>, geometry: 
             noise(measured.len(), held.sample_rate_hz, held.shaft_hz, density, modulators, seed)
         };
         let before = make(&before, &[], seed);
-        let after = if cause.is_some() {
+        let after = if !causes.is_empty() {
             let seed = seed.wrapping_add(7);
             make(&after, &passed(&modulated, held, measured.len(), &after, seed), seed)
         } else {
@@ -254,6 +286,31 @@ fn synthesised(data: &Data, found: &Found, cause: Option<&Candidate>, geometry: 
         Some(HeldOut { name, sample_rate_hz: held.sample_rate_hz, measured, before, after })
     };
     (0..CHANNELS.len()).filter_map(of).collect()
+}
+
+/// Comb of the causes.
+fn comb_of<'c>(causes: &[&'c Candidate]) -> Option<&'c CombNow> {
+    causes.iter().find_map(|c| match &c.evidence {
+        Evidence::Comb(now) => Some(now),
+        _ => None,
+    })
+}
+
+/// A fault of the acquisition.
+fn fault(fault: &Fault) -> Cause {
+    let stated = fault.effect.definition().parameters.iter().filter(|p| p.in_vocabulary());
+    let value = |key: ParameterKey| {
+        let text = || fault.effect.text(key).map(|text| Parameter::Name(text.into()));
+        fault.effect.number(key).map(Parameter::Number).or_else(text)
+    };
+    Cause {
+        name: fault.effect.kind.to_string(),
+        probability: fault.probability,
+        parameters: stated.filter_map(|p| Some((p.key.to_string(), value(p.key)?))).collect(),
+        interval95: BTreeMap::new(),
+        evidence: fault.evidence.clone(),
+        equation: fault.effect.equation(RigKind::Bearing5Dof),
+    }
 }
 
 fn named(candidate: &Candidate, found: &Found, data: &Data, geometry: &Geometry) -> Cause {
@@ -294,24 +351,24 @@ fn location(cause: Option<&Candidate>, found: &Found, geometry: &Geometry) -> Lo
             location.order = vec![*order as f64];
             location.channel = CHANNELS[*channel].into();
         }
+        Some(Evidence::HalfOrders { channel, .. }) => {
+            location.order = vec![0.5, 1.0, 1.5, 2.0];
+            location.channel = CHANNELS[*channel].into();
+        }
         Some(Evidence::Gain { channel, .. }) => location.channel = CHANNELS[*channel].into(),
         None => {
             let most = found.changes.iter().max_by(|a, b| a.1.shape_db.total_cmp(&b.1.shape_db));
             if let Some((channel, change)) = most {
                 location.channel = CHANNELS[*channel].into();
-                let strongest = change.bands.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-                location.frequency_hz = strongest.iter().map(|(band, _)| *band).collect();
+                location.frequency_hz = vec![change.wide_hz];
             }
         }
     }
     location
 }
 
-fn nuisance(cause: Option<&Candidate>, data: &Data) -> Vec<Nuisance> {
-    let slip = |n: usize| match cause.map(|c| &c.evidence) {
-        Some(Evidence::Comb(now)) => now.comb.slip.get(n).copied(),
-        _ => None,
-    };
+fn nuisance(causes: &[&Candidate], data: &Data) -> Vec<Nuisance> {
+    let slip = |n: usize| comb_of(causes)?.comb.slip.get(n).copied();
     let of = |(n, r): (usize, &Observation)| Nuisance {
         recording: r.name.clone(),
         shaft_hz: None,

@@ -75,6 +75,13 @@ pub enum Evidence {
         /// Change, dB.
         change_db: f64,
     },
+    /// Half orders of the shaft in a channel, as of a part that strikes a stop every other turn.
+    HalfOrders {
+        /// Index of the channel.
+        channel: usize,
+        /// Change, dB.
+        change_db: f64,
+    },
     /// The same change everywhere in a channel, dB.
     Gain {
         /// Index of the channel.
@@ -84,6 +91,28 @@ pub enum Evidence {
     },
 }
 
+/// Kinds of evidence that say nothing of each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// Modulation at the rates of the bearing.
+    Bearing,
+    /// Lines of the shaft.
+    Shaft,
+    /// Level of a channel.
+    Level,
+}
+
+impl Evidence {
+    /// Kind of the evidence.
+    pub fn class(&self) -> Class {
+        match self {
+            Self::Comb(_) => Class::Bearing,
+            Self::Order { .. } | Self::HalfOrders { .. } => Class::Shaft,
+            Self::Gain { .. } => Class::Level,
+        }
+    }
+}
+
 /// A name with its evidence.
 #[derive(Clone, Debug)]
 pub struct Candidate {
@@ -91,7 +120,7 @@ pub struct Candidate {
     pub kind: EffectKind,
     /// Log-odds against no cause.
     pub log_odds: f64,
-    /// Posterior probability among the candidates and none.
+    /// Posterior probability among the candidates of its class and none.
     pub probability: f64,
     /// Evidence.
     pub evidence: Evidence,
@@ -114,19 +143,34 @@ pub fn candidates(combs: &[CombNow], changes: &[(usize, Change)]) -> Vec<Candida
         // What the scatter over recordings leaves doubtful does not count.
         let order = |order: usize| change.order_db(order).map_or(f64::NEG_INFINITY, |[mean, error]| mean - error);
         let (first, second) = (order(1), order(2));
+        let halves = change.half_orders_db().map_or(0.0, |[mean, error]| (mean - error).max(0.0));
+        let [half_db, half_slope] = SETTINGS.half_order;
+        let evidence = Evidence::HalfOrders { channel: *channel, change_db: halves };
+        offer(EffectKind::EndStopContact, half_slope * (halves - half_db), evidence);
+        // A loose part raises all orders.
+        let loose = if halves > half_db { halves } else { 0.0 };
         let odds = |db: f64| SETTINGS.order_slope * (db - SETTINGS.order_db);
         let evidence = |order: usize, change_db: f64| Evidence::Order { channel: *channel, order, change_db };
-        offer(EffectKind::Unbalance, odds(first), evidence(1, first));
+        offer(EffectKind::Unbalance, odds(first - loose), evidence(1, first));
         // What raises the second order through the first is not a force of its own.
-        offer(EffectKind::Misalignment, odds(second - first.max(0.0)), evidence(2, second));
-        if change.spread_db < ChangeSettings::DEFAULT.even_db && change.gain_db.abs() > 1.0 {
+        offer(EffectKind::Misalignment, odds(second - first.max(0.0) - loose), evidence(2, second));
+        let [over_spread, other_gain, other_spread] = ChangeSettings::DEFAULT.one_of_two;
+        let is_still = |other: &Change| other.gain_db.abs() < other_gain && other.spread_db < other_spread;
+        let one_of_two = change.gain_db.abs() > over_spread * change.spread_db
+            && changes.iter().any(|(n, other)| n != channel && is_still(other));
+        let even = change.spread_db < ChangeSettings::DEFAULT.even_db;
+        if (even || one_of_two) && change.gain_db.abs() > 1.0 {
             let gain = Evidence::Gain { channel: *channel, change_db: change.gain_db };
             offer(EffectKind::SensorGain, change.gain_db.abs() - 1.0, gain);
         }
     }
-    let odds: f64 = found.iter().map(|c| c.log_odds.min(50.0).exp()).sum();
+    let odds = |class: Class| -> f64 {
+        found.iter().filter(|c| c.evidence.class() == class).map(|c| c.log_odds.min(50.0).exp()).sum()
+    };
+    let totals = [Class::Bearing, Class::Shaft, Class::Level].map(odds);
     for candidate in &mut found {
-        candidate.probability = (candidate.log_odds.min(50.0).exp() / (1.0 + odds)).min(SETTINGS.most);
+        let total = totals[candidate.evidence.class() as usize];
+        candidate.probability = (candidate.log_odds.min(50.0).exp() / (1.0 + total)).min(SETTINGS.most);
     }
     found.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
     found
@@ -135,5 +179,8 @@ pub fn candidates(combs: &[CombNow], changes: &[(usize, Change)]) -> Vec<Candida
 /// Whether the change is beyond what healthy machines of one make have.
 pub fn is_beyond_healthy(change: &Change) -> bool {
     let settings = ChangeSettings::DEFAULT;
-    change.shape_db > settings.shape_db || change.gain_db > settings.gain_db
+    let apart = settings.per_speed_db * change.apart;
+    change.shape_db > settings.shape_db + apart
+        || change.wide_db > settings.wide_db + apart
+        || change.gain_db > settings.gain_db + apart
 }

@@ -97,6 +97,14 @@ pub struct ChangeSettings {
     pub bands_per_octave: f64,
     /// Lowest band edge, Hz. Below, mounting and building decide.
     pub lowest_hz: f64,
+    /// Scatter of an order, and of a channel's bands, between two speeds, dB for a unit of the logarithm of their ratio. By hand: twice
+    /// that of a force that grows with the square of the speed, whose response has a resonance somewhere.
+    pub per_speed_db: f64,
+    /// Neighbouring bands whose mean change is examined.
+    pub wide_bands: usize,
+    /// Mean change of these around the median over all that healthy machines of one make do not reach, dB. Between 2.8, two healthy
+    /// bearings of one make on one rig, and 6.6, simulated machines whose friction is louder above 3 kHz.
+    pub wide_db: f64,
     /// Bound on a band's change, dB, so that no single band decides. By hand.
     pub most_db: f64,
     /// Root mean square of the change over bands, its median removed, that healthy machines of one make do not reach, dB.
@@ -106,6 +114,9 @@ pub struct ChangeSettings {
     pub gain_db: f64,
     /// Greatest spread over bands and recordings of a sensor's gain, dB. By hand: a gain is the same everywhere.
     pub even_db: f64,
+    /// Ratio to its spread from which the gain of one of two channels is a sensor's, and greatest gain and spread of the other
+    /// channel, dB: another bearing changes both. Chosen on simulated machines whose levels scatter by 1 to 2 dB.
+    pub one_of_two: [f64; 3],
 }
 
 impl ChangeSettings {
@@ -117,10 +128,47 @@ impl ChangeSettings {
         fewest_turns: 8.0,
         bands_per_octave: 3.0,
         lowest_hz: 20.0,
+        per_speed_db: 40.0,
+        wide_bands: 5,
+        wide_db: 5.0,
         most_db: 20.0,
         shape_db: 6.0,
         gain_db: 10.0,
         even_db: 0.5,
+        one_of_two: [2.5, 1.0, 2.0],
+    };
+}
+
+/// Settings of the faults of the acquisition.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FaultSettings {
+    /// Least offset, in the vibration's RMS and in the differences of the healthy machine's means. Between 0.3 and 20, two healthy
+    /// bearings, whose sensors differ, and 2 and 300, a simulated offset.
+    pub offset: [f64; 2],
+    /// Greatest share by which the offsets of the recordings differ. By hand.
+    pub offset_alike: f64,
+    /// Least prominence and change of a line of the mains, dB. By hand: noise has up to 12.
+    pub mains: [f64; 2],
+    /// Share by which the mains' frequency may be off. Grids keep 0.4 %.
+    pub mains_reach: f64,
+    /// Hz around the mains that a line is compared with. By hand.
+    pub mains_around_hz: f64,
+    /// Share of an order within which a line may be the shaft's.
+    pub order_guard: f64,
+    /// Probability of a fault.
+    pub probability: f64,
+}
+
+impl FaultSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self {
+        offset: [1.0, 20.0],
+        offset_alike: 0.3,
+        mains: [15.0, 10.0],
+        mains_reach: 0.004,
+        mains_around_hz: 8.0,
+        order_guard: 0.012,
+        probability: 0.95,
     };
 }
 
@@ -158,6 +206,9 @@ pub struct NameSettings {
     pub order_db: f64,
     /// Log-odds per dB above that.
     pub order_slope: f64,
+    /// Change of the half orders at which looseness is as probable a cause as none, dB, and log-odds per dB above it. Noise has up to
+    /// 6 dB, simulated loose machines 20 to 30.
+    pub half_order: [f64; 2],
     /// Log-odds against none above which a name stands if it also has more than half of the posterior. Above the highest of
     /// a wrong name, 0.60, among synthetic impacts of another machine.
     pub stands: f64,
@@ -183,6 +234,7 @@ impl NameSettings {
         times_baseline: 1.5,
         order_db: 6.0,
         order_slope: 1.0,
+        half_order: [10.0, 0.5],
         stands: 0.8,
         most: 0.97,
         unexplained: 0.6,
@@ -246,6 +298,7 @@ pub fn document() -> serde_json::Value {
         "modulation": ModulationSettings::DEFAULT,
         "comb": CombSettings::DEFAULT,
         "change": ChangeSettings::DEFAULT,
+        "fault": FaultSettings::DEFAULT,
         "name": NameSettings::DEFAULT,
         "synthesis": SynthesisSettings::DEFAULT,
         "shown": ShownSettings::DEFAULT,

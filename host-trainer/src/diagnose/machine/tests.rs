@@ -215,6 +215,97 @@ fn noise_has_the_density_and_the_modulation_that_it_is_made_with() {
     }
 }
 
+/// What is done to the samples of a recording at a speed of the shaft, Hz.
+type Alteration<'a> = &'a dyn Fn(&mut Vec<f64>, f64);
+
+/// Recordings with their channel `ay` changed.
+fn changed(recordings: &[Recording], change: impl Fn(&mut Vec<f64>, f64)) -> Vec<Recording> {
+    let mut out = recordings.to_vec();
+    out.iter_mut().for_each(|r| change(&mut r.channels[0].samples, r.shaft_hz.unwrap()));
+    out
+}
+
+/// The shaft's lines are where each recording's own speed has them.
+#[test]
+fn null_another_speed_is_no_change() {
+    let machine = Machine { first: 1.0, ..HEALTHY };
+    for shaft_hz in [27.4, 31.0] {
+        let now = Machine { seed: 7, shaft_hz, ..machine }.recording();
+        let outcome = diagnosed(Some(&[machine.recording()]), &[now]);
+        assert_eq!(outcome.diagnosis.verdict, Verdict::NoMismatch, "{shaft_hz}: {:?}", outcome.diagnosis);
+    }
+}
+
+#[test]
+fn faults_of_the_acquisition_are_named() {
+    let baseline = runs(HEALTHY);
+    let now = runs(Machine { seed: 5, ..HEALTHY });
+    let named = |recordings: &[Recording]| {
+        let outcome = diagnosed(Some(&baseline), recordings);
+        names(&outcome).into_iter().map(String::from).collect::<Vec<_>>()
+    };
+    assert_eq!(named(&changed(&now, |samples, _| samples.iter_mut().for_each(|v| *v += 30.0))), ["sensor-bias"]);
+    let clipped = changed(&now, |samples, _| samples.iter_mut().for_each(|v| *v = v.clamp(-2.5, 2.5)));
+    assert_eq!(named(&clipped), ["sensor-clipping"]);
+    let held = changed(&now, |samples, _| {
+        let last = samples[20_000];
+        samples[20_001..20_100].fill(last);
+    });
+    assert_eq!(named(&held), ["dropped-samples"]);
+    let hum = |samples: &mut Vec<f64>, hz: f64| {
+        samples.iter_mut().enumerate().for_each(|(k, v)| *v += 0.5 * (TAU * hz * k as f64 / RATE).sin());
+    };
+    assert_eq!(named(&changed(&now, |samples, _| hum(samples, 50.0))), ["mains-interference"]);
+    // A healthy machine with the same is as it was.
+    let both =
+        |change: &dyn Fn(&mut Vec<f64>, f64)| diagnosed(Some(&changed(&baseline, change)), &changed(&now, change));
+    let known: [Alteration; 3] = [
+        &|samples, _| samples.iter_mut().for_each(|v| *v += 30.0),
+        &|samples, _| samples.iter_mut().for_each(|v| *v = v.clamp(-2.5, 2.5)),
+        &|samples, _| hum(samples, 50.0),
+    ];
+    for change in known {
+        assert_eq!(both(change).diagnosis.verdict, Verdict::NoMismatch);
+    }
+}
+
+/// Half orders are of a loose part, which raises the whole ones too; a rotor out of balance and a defect are two causes.
+#[test]
+fn looseness_is_no_unbalance_and_two_causes_stand_together() {
+    let baseline = runs(HEALTHY);
+    let loose = changed(&runs(Machine { seed: 5, first: 2.0, ..HEALTHY }), |samples, shaft_hz| {
+        for (k, v) in samples.iter_mut().enumerate() {
+            let turn = TAU * shaft_hz * k as f64 / RATE;
+            *v += 2.0 * (1..=5).map(|n| (0.5 * f64::from(n) * turn).cos()).sum::<f64>();
+        }
+    });
+    assert_eq!(names(&diagnosed(Some(&baseline), &loose)), ["end-stop-contact"]);
+    let impacts = Some(Impacts { order: 0.998 * geometry().orders().bpfo, size: 6.0, turning: 0.0 });
+    let both = diagnosed(Some(&baseline), &runs(Machine { seed: 6, first: 1.6, impacts, ..HEALTHY }));
+    let mut found = names(&both);
+    found.sort_unstable();
+    assert_eq!(found, ["outer-race-defect", "unbalance"], "{:?}", both.diagnosis);
+}
+
+/// Friction that is louder above 3 kHz raises neighbouring bands alike, without a line.
+#[test]
+fn a_wide_change_is_unexplained() {
+    let louder = |samples: &mut Vec<f64>, _: f64| {
+        let mut random = ChaCha8Rng::seed_from_u64(11);
+        let mut last: f64 = 0.0;
+        for v in samples.iter_mut() {
+            let next: f64 = StandardNormal.sample(&mut random);
+            // A difference is louder the higher.
+            *v += 1.6 * (next - last);
+            last = next;
+        }
+    };
+    let outcome = diagnosed(Some(&runs(HEALTHY)), &changed(&runs(Machine { seed: 5, ..HEALTHY }), louder));
+    assert_eq!(outcome.diagnosis.verdict, Verdict::Unexplained, "{:?}", outcome.diagnosis);
+    let [from, to] = outcome.diagnosis.location.frequency_hz[0];
+    assert!(from > 1000.0 && to > 4000.0, "{from} {to}");
+}
+
 #[test]
 fn a_comb_has_the_depth_of_its_modulation() {
     let density = Spectrum { step_hz: 6000.0, values: vec![1.0; 2] };

@@ -61,6 +61,11 @@ pub fn evidence(candidate: &Candidate, bands: &[Range<f64>], data: &Data, geomet
                 others.join(", ")
             )
         }
+        Evidence::HalfOrders { channel, change_db } => format!(
+            "{}: half orders of the shaft stand out {change_db:.1} dB more than the healthy machine's, their scatter taken off, as \
+             where a loose part strikes a stop every other turn.",
+            CHANNELS[*channel]
+        ),
         Evidence::Gain { channel, change_db } => format!(
             "{}: the power at all frequencies and in all recordings is {change_db:.1} dB over the healthy machine's.",
             CHANNELS[*channel]
@@ -82,6 +87,7 @@ pub fn equation(candidate: &Candidate) -> String {
         }
         Evidence::Order { order: 1, .. } => "f_x += m e ω² cos ψ, f_y += m e ω² sin ψ".into(),
         Evidence::Order { order, .. } => format!("f_y += F cos({order} ψ + φ)"),
+        Evidence::HalfOrders { .. } => "f += k (q − g), q > g".into(),
         Evidence::Gain { change_db, .. } => format!("a → {:.3} a", 10f64.powf(change_db / 20.0)),
     }
 }
@@ -101,6 +107,10 @@ pub fn rejected(candidate: &Candidate, bands: &[Range<f64>]) -> String {
             "order {order} changed by {change_db:.1} dB; {:.0} dB would be as probable as not",
             NameSettings::DEFAULT.order_db
         ),
+        Evidence::HalfOrders { change_db, .. } => format!(
+            "half orders changed by {change_db:.1} dB; {:.0} dB would be as probable as not",
+            NameSettings::DEFAULT.half_order[0]
+        ),
         Evidence::Gain { change_db, .. } => format!("an even change by {change_db:.1} dB"),
     }
 }
@@ -109,6 +119,15 @@ pub fn rejected(candidate: &Candidate, bands: &[Range<f64>]) -> String {
 pub fn unexplained(changes: &[(usize, Change)]) -> String {
     let most = changes.iter().max_by(|a, b| a.1.shape_db.total_cmp(&b.1.shape_db));
     match most {
+        Some((channel, change)) if change.shape_db <= ChangeSettings::DEFAULT.shape_db => format!(
+            "{}: against the healthy machine the power from {:.0} to {:.0} Hz changed by {:.1} dB more than elsewhere; healthy machines \
+             of one make stay below {:.0} dB, and no line that would name the cause stands out.",
+            CHANNELS[*channel],
+            change.wide_hz[0],
+            change.wide_hz[1],
+            change.wide_db,
+            ChangeSettings::DEFAULT.wide_db
+        ),
         Some((channel, change)) => format!(
             "{}: against the healthy machine the power in third-octave bands changed by {:.1} dB (median) and, around that, by \
              {:.1} dB (root mean square); healthy machines of one make stay below {:.0} dB, and no line that would name the \
