@@ -7,6 +7,25 @@ use crate::signal::transform::median;
 
 const SETTINGS: ChangeSettings = ChangeSettings::DEFAULT;
 
+/// A rise of the power beside a fall, as where a mode's frequency changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MovedMode {
+    /// Frequency of the fall, Hz: where the mode was.
+    pub from_hz: f64,
+    /// Frequency of the rise, Hz.
+    pub to_hz: f64,
+    /// The smaller of the two changes, dB.
+    pub by_db: f64,
+}
+
+impl MovedMode {
+    /// Whether two moves are of one mode.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let near = |a: f64, b: f64| (a / b).log2().abs() * SETTINGS.parts_per_octave < 1.5;
+        near(self.from_hz, other.from_hz) && near(self.to_hz, other.to_hz)
+    }
+}
+
 /// Change of one channel against the baseline, mean over recordings, dB.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Change {
@@ -26,6 +45,8 @@ pub struct Change {
     pub wide_db: f64,
     /// Band of that, Hz.
     pub wide_hz: [f64; 2],
+    /// A mode that is now elsewhere.
+    pub moved: Option<MovedMode>,
     /// Greatest difference of the speeds that were compared, as a logarithm of their ratio.
     pub apart: f64,
 }
@@ -33,8 +54,11 @@ pub struct Change {
 impl Change {
     /// Change of a channel; `None` where nothing in the baseline can be compared.
     pub fn new(recordings: &[Observation], baseline: &[Observation], channel: usize) -> Option<Self> {
-        let (mut orders, mut half_orders, mut of_bands, mut apart) = (Vec::new(), Vec::new(), Vec::new(), 0.0f64);
-        let edges = edges(recordings.first()?.sample_rate_hz);
+        let (mut orders, mut half_orders, mut apart) = (Vec::new(), Vec::new(), 0.0f64);
+        let (mut of_bands, mut of_parts) = (Vec::new(), Vec::new());
+        let rate = recordings.first()?.sample_rate_hz;
+        let edges = edges(rate, SETTINGS.lowest_hz, SETTINGS.bands_per_octave);
+        let parts = self::edges(rate, SETTINGS.lowest_mode_hz, SETTINGS.parts_per_octave);
         for recording in recordings {
             let Some(samples) = recording.channels[channel].as_deref() else { continue };
             let matches = recording.matches(baseline);
@@ -57,6 +81,7 @@ impl Change {
                 }
             }
             of_bands.push(band_change(samples, &healthy, rate, &edges)?);
+            of_parts.push(band_change(samples, &healthy, rate, &parts)?);
         }
         let first = of_bands.first()?;
         let count = of_bands.len() as f64;
@@ -73,7 +98,18 @@ impl Change {
         });
         let (wide_db, wide_hz) = wide.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
         let spread_db = rms(&of_bands.concat());
-        Some(Self { orders, half_orders, gain_db, shape_db, spread_db, wide_db, wide_hz, apart, bands })
+        Some(Self {
+            orders,
+            half_orders,
+            gain_db,
+            shape_db,
+            spread_db,
+            wide_db,
+            wide_hz,
+            moved: moved(&of_parts, &parts),
+            apart,
+            bands,
+        })
     }
 
     /// Mean change of an order over recordings, dB, with its standard error, which is at least that of the scatter between
@@ -107,10 +143,28 @@ impl Change {
 }
 
 /// Edges of bands of a share of an octave.
-fn edges(sample_rate_hz: f64) -> Vec<f64> {
-    let octaves = (0.45 * sample_rate_hz / SETTINGS.lowest_hz).log2().max(0.0);
-    let count = (SETTINGS.bands_per_octave * octaves) as usize;
-    (0..=count.max(1)).map(|k| SETTINGS.lowest_hz * (k as f64 / SETTINGS.bands_per_octave).exp2()).collect()
+fn edges(sample_rate_hz: f64, lowest_hz: f64, per_octave: f64) -> Vec<f64> {
+    let octaves = (0.45 * sample_rate_hz / lowest_hz).log2().max(0.0);
+    let count = (per_octave * octaves) as usize;
+    (0..=count.max(1)).map(|k| lowest_hz * (k as f64 / per_octave).exp2()).collect()
+}
+
+/// The rise beside a fall, of the median change over recordings around its own median, whose smaller part is greatest.
+fn moved(changes: &[Vec<f64>], edges: &[f64]) -> Option<MovedMode> {
+    let count = changes.first()?.len();
+    let typical = |k: usize| median(&mut changes.iter().map(|of| of[k]).collect::<Vec<_>>());
+    let course: Vec<f64> = (0..count).map(typical).collect::<Option<_>>()?;
+    let level = median(&mut course.clone())?;
+    let near = (SETTINGS.most_move_octaves * SETTINGS.parts_per_octave) as usize;
+    let middle = |k: usize| (edges[k] * edges[k + 1]).sqrt();
+    let pair = |to: usize, from: usize| MovedMode {
+        from_hz: middle(from),
+        to_hz: middle(to),
+        by_db: (course[to] - level).min(level - course[from]),
+    };
+    let pairs =
+        (0..count).flat_map(|to| (to.saturating_sub(near)..(to + near + 1).min(count)).map(move |from| (to, from)));
+    pairs.map(|(to, from)| pair(to, from)).max_by(|a, b| a.by_db.total_cmp(&b.by_db))
 }
 
 fn band_change(samples: &[f64], healthy: &[&[f64]], rate: f64, edges: &[f64]) -> Option<Vec<f64>> {

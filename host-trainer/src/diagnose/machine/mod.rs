@@ -31,7 +31,7 @@ mod text;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use change::Change;
+use change::{Change, MovedMode};
 use comb::Comb;
 use modulation::{Modulation, Tones, bands};
 use names::{Candidate, Class, CombNow, Evidence, candidates, is_beyond_healthy};
@@ -175,10 +175,10 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
         (held_out, fit, left)
     };
     let (mut held_out, mut fit, mut left) = synthesis(&causes);
-    // A line's change is asked of the held-out recording itself: the distance of spectra shows little of it.
-    let line_p: Vec<(EffectKind, f64)> =
-        causes.iter().filter_map(|c| Some((c.kind, line_p_value(c, &data)?))).collect();
-    let p_of = |kind: EffectKind| line_p.iter().find(|(of, _)| *of == kind).map(|(_, p)| *p);
+    // The change of a line or of a mode is asked of the held-out recording itself: the distance of spectra shows little of it.
+    let narrow_p: Vec<(EffectKind, f64)> =
+        causes.iter().filter_map(|c| Some((c.kind, narrow_p_value(c, &data)?))).collect();
+    let p_of = |kind: EffectKind| narrow_p.iter().find(|(of, _)| *of == kind).map(|(_, p)| *p);
     let is_borne_out = |c: &&Candidate| match p_of(c.kind) {
         Some(p_value) => p_value <= SynthesisSettings::DEFAULT.p_value,
         None => fit.p_value <= SynthesisSettings::DEFAULT.p_value && fit.after < fit.before,
@@ -244,12 +244,17 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
     })
 }
 
-/// p-value of a line's change in the held-out recording; `None` for a cause that is no line.
-fn line_p_value(cause: &Candidate, data: &Data) -> Option<f64> {
+/// p-value of the change of a line or of a mode in the held-out recording; `None` for a cause that is neither.
+fn narrow_p_value(cause: &Candidate, data: &Data) -> Option<f64> {
     let change = |channel: usize| Change::new(std::slice::from_ref(&data.held_out), &data.baseline, channel);
     let changed = match cause.evidence {
         Evidence::Order { channel, order, .. } => change(channel).and_then(|change| change.order_db(order)),
         Evidence::HalfOrders { channel, .. } => change(channel).and_then(|change| change.half_orders_db()),
+        Evidence::Mode { channel, moved } => {
+            let same = |found: &MovedMode| found.is_like(&moved);
+            let scatter = 0.5 * NameSettings::DEFAULT.moved_mode[0];
+            change(channel).and_then(|change| change.moved).filter(same).map(|found| [found.by_db, scatter])
+        }
         Evidence::Comb(_) | Evidence::Gain { .. } => return None,
     };
     Some(changed.filter(|[db, _]| *db > 0.0).map_or(1.0, |[db, error]| two_sided(db / error)))
@@ -353,6 +358,10 @@ fn location(cause: Option<&Candidate>, found: &Found, geometry: &Geometry) -> Lo
         }
         Some(Evidence::HalfOrders { channel, .. }) => {
             location.order = vec![0.5, 1.0, 1.5, 2.0];
+            location.channel = CHANNELS[*channel].into();
+        }
+        Some(Evidence::Mode { channel, moved }) => {
+            location.frequency_hz = vec![[moved.from_hz.min(moved.to_hz), moved.from_hz.max(moved.to_hz)]];
             location.channel = CHANNELS[*channel].into();
         }
         Some(Evidence::Gain { channel, .. }) => location.channel = CHANNELS[*channel].into(),

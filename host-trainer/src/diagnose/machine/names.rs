@@ -1,6 +1,6 @@
 //! Posterior of the names of what has changed.
 
-use super::change::Change;
+use super::change::{Change, MovedMode};
 use super::comb::Comb;
 use super::pattern::Pattern;
 use super::settings::{ChangeSettings, NameSettings};
@@ -82,6 +82,13 @@ pub enum Evidence {
         /// Change, dB.
         change_db: f64,
     },
+    /// A mode that is elsewhere in a channel.
+    Mode {
+        /// Index of the channel.
+        channel: usize,
+        /// The mode.
+        moved: MovedMode,
+    },
     /// The same change everywhere in a channel, dB.
     Gain {
         /// Index of the channel.
@@ -98,7 +105,7 @@ pub enum Class {
     Bearing,
     /// Lines of the shaft.
     Shaft,
-    /// Level of a channel.
+    /// Level or modes of a channel.
     Level,
 }
 
@@ -108,7 +115,7 @@ impl Evidence {
         match self {
             Self::Comb(_) => Class::Bearing,
             Self::Order { .. } | Self::HalfOrders { .. } => Class::Shaft,
-            Self::Gain { .. } => Class::Level,
+            Self::Gain { .. } | Self::Mode { .. } => Class::Level,
         }
     }
 }
@@ -139,7 +146,15 @@ pub fn candidates(combs: &[CombNow], changes: &[(usize, Change)]) -> Vec<Candida
         let beside: Vec<CombNow> = combs.iter().filter(|c| c.channel == comb.channel).cloned().collect();
         offer(comb.comb.pattern.defect(), comb.log_odds(&beside), Evidence::Comb(comb.clone()));
     }
+    // Where all has changed, a rise beside a fall says nothing.
+    let local = changes.iter().all(|(_, change)| !is_beyond_healthy(change));
     for (channel, change) in changes {
+        if let Some(moved) = change.moved.filter(|_| local) {
+            let [even, slope] = SETTINGS.moved_mode;
+            let apart = ChangeSettings::DEFAULT.per_speed_db * change.apart;
+            let odds = slope * (moved.by_db - even - apart);
+            offer(EffectKind::StiffnessChange, odds, Evidence::Mode { channel: *channel, moved });
+        }
         // What the scatter over recordings leaves doubtful does not count.
         let order = |order: usize| change.order_db(order).map_or(f64::NEG_INFINITY, |[mean, error]| mean - error);
         let (first, second) = (order(1), order(2));

@@ -105,6 +105,12 @@ pub struct ChangeSettings {
     /// Mean change of these around the median over all that healthy machines of one make do not reach, dB. Between 2.8, two healthy
     /// bearings of one make on one rig, and 6.6, simulated machines whose friction is louder above 3 kHz.
     pub wide_db: f64,
+    /// Finer bands in an octave, in which a moved mode shows, and their lowest edge, Hz. By hand.
+    pub parts_per_octave: f64,
+    /// Lowest edge of these, Hz. By hand.
+    pub lowest_mode_hz: f64,
+    /// Greatest move of a mode, octaves. By hand.
+    pub most_move_octaves: f64,
     /// Bound on a band's change, dB, so that no single band decides. By hand.
     pub most_db: f64,
     /// Root mean square of the change over bands, its median removed, that healthy machines of one make do not reach, dB.
@@ -131,6 +137,9 @@ impl ChangeSettings {
         per_speed_db: 40.0,
         wide_bands: 5,
         wide_db: 5.0,
+        parts_per_octave: 16.0,
+        lowest_mode_hz: 200.0,
+        most_move_octaves: 0.45,
         most_db: 20.0,
         shape_db: 6.0,
         gain_db: 10.0,
@@ -209,6 +218,9 @@ pub struct NameSettings {
     /// Change of the half orders at which looseness is as probable a cause as none, dB, and log-odds per dB above it. Noise has up to
     /// 6 dB, simulated loose machines 20 to 30.
     pub half_order: [f64; 2],
+    /// Change at which a moved mode is as probable a cause as none, dB, and log-odds per dB above it. Between 4.1, healthy machines and
+    /// 2.3, two healthy bearings of one make, and 8.8, simulated modes that moved by a tenth.
+    pub moved_mode: [f64; 2],
     /// Log-odds against none above which a name stands if it also has more than half of the posterior. Above the highest of
     /// a wrong name, 0.60, among synthetic impacts of another machine.
     pub stands: f64,
@@ -235,6 +247,7 @@ impl NameSettings {
         order_db: 6.0,
         order_slope: 1.0,
         half_order: [10.0, 0.5],
+        moved_mode: [6.5, 0.6],
         stands: 0.8,
         most: 0.97,
         unexplained: 0.6,

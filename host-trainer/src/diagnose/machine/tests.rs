@@ -287,6 +287,31 @@ fn looseness_is_no_unbalance_and_two_causes_stand_together() {
     assert_eq!(found, ["outer-race-defect", "unbalance"], "{:?}", both.diagnosis);
 }
 
+/// A mode at 1 kHz of the healthy machine is at 0.9 kHz now.
+#[test]
+fn a_mode_that_moved_is_a_change_of_stiffness() {
+    let ringing = |hz: f64| {
+        move |samples: &mut Vec<f64>, shaft_hz: f64| {
+            let mut random = ChaCha8Rng::seed_from_u64((7.0 * shaft_hz + hz) as u64);
+            let (decay, mut past, mut before) = ((-TAU * hz * 0.01 / RATE).exp(), 0.0, 0.0);
+            for v in samples.iter_mut() {
+                let drive: f64 = StandardNormal.sample(&mut random);
+                let mode = 2.0 * decay * (TAU * hz / RATE).cos() * past - decay * decay * before + 0.3 * drive;
+                (past, before) = (mode, past);
+                *v += mode;
+            }
+        }
+    };
+    let baseline = changed(&runs(HEALTHY), ringing(1000.0));
+    let now = runs(Machine { seed: 5, ..HEALTHY });
+    let outcome = diagnosed(Some(&baseline), &changed(&now, ringing(900.0)));
+    assert_eq!(names(&outcome), ["stiffness-change"], "{:?}", outcome.diagnosis);
+    let evidence = &outcome.diagnosis.causes[0].evidence;
+    assert!(evidence.contains("changed by -10 %") || evidence.contains("changed by -11 %"), "{evidence}");
+    let still = diagnosed(Some(&baseline), &changed(&now, ringing(1001.0)));
+    assert_eq!(still.diagnosis.verdict, Verdict::NoMismatch, "{:?}", still.diagnosis);
+}
+
 /// Friction that is louder above 3 kHz raises neighbouring bands alike, without a line.
 #[test]
 fn a_wide_change_is_unexplained() {

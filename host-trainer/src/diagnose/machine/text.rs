@@ -66,6 +66,16 @@ pub fn evidence(candidate: &Candidate, bands: &[Range<f64>], data: &Data, geomet
              where a loose part strikes a stop every other turn.",
             CHANNELS[*channel]
         ),
+        Evidence::Mode { channel, moved } => format!(
+            "{}: at least {:.1} dB of the power around {:.0} Hz are now around {:.0} Hz: a mode's frequency changed by {:+.0} %, its \
+             stiffness by some {:+.0} % or its mass the other way.",
+            CHANNELS[*channel],
+            moved.by_db,
+            moved.from_hz,
+            moved.to_hz,
+            100.0 * (moved.to_hz / moved.from_hz - 1.0),
+            100.0 * ((moved.to_hz / moved.from_hz).powi(2) - 1.0)
+        ),
         Evidence::Gain { channel, change_db } => format!(
             "{}: the power at all frequencies and in all recordings is {change_db:.1} dB over the healthy machine's.",
             CHANNELS[*channel]
@@ -88,6 +98,7 @@ pub fn equation(candidate: &Candidate) -> String {
         Evidence::Order { order: 1, .. } => "f_x += m e ω² cos ψ, f_y += m e ω² sin ψ".into(),
         Evidence::Order { order, .. } => format!("f_y += F cos({order} ψ + φ)"),
         Evidence::HalfOrders { .. } => "f += k (q − g), q > g".into(),
+        Evidence::Mode { moved, .. } => format!("k/m → {:.3} k/m", (moved.to_hz / moved.from_hz).powi(2)),
         Evidence::Gain { change_db, .. } => format!("a → {:.3} a", 10f64.powf(change_db / 20.0)),
     }
 }
@@ -110,6 +121,11 @@ pub fn rejected(candidate: &Candidate, bands: &[Range<f64>]) -> String {
         Evidence::HalfOrders { change_db, .. } => format!(
             "half orders changed by {change_db:.1} dB; {:.0} dB would be as probable as not",
             NameSettings::DEFAULT.half_order[0]
+        ),
+        Evidence::Mode { moved, .. } => format!(
+            "beside each other the power rises and falls by {:.1} dB at most; {:.1} dB would be as probable as not",
+            moved.by_db,
+            NameSettings::DEFAULT.moved_mode[0]
         ),
         Evidence::Gain { change_db, .. } => format!("an even change by {change_db:.1} dB"),
     }
