@@ -67,7 +67,7 @@ pub fn evidence(candidate: &Candidate, bands: &[Range<f64>], data: &Data, geomet
             CHANNELS[*channel]
         ),
         Evidence::Mode { channel, moved } => format!(
-            "{}: at least {:.1} dB of the power around {:.0} Hz are now around {:.0} Hz: a mode's frequency changed by {:+.0} %, its \
+            "{}: at least {:.1} dB of the power around {:.0} Hz are now around {:.0} Hz: a mode's frequency changed by some {:+.0} %, its \
              stiffness by some {:+.0} % or its mass the other way.",
             CHANNELS[*channel],
             moved.by_db,
