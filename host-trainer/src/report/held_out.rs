@@ -182,7 +182,8 @@ fn shown(held: &HeldOut) -> Shown {
     let [before, after] = errors(held);
     let why = match held.before == held.after {
         true => Why::Residual,
-        false if after < before => Why::Gain,
+        // Of two signals that have nothing to do with each other either may err less.
+        false if after < SETTINGS.gain * before => Why::Gain,
         false => Why::Loudest,
     };
     let square = |of: &[f64], k: usize| (held.measured[k] - of[k]).powi(2);

@@ -11,6 +11,8 @@ pub struct ReportSettings {
     pub turns: f64,
     /// Samples in the enlarged stretch of a held-out acceleration. Not tuned: chosen by hand.
     pub zoom: usize,
+    /// Ratio of the errors after and before a correction below which a stretch is shown for it. Not tuned: chosen by hand.
+    pub gain: f64,
     /// Points beyond which a curve is thinned; a picture is 1000 pixels wide. Not tuned: chosen by hand.
     pub points: usize,
     /// Ratio of RMS residuals before and after from which the one after is drawn enlarged. Not tuned: chosen by hand.
@@ -44,6 +46,7 @@ impl ReportSettings {
         ball_pass_harmonics: 6.0,
         turns: 3.0,
         zoom: 400,
+        gain: 0.9,
         points: 1600,
         enlarged_ratio: 5.0,
         tests: 12,

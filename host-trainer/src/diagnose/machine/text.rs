@@ -75,7 +75,8 @@ pub fn evidence(candidate: &Candidate, bands: &[Range<f64>], data: &Data, geomet
             moved.to_hz,
             100.0 * (moved.to_hz / moved.from_hz - 1.0),
             100.0 * ((moved.to_hz / moved.from_hz).powi(2) - 1.0)
-        ),
+        )
+        .replace('-', "−"),
         Evidence::Gain { channel, change_db } => format!(
             "{}: the power at all frequencies and in all recordings is {change_db:.1} dB over the healthy machine's.",
             CHANNELS[*channel]
