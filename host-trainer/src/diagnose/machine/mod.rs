@@ -209,8 +209,9 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
     if verdict == Verdict::NoMismatch {
         left.share = 0.0;
     }
-    let location = match verdict {
-        Verdict::NoMismatch => Location::default(),
+    let location = match (verdict, leading) {
+        // A fault of the acquisition says itself where it is.
+        (Verdict::NoMismatch, _) | (Verdict::Mismatch, None) => Location::default(),
         _ => location(leading, &found, &geometry),
     };
     let rejected = found.candidates.iter().filter(|c| causes.iter().all(|kept| kept.kind != c.kind));
