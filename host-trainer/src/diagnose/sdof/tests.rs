@@ -85,7 +85,7 @@ fn invariant_single_effects_are_named_and_measured() {
 }
 
 #[test]
-#[ignore = "known failure: a dead zone of 3 mm is named mass-change, sensor-gain and end-stop-contact together"]
+#[ignore = "known failure: a dead zone of 3 mm is unexplained"]
 fn invariant_backlash_and_a_wrong_gain_are_named_and_measured() {
     named_and_measured(&[
         (EffectKind::Backlash, ParameterKey::WidthM, 0.003, None),
