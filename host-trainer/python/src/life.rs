@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use ballrace::report::phases::{self as report, Machine};
+use ballrace::report::phases as report;
 use ballrace::signal::phases::life::Timeline;
-use ballrace::signal::phases::machine::{ChannelLife, Filter};
+use ballrace::signal::phases::machine::{ChannelLife, Filter, Machine};
 use ballrace::signal::phases::{Rules, not_positive};
 use ballrace::signal::wavelet::Wavelet;
 use ballrace::signal::wavelet::denoise::Denoising;

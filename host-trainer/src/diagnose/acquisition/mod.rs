@@ -111,7 +111,11 @@ fn offset(observed: &[Observed], noise_std: f64) -> Vec<Fault> {
         let weight: f64 = means.iter().map(|(_, std)| std.powi(-2)).sum();
         let mean = means.iter().map(|(m, std)| m / (std * std)).sum::<f64>() / weight;
         let healthy = OFFSET_OF_NOISE * noise_std;
-        let z = mean.abs() / healthy.hypot(weight.sqrt().recip());
+        // Means that differ by more than their noise are no offset of the sensor to that extent.
+        let count = means.len() as f64;
+        let squares: f64 = means.iter().map(|(m, _)| (m - mean).powi(2)).sum();
+        let scatter = (squares / (count - 1.0).max(1.0) / count).sqrt();
+        let z = mean.abs() / healthy.hypot(weight.sqrt().recip().max(scatter));
         let alike =
             means.iter().all(|(m, std)| m.signum() == mean.signum() && m.abs() > 0.5 * OFFSET * healthy.hypot(*std));
         if means.is_empty() || !alike || z < OFFSET {
@@ -187,4 +191,32 @@ pub fn whole_part(recordings: &mut [Recording]) -> Option<Fault> {
         &[(ParameterKey::TimeS, gap.sample as f64 / rate), (ParameterKey::Count, gap.count as f64)],
     );
     Some(Fault { effect, evidence, p_value: two_sided(gap.z), probability: SURE })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rig::test_support::{condition, nominal};
+    use crate::rig::{Start, simulate};
+
+    /// Offsets of recordings whose channel `ay` has these means, each of them far beyond the sensor's noise.
+    fn offsets(means: [f64; 4]) -> Vec<Fault> {
+        let with = |(seed, mean): (usize, &f64)| {
+            let mut recording =
+                simulate(&nominal(), &condition(30.0, 800.0, 12_800), &Start::seeded(seed as u64)).unwrap();
+            let channel = recording.channels.iter_mut().find(|c| c.name == "ay").unwrap();
+            channel.samples.iter_mut().for_each(|v| *v += mean);
+            recording
+        };
+        let recordings: Vec<Recording> = means.iter().enumerate().map(with).collect();
+        offset(&Observed::from_recordings(&recordings).unwrap(), 0.05)
+    }
+
+    /// An offset is the same in all recordings of a sensor.
+    #[test]
+    fn means_that_wander_are_no_offset() {
+        let [fault] = &offsets([0.40, 0.41, 0.39, 0.40])[..] else { panic!("one offset") };
+        assert!((fault.effect.number(ParameterKey::Value).unwrap() / 0.4 - 1.0).abs() < 0.05);
+        assert!(offsets([0.08, 0.47, 0.37, 0.48]).is_empty());
+    }
 }
