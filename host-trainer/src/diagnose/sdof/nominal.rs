@@ -10,11 +10,21 @@ use crate::rig::effect::{EffectKind, ParameterKey};
 
 const SETTINGS: SdofSettings = SdofSettings::DEFAULT;
 
+/// Greatest relative error of a parameter that is stated as known.
+fn tolerance(parameter: Parameter) -> f64 {
+    match parameter {
+        Parameter::Damping => SETTINGS.tolerance_of_damping,
+        _ => SETTINGS.tolerance,
+    }
+}
+
 /// The rig with its unknown parameters.
 #[derive(Clone, Debug)]
 pub struct Nominal {
     /// The machine; unknown parameters at their estimates.
     pub machine: SdofRig,
+    /// The machine as it was stated.
+    pub stated: SdofRig,
     /// Parameters that are fitted with every hypothesis.
     pub unknown: Vec<Parameter>,
     /// Known parameters that were fitted within what a statement is right by.
@@ -26,7 +36,13 @@ pub struct Nominal {
 impl Nominal {
     /// Decides which of the parameters named as unknown can be fitted, and estimates them roughly.
     pub fn new(machine: &SdofRig, unknown: Vec<Parameter>, acquired: &Acquired) -> Self {
-        let mut nominal = Self { machine: machine.clone(), unknown, adjusted: Vec::new(), notes: Vec::new() };
+        let mut nominal = Self {
+            machine: machine.clone(),
+            stated: machine.clone(),
+            unknown,
+            adjusted: Vec::new(),
+            notes: Vec::new(),
+        };
         // Damping that the file has none of is a cause, viscous friction.
         nominal.unknown.retain(|p| *p != Parameter::Damping || machine.damping_n_s_per_m != 0.0);
         if !acquired.driven {
@@ -137,33 +153,36 @@ impl Nominal {
     pub fn adjust(&mut self, causes: &[Cause]) -> bool {
         let before = self.machine.clone();
         for cause in causes {
-            let Some(stated) = cause.entry.number(ParameterKey::Value) else { continue };
-            let (parameter, factor) = match cause.entry.kind {
-                EffectKind::MassChange => (Parameter::Mass, stated / before.mass_kg),
-                EffectKind::StiffnessChange => (Parameter::Stiffness, stated / before.stiffness_n_per_m),
-                EffectKind::DampingChange => (Parameter::Damping, stated / before.damping_n_s_per_m),
+            let Some(fitted) = cause.entry.number(ParameterKey::Value) else { continue };
+            let (parameter, fitted) = match cause.entry.kind {
+                EffectKind::MassChange => (Parameter::Mass, fitted),
+                EffectKind::StiffnessChange => (Parameter::Stiffness, fitted),
+                EffectKind::DampingChange => (Parameter::Damping, fitted),
                 // What scales all that a linear machine does.
-                EffectKind::SensorGain => (Parameter::Gain, stated),
+                EffectKind::SensorGain => (Parameter::Gain, fitted * before.input_gain_n_per_unit),
                 _ => continue,
             };
-            let tolerance = match parameter {
-                Parameter::Damping => SETTINGS.tolerance_of_damping,
-                _ => SETTINGS.tolerance,
-            };
-            if (factor - 1.0).abs() > tolerance {
-                continue;
+            let factor = fitted / parameter.value_in(&self.stated);
+            if (factor - 1.0).abs() <= tolerance(parameter) {
+                self.add(parameter, fitted - parameter.value_in(&before));
+                if !self.adjusted.contains(&parameter) {
+                    self.adjusted.push(parameter);
+                }
             }
-            let value = parameter.value_in(&before);
-            self.add(parameter, (factor - 1.0) * value);
-            self.adjusted.push(parameter);
-            self.notes.push(format!(
-                "{} fits at {:.2} % of its stated value, within the {:.0} % that a statement is right by: no cause.",
-                parameter.key(),
-                100.0 * factor,
-                100.0 * tolerance
-            ));
         }
         self.machine != before
+    }
+
+    /// Sentences on the known parameters that were adjusted.
+    pub fn adjustments(&self) -> impl Iterator<Item = String> {
+        self.adjusted.iter().map(|parameter| {
+            format!(
+                "{} fits at {:.2} % of its stated value, within the {:.0} % that a statement is right by: no cause.",
+                parameter.key(),
+                100.0 * parameter.value_in(&self.machine) / parameter.value_in(&self.stated),
+                100.0 * tolerance(*parameter)
+            )
+        })
     }
 
     /// Least squares of the force balance on the smoothed states; returns parameters that do not show.
@@ -208,5 +227,29 @@ impl Nominal {
             }
         }
         hidden
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identify::force_balance::{equation, testing};
+    use crate::rig::EffectEntry;
+
+    /// Rounds of adjustments add up to no more than the tolerance of what was stated, with one sentence.
+    #[test]
+    fn tolerance_counts_from_what_was_stated() {
+        let rig = testing::rig(testing::LINEAR);
+        let acquired = Acquired::new(&testing::recordings(&rig, "q", 1.0, 0.01, 1000, 1), &[]).unwrap();
+        let mut nominal = Nominal::new(equation::machine(&rig).unwrap(), Vec::new(), &acquired);
+        let stiffness = |value: f64| {
+            let entry = EffectEntry::new(EffectKind::StiffnessChange, &[(ParameterKey::Value, value)]);
+            [Cause { entry, free: Vec::new(), term: 0 }]
+        };
+        assert!(nominal.adjust(&stiffness(806.0)) && !nominal.adjust(&stiffness(812.0)));
+        assert!(nominal.adjust(&stiffness(804.0)));
+        assert_eq!(nominal.machine.stiffness_n_per_m, 804.0);
+        let notes: Vec<String> = nominal.adjustments().collect();
+        assert!(notes.len() == 1 && notes[0].starts_with("stiffness_n_per_m fits at 100.50 %"), "{notes:?}");
     }
 }

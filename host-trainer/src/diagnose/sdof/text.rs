@@ -72,6 +72,7 @@ pub fn rejected(table: &Table, judged: &Judged) -> Vec<Rejected> {
 pub fn caveats(case: &Case, judged: &Judged) -> Vec<String> {
     let mut out = case.acquired.notes.clone();
     out.extend(case.nominal.notes.clone());
+    out.extend(case.nominal.adjustments());
     let explained = judged.selection.explained();
     if judged.verdict == Verdict::Mismatch && !judged.causes.is_empty() && explained < 0.95 {
         out.push(format!(
