@@ -133,8 +133,7 @@ fn acceleration(section: Section, held: &HeldOut, rigs: Rigs<'_>, location: &Loc
             format!("{}: power spectral density{dashed}.", held.name),
         );
     }
-    let shown = shown(held);
-    let (shown, why) = (shown.samples, shown.why);
+    let Shown { samples: shown, why } = stretch(held);
     let range = shown.start as f64 / held.sample_rate_hz..shown.end as f64 / held.sample_rate_hz;
     let courses: Vec<Curve<'_>> =
         signals.iter().map(|(name, samples, color)| curve(held, name, samples, *color, &shown)).collect();
@@ -178,13 +177,15 @@ enum Why {
 }
 
 /// Window in which the correction gains most or, without one or where it gains nothing in time, what is measured is largest.
-fn shown(held: &HeldOut) -> Shown {
+fn stretch(held: &HeldOut) -> Shown {
     let [before, after] = errors(held);
-    let why = match held.before == held.after {
-        true => Why::Residual,
-        // Of two signals that have nothing to do with each other either may err less.
-        false if after < SETTINGS.gain * before => Why::Gain,
-        false => Why::Loudest,
+    let why = if held.before == held.after {
+        Why::Residual
+    } else if after < SETTINGS.gain * before {
+        Why::Gain
+    } else {
+        // Of two signals that have nothing to do with each other either may err a little less.
+        Why::Loudest
     };
     let square = |of: &[f64], k: usize| (held.measured[k] - of[k]).powi(2);
     let score = |k: usize| match why {
@@ -274,7 +275,7 @@ mod tests {
         let caption = |after: Vec<f64>| {
             let (measured, before) = (burst(3 * SETTINGS.zoom), burst(count));
             let held = HeldOut { name: "r04".into(), sample_rate_hz: 25_600.0, measured, before, after };
-            let shown = shown(&held);
+            let shown = stretch(&held);
             assert!(shown.samples.contains(&(3 * SETTINGS.zoom)), "{:?}", shown.samples);
             let rigs = Rigs { before: "the rig", after: "the corrected rig" };
             let section =

@@ -35,8 +35,8 @@ pub struct Gap {
     pub sample: usize,
     /// Their count.
     pub count: usize,
-    /// Standard deviations of a turn by which this one is short; a turn's is at least that of its whole samples. Of held samples those
-    /// of equal chance.
+    /// Standard deviations of a turn by which this one is short; a turn's is at least that of its whole samples. Of held samples √(−2 ln p)
+    /// of the probability p of such a run.
     pub z: f64,
     /// How they were left.
     pub kind: Kind,

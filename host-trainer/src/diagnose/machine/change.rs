@@ -41,11 +41,11 @@ pub struct Change {
     pub shape_db: f64,
     /// Spread of the change over bands and recordings.
     pub spread_db: f64,
-    /// Greatest change around the median, up or down, in the mean over neighbouring bands, and these, Hz.
+    /// Greatest change around the median, up or down, in the mean over neighbouring bands.
     pub wide_db: f64,
-    /// Band of that, Hz.
+    /// Ends of these bands, Hz.
     pub wide_hz: [f64; 2],
-    /// A mode that is now elsewhere.
+    /// Strongest rise beside a fall, of a mode that moved or of chance.
     pub moved: Option<MovedMode>,
     /// Greatest difference of the speeds that were compared, as a logarithm of their ratio.
     pub apart: f64,
@@ -70,11 +70,9 @@ impl Change {
             apart = matches.iter().map(|m| (m.shaft_hz / recording.shaft_hz).ln().abs()).fold(apart, f64::max);
             if recording.turns() >= SETTINGS.fewest_turns && matches.iter().all(|m| m.turns() >= SETTINGS.fewest_turns)
             {
-                let then: Option<Vec<Orders>> = matches
-                    .iter()
-                    .filter_map(|m| m.channels[channel].as_deref().map(|s| (m, s)))
-                    .map(|(m, samples)| Orders::new(samples, rate, m.shaft_hz))
-                    .collect();
+                let recorded = matches.iter().filter_map(|m| Some((m.channels[channel].as_deref()?, m.shaft_hz)));
+                let then: Option<Vec<Orders>> =
+                    recorded.map(|(samples, shaft_hz)| Orders::new(samples, rate, shaft_hz)).collect();
                 if let (Some(now), Some(then)) = (Orders::new(samples, rate, recording.shaft_hz), then) {
                     orders.push(ratios(&now.powers, then.iter().map(|t| &t.powers)));
                     half_orders.push(ratios(&now.halves, then.iter().map(|t| &t.halves)));
@@ -115,7 +113,7 @@ impl Change {
     /// Mean change of an order over recordings, dB, with its standard error, which is at least that of the scatter between
     /// healthy machines; `None` without orders.
     pub fn order_db(&self, order: usize) -> Option<[f64; 2]> {
-        self.mean(self.orders.iter().filter_map(|o| o.get(order - 1).copied()).collect())
+        self.with_error(self.orders.iter().filter_map(|o| o.get(order - 1).copied()).collect())
     }
 
     /// Mean change of the half orders over recordings, dB, that of the second strongest of them, with its standard error; `None`
@@ -126,10 +124,11 @@ impl Change {
             sorted.sort_by(|a, b| b.total_cmp(a));
             sorted.get(1).copied()
         };
-        self.mean(self.half_orders.iter().filter_map(second).collect())
+        self.with_error(self.half_orders.iter().filter_map(second).collect())
     }
 
-    fn mean(&self, values: Vec<f64>) -> Option<[f64; 2]> {
+    /// Mean of a change of the shaft's lines over recordings, dB, with its standard error; `None` without recordings.
+    fn with_error(&self, values: Vec<f64>) -> Option<[f64; 2]> {
         let count = values.len() as f64;
         if values.is_empty() {
             return None;

@@ -44,7 +44,6 @@ fn offset(recordings: &[Recording], baseline: &[Recording], channel: usize, name
     let scatter = then.iter().map(|l| (l.0 - healthy).abs()).fold(0.0, f64::max);
     let alike = now.iter().all(|l| ((l.0 - healthy) / change - 1.0).abs() < SETTINGS.offset_alike);
     let [of_rms, of_scatter] = SETTINGS.offset;
-    let z = change.abs() / (rms / of_rms).max(scatter / of_scatter);
     (alike && change.abs() > of_rms * rms && change.abs() > of_scatter * scatter).then(|| Fault {
         effect: EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, change)])
             .with_text(ParameterKey::Channel, name),
@@ -53,7 +52,7 @@ fn offset(recordings: &[Recording], baseline: &[Recording], channel: usize, name
              the healthy machine's means differ by {scatter:.3} m/s².",
             change.abs() / rms
         ),
-        p_value: two_sided(z),
+        p_value: two_sided(change / scatter.max(f64::MIN_POSITIVE)),
         probability: SETTINGS.probability,
     })
 }
@@ -61,38 +60,56 @@ fn offset(recordings: &[Recording], baseline: &[Recording], channel: usize, name
 /// Line of the mains that the healthy machine has not: fixed in Hz, and no order of the shaft.
 pub fn mains(recordings: &[Observation], baseline: &[Observation]) -> Option<Fault> {
     let of = |channel: usize, hz: f64| {
-        let lines: Vec<(f64, f64, f64)> = recordings
+        let lines: Vec<Line> = recordings
             .iter()
             .filter(|r| !meets_an_order(r.shaft_hz, hz))
             .filter_map(|r| {
-                let [now, size] = line(r, channel, hz)?;
-                let healthy: Vec<f64> =
-                    r.matches(baseline).iter().filter_map(|m| Some(line(m, channel, hz)?[1])).collect();
-                let then = healthy.iter().copied().reduce(f64::max)?;
-                Some((now, 20.0 * (size / then).log10(), size))
+                let now = line(r, channel, hz)?;
+                let healthy = r.matches(baseline).into_iter().filter_map(|m| Some(line(m, channel, hz)?.amplitude));
+                let then = healthy.reduce(f64::max)?;
+                Some(Line { change_db: 20.0 * (now.amplitude / then).log10(), ..now })
             })
             .collect();
-        let least = |part: fn(&(f64, f64, f64)) -> f64| lines.iter().map(part).fold(f64::INFINITY, f64::min);
-        let (prominence, change) = (least(|l| l.0), least(|l| l.1));
-        let stands = !lines.is_empty() && prominence > SETTINGS.mains[0] && change > SETTINGS.mains[1];
-        stands.then_some((channel, hz, prominence, change, least(|l| l.2), lines.len()))
+        let least = |part: fn(&Line) -> f64| lines.iter().map(part).reduce(f64::min);
+        let weakest = Line {
+            prominence_db: least(|l| l.prominence_db)?,
+            change_db: least(|l| l.change_db)?,
+            amplitude: least(|l| l.amplitude)?,
+        };
+        let [prominence_db, change_db] = SETTINGS.mains;
+        let stands = weakest.prominence_db > prominence_db && weakest.change_db > change_db;
+        stands.then_some((channel, hz, weakest, lines.len()))
     };
     let all = (0..CHANNELS.len()).flat_map(|channel| [50.0, 60.0].map(|hz| (channel, hz)));
-    let most = all.filter_map(|(channel, hz)| of(channel, hz)).max_by(|a, b| a.3.total_cmp(&b.3));
-    most.map(|(channel, hz, prominence, change, amplitude, count)| Fault {
+    let found = all.filter_map(|(channel, hz)| of(channel, hz));
+    let (channel, hz, line, count) = found.max_by(|a, b| a.2.change_db.total_cmp(&b.2.change_db))?;
+    Some(Fault {
         effect: EffectEntry::new(
             EffectKind::MainsInterference,
-            &[(ParameterKey::FrequencyHz, hz), (ParameterKey::Amplitude, amplitude)],
+            &[(ParameterKey::FrequencyHz, hz), (ParameterKey::Amplitude, line.amplitude)],
         ),
         evidence: format!(
-            "{}: a line at {hz:.0} Hz, which is no order of the shaft, is at least {prominence:.0} dB over what is around it and \
-             {change:.0} dB over the healthy machine's in {count} of {} recordings.",
+            "{}: a line at {hz:.0} Hz, which is no order of the shaft, is at least {:.0} dB over what is around it and \
+             {:.0} dB over the healthy machine's in {count} of {} recordings.",
             CHANNELS[channel],
+            line.prominence_db,
+            line.change_db,
             recordings.len()
         ),
-        p_value: two_sided(prominence / SETTINGS.mains[0] * 4.0),
+        // Powers of noise are exponential, and this is over their median.
+        p_value: 0.5f64.powf(10f64.powf(0.1 * line.prominence_db)),
         probability: SETTINGS.probability,
     })
+}
+
+/// A line of fixed frequency in a channel.
+struct Line {
+    /// Power over the median of what is around it, dB.
+    prominence_db: f64,
+    /// Amplitude over the greatest of the healthy machine, dB; 0 where it is not compared.
+    change_db: f64,
+    /// Amplitude, m/s².
+    amplitude: f64,
 }
 
 fn meets_an_order(shaft_hz: f64, hz: f64) -> bool {
@@ -100,13 +117,14 @@ fn meets_an_order(shaft_hz: f64, hz: f64) -> bool {
     (order - order.round()).abs() < SETTINGS.order_guard * order
 }
 
-/// Prominence of a line, dB, and its amplitude.
-fn line(recording: &Observation, channel: usize, hz: f64) -> Option<[f64; 2]> {
+/// Strongest line of a channel near a frequency.
+fn line(recording: &Observation, channel: usize, hz: f64) -> Option<Line> {
     let spectrum = amplitudes(&[recording.channels[channel].as_deref()?], recording.sample_rate_hz)?;
     let centre = (hz / spectrum.step_hz).round() as usize;
     let reach = 1 + (SETTINGS.mains_reach * hz / spectrum.step_hz) as usize;
     let near = spectrum.values.get(centre.saturating_sub(reach)..centre + reach + 1)?;
     let most = near.iter().copied().fold(0.0, f64::max);
     let floor = floor(&spectrum, hz, SETTINGS.mains_around_hz)?;
-    Some([10.0 * (most * most / floor).log10(), most.max(1e-15)])
+    let prominence_db = 10.0 * (most * most / floor).log10();
+    Some(Line { prominence_db, change_db: 0.0, amplitude: most.max(1e-15) })
 }

@@ -188,9 +188,9 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
     if !refuted.is_empty() {
         (held_out, fit, left) = synthesis(&causes);
     }
-    if let Some(p_value) = causes.iter().map(|c| p_of(c.kind)).try_fold(0.0f64, |most, p| Some(most.max(p?)))
-        && !causes.is_empty()
-    {
+    // Of lines and modes alone, the least certain one counts.
+    let narrow: Option<Vec<f64>> = causes.iter().map(|c| p_of(c.kind)).collect();
+    if let Some(p_value) = narrow.and_then(|all| all.into_iter().reduce(f64::max)) {
         fit.p_value = p_value;
     }
     let beyond = found.changes.iter().any(|(_, change)| is_beyond_healthy(change)) || text::stands_out(&found.combs);

@@ -89,8 +89,7 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
     if faults.is_empty() {
         let most = acquired.tracks.len();
         while acquired.tracks.len() < 2 * most
-            && let rig = nominal.rig(task.rig)
-            && let Some(fault) = faults::burst(&mut acquired, &rig, &table, &selection.rich)
+            && let Some(fault) = faults::burst(&mut acquired, &nominal.rig(task.rig), &table, &selection.rich)
         {
             if faults.iter().all(|f| f.entry.kind != fault.entry.kind) {
                 faults.push(fault);

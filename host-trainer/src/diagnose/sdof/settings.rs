@@ -29,7 +29,7 @@ pub struct SdofSettings {
     /// Greatest relative error of a mass, a stiffness or a gain that is stated as known. Chosen by hand: that of a scale and of a force
     /// sensor, and of their ratio.
     pub tolerance: f64,
-    /// The same of a damping, which nobody weighs. Chosen by hand.
+    /// Greatest relative error of a damping that is stated as known: nobody weighs it. Chosen by hand.
     pub tolerance_of_damping: f64,
     /// Most rounds in which known parameters are adjusted. Not tuned: chosen by hand.
     pub adjustments: usize,

@@ -112,8 +112,9 @@ impl Case<'_> {
             let (all, mode) = SETTINGS.takes_away;
             let is_mode = |c: &Cause| c.entry.kind == EffectKind::StructuralResonance;
             let least = if causes.iter().any(is_mode) { mode } else { all };
-            let shapeless = causes.iter().any(is_mode) && self.is_within_tolerance(before.as_ref());
-            let improved = comparison.p_value < SETTINGS.significance && taken > least && !shapeless;
+            // A mode shapes itself to whatever little is left.
+            let idle_mode = causes.iter().any(is_mode) && self.is_within_tolerance(before.as_ref());
+            let improved = comparison.p_value < SETTINGS.significance && taken > least && !idle_mode;
             if !causes.is_empty() && !improved {
                 selection = self.narrower(selection);
                 continue;
