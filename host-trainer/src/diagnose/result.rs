@@ -53,7 +53,7 @@ impl From<&Value> for Parameter {
 }
 
 /// Accepted cause of a mismatch.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct Cause {
     /// Name in the vocabulary.
     pub name: String,
@@ -67,6 +67,9 @@ pub struct Cause {
     pub evidence: String,
     /// Equation of the effect, in the rig's symbols.
     pub equation: String,
+    /// What tells it, with units, for a sentence; empty where its parameters do. Not part of `diagnosis.json`.
+    #[serde(skip)]
+    pub signs: String,
 }
 
 /// Rejected cause.

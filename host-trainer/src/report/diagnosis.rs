@@ -6,6 +6,7 @@ use super::held_out::{self, Quantity, Rigs};
 use super::machine;
 use super::settings::ReportSettings;
 use super::{Cell, Document, Section, Tone};
+use crate::diagnose::machine::is_unknown;
 use crate::diagnose::result::{Aspect, Cause, DiagnosisResult, FDR_LEVEL, HeldOut, Parameter, Test, Verdict};
 use crate::diagnose::write::{self, REPORT, StoreError};
 use crate::diagnose::{Task, shown};
@@ -73,6 +74,34 @@ fn about(task: &Task) -> String {
     format!("{count}, {seconds:.1} s{compared}")
 }
 
+/// Words of a verdict: of a machine of unknown structure nothing is simulated.
+struct Words {
+    differs: &'static str,
+    unlike: &'static str,
+    correction: &'static str,
+    /// What a recording is compared with, without the causes and with them.
+    compared: [&'static str; 2],
+}
+
+impl Words {
+    fn of(rig: &Rig) -> Self {
+        match is_unknown(rig) {
+            true => Self {
+                differs: "shows",
+                unlike: "is not as a healthy one",
+                correction: "that",
+                compared: ["what is predicted without it", "what is predicted with it"],
+            },
+            false => Self {
+                differs: "differs from the rig by",
+                unlike: "differs from the rig",
+                correction: "this correction",
+                compared: ["the rig", "the corrected one"],
+            },
+        }
+    }
+}
+
 /// Tone and sentence of the verdict.
 pub fn verdict(outcome: &DiagnosisResult) -> (Tone, String) {
     let diagnosis = &outcome.diagnosis;
@@ -84,18 +113,20 @@ pub fn verdict(outcome: &DiagnosisResult) -> (Tone, String) {
         Verdict::Mismatch => {
             let named: Vec<String> = diagnosis.causes.iter().map(short).collect();
             let named = listed(&named);
+            let words = Words::of(&outcome.rig);
             let gain = if fit.after < fit.before {
                 format!(
-                    "With this correction the held-out error falls from {} to {} (noise floor {}; {chance}).{}",
+                    "With {} the held-out error falls from {} to {} (noise floor {}; {chance}).{}",
+                    words.correction,
                     numbers[0],
                     numbers[1],
                     numbers[2],
-                    strongest_band(outcome)
+                    strongest_band(outcome, &words)
                 )
             } else {
                 "The evidence, given below, is in the samples themselves.".to_owned()
             };
-            (Tone::Bad, format!("The machine differs from the rig by {named}. {gain}"))
+            (Tone::Bad, format!("The machine {} {named}. {gain}", words.differs))
         }
         Verdict::NoMismatch => {
             // In spectra the rig is compared under all that a machine is beyond its drawing, which is more than chance.
@@ -115,8 +146,8 @@ pub fn verdict(outcome: &DiagnosisResult) -> (Tone, String) {
         }
         Verdict::Unexplained => {
             let text = format!(
-                "The machine differs from the rig, but no cause of the vocabulary explains how: the held-out error is {}, \
-                 the noise floor {}.{}",
+                "The machine {}, but no cause of the vocabulary explains how: the held-out error is {}, the noise floor {}.{}",
+                Words::of(&outcome.rig).unlike,
                 numbers[0],
                 numbers[2],
                 most_telling(outcome)
@@ -127,7 +158,7 @@ pub fn verdict(outcome: &DiagnosisResult) -> (Tone, String) {
 }
 
 /// Band in which the correction brings the rig nearest to the recordings, as a sentence; empty where spectra are no measure.
-fn strongest_band(outcome: &DiagnosisResult) -> String {
+fn strongest_band(outcome: &DiagnosisResult, words: &Words) -> String {
     if outcome.diagnosis.fit.metric != shown::METRIC {
         return String::new();
     }
@@ -136,17 +167,18 @@ fn strongest_band(outcome: &DiagnosisResult) -> String {
         let [from, to] = band.hz.map(|hz| significant(hz, 3));
         let [before, after] =
             band.over_db.map(|db| format!("{:.1} dB {}", db.abs(), if db < 0.0 { "below" } else { "above" }));
-        format!(
-            " In {} from {from} to {to} Hz the recording is {before} the rig and {after} the corrected one.",
-            band.name
-        )
+        let [without, with] = words.compared;
+        format!(" In {} from {from} to {to} Hz the recording is {before} {without} and {after} {with}.", band.name)
     })
 }
 
-/// Most significant test of the residual, as a sentence; empty if none is significant.
+/// What tells most of an unexplained mismatch, as sentences: the change of a machine against its baseline, or the most significant
+/// test of the residual; empty if none is significant.
 fn most_telling(outcome: &DiagnosisResult) -> String {
-    let first = outcome.tests.first().filter(|t| t.is_significant());
-    first.map_or_else(String::new, |t| format!(" Most significant: {} ({}).", t.what, by_chance(t.p_value)))
+    let change = outcome.diagnosis.causes.first().map(|change| format!(" {}", change.evidence));
+    let significant = || outcome.tests.first().filter(|t| t.is_significant());
+    let test = || Some(significant()?).map(|t| format!(" Most significant: {} ({}).", t.what, by_chance(t.p_value)));
+    change.or_else(test).unwrap_or_default()
 }
 
 /// Name and parameters of a cause, for a sentence.
@@ -157,8 +189,9 @@ fn short(cause: &Cause) -> String {
     };
     let (names, numbers): (Vec<_>, Vec<_>) =
         cause.parameters.iter().partition(|(_, v)| matches!(v, Parameter::Name(_)));
-    let numbers: Vec<String> = numbers.into_iter().chain(names).map(one).collect();
-    if numbers.is_empty() { cause.name.clone() } else { format!("{} ({})", cause.name, numbers.join(", ")) }
+    let signs = Some(&cause.signs).filter(|signs| !signs.is_empty());
+    let told: Vec<String> = numbers.into_iter().chain(names).map(one).chain(signs.cloned()).collect();
+    if told.is_empty() { cause.name.clone() } else { format!("{} ({})", cause.name, told.join(", ")) }
 }
 
 /// Probability in percent, never rounded to 0 % or 100 %.
@@ -455,6 +488,7 @@ mod tests {
             interval95: [("depth_m".to_owned(), [1.2e-5, 1.3e-5])].into(),
             evidence: "Lines at <BPFO>".into(),
             equation: "c becomes c + d".into(),
+            ..Cause::default()
         };
         let html = page(&outcome(Verdict::Mismatch, vec![cause], 1.0)).html();
         assert_well_formed(&html);

@@ -10,9 +10,11 @@ use clipping::Limits;
 pub use converter::Converter;
 
 use super::DiagnoseError;
+use super::result::Cause;
 use crate::identify::calibrate::split::{longer_part, part};
 use crate::identify::likelihood::observed::{CHANNELS, Observed};
 use crate::recording::Recording;
+use crate::rig::config::RigKind;
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{EffectEntry, Rig};
 use crate::signal::transform::hann;
@@ -41,6 +43,21 @@ pub struct Fault {
     pub p_value: f64,
     /// Probability.
     pub probability: f64,
+}
+
+impl Fault {
+    /// The fault as a cause.
+    pub fn cause(&self) -> Cause {
+        let effect = &self.effect;
+        Cause {
+            name: effect.kind.to_string(),
+            probability: self.probability,
+            parameters: effect.parameters.iter().map(|(key, value)| (key.to_string(), value.into())).collect(),
+            evidence: self.evidence.clone(),
+            equation: effect.equation(RigKind::Bearing5Dof),
+            ..Cause::default()
+        }
+    }
 }
 
 /// Recordings with their acquisition faults.

@@ -28,7 +28,6 @@ mod synthesis;
 mod tests;
 mod text;
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use change::{Change, MovedMode};
@@ -41,14 +40,12 @@ use settings::{ModulationSettings, NameSettings, SynthesisSettings};
 use synthesis::{Densities, Modulator, modulators, noise, passed};
 
 use super::acquisition::Fault;
-use super::result::{
-    Cause, Diagnosis, DiagnosisResult, HeldOut, Location, Nuisance, Parameter, Rejected, SCHEMA, Test, Verdict,
-};
+use super::result::{Cause, Diagnosis, DiagnosisResult, HeldOut, Location, Nuisance, Rejected, SCHEMA, Test, Verdict};
 use super::{DiagnoseError, Task, evidence, shown};
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::rig::Rig;
-use crate::rig::config::{ModelKey, RigKind};
-use crate::rig::effect::{EffectKind, ParameterKey};
+use crate::rig::config::ModelKey;
+use crate::rig::effect::EffectKind;
 use crate::signal::kinematics::Geometry;
 use crate::stats::significance::two_sided;
 
@@ -201,7 +198,7 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
     };
     let leading = causes.first().copied();
     let mut named: Vec<Cause> = causes.iter().map(|c| named(c, &found, &data, &geometry)).collect();
-    named.extend(faults.iter().map(fault));
+    named.extend(faults.iter().map(Fault::cause));
     // Without a baseline nothing has changed that would need a cause.
     if verdict == Verdict::Unexplained && !data.baseline.is_empty() {
         named.push(unexplained(&found));
@@ -302,31 +299,14 @@ fn comb_of<'c>(causes: &[&'c Candidate]) -> Option<&'c CombNow> {
     })
 }
 
-/// A fault of the acquisition.
-fn fault(fault: &Fault) -> Cause {
-    let stated = fault.effect.definition().parameters.iter().filter(|p| p.in_vocabulary());
-    let value = |key: ParameterKey| {
-        let text = || fault.effect.text(key).map(|text| Parameter::Name(text.into()));
-        fault.effect.number(key).map(Parameter::Number).or_else(text)
-    };
-    Cause {
-        name: fault.effect.kind.to_string(),
-        probability: fault.probability,
-        parameters: stated.filter_map(|p| Some((p.key.to_string(), value(p.key)?))).collect(),
-        interval95: BTreeMap::new(),
-        evidence: fault.evidence.clone(),
-        equation: fault.effect.equation(RigKind::Bearing5Dof),
-    }
-}
-
 fn named(candidate: &Candidate, found: &Found, data: &Data, geometry: &Geometry) -> Cause {
     Cause {
         name: candidate.kind.to_string(),
         probability: candidate.probability,
-        parameters: BTreeMap::new(),
-        interval95: BTreeMap::new(),
         evidence: text::evidence(candidate, &found.bands, data, geometry),
         equation: text::equation(candidate),
+        signs: text::signs(candidate, &found.bands, data, geometry),
+        ..Cause::default()
     }
 }
 
@@ -335,10 +315,8 @@ fn unexplained(found: &Found) -> Cause {
     Cause {
         name: Verdict::Unexplained.name().into(),
         probability: NameSettings::DEFAULT.unexplained,
-        parameters: BTreeMap::new(),
-        interval95: BTreeMap::new(),
         evidence: text::unexplained(&found.changes),
-        equation: String::new(),
+        ..Cause::default()
     }
 }
 

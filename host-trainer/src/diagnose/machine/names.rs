@@ -26,6 +26,11 @@ impl CombNow {
         (self.comb.depth.powi(2) - healthy.powi(2)).max(0.0).sqrt()
     }
 
+    /// Depth over the baseline's, dB.
+    pub fn over_healthy_db(&self) -> Option<f64> {
+        self.healthy_depth.map(|healthy| 20.0 * (self.comb.depth / healthy.max(1e-3)).log10())
+    }
+
     /// Log-odds lost if decoys have such a comb too.
     fn chance(&self) -> f64 {
         // Its many lines meet those of another machine.

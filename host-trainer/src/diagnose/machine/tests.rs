@@ -17,6 +17,7 @@ use super::{Verdict, diagnose, is_unknown};
 use crate::diagnose::Task;
 use crate::diagnose::result::DiagnosisResult;
 use crate::recording::{Channel, Recording};
+use crate::report::diagnosis::verdict;
 use crate::rig::Rig;
 use crate::rig::test_support::nominal;
 use crate::signal::kinematics::Geometry;
@@ -279,12 +280,22 @@ fn looseness_is_no_unbalance_and_two_causes_stand_together() {
             *v += 2.0 * (1..=5).map(|n| (0.5 * f64::from(n) * turn).cos()).sum::<f64>();
         }
     });
-    assert_eq!(names(&diagnosed(Some(&baseline), &loose)), ["end-stop-contact"]);
+    let outcome = diagnosed(Some(&baseline), &loose);
+    assert_eq!(names(&outcome), ["end-stop-contact"]);
+    let (_, sentence) = verdict(&outcome);
+    assert!(
+        sentence.starts_with("The machine shows end-stop-contact (looseness: half orders of the shaft "),
+        "{sentence}"
+    );
     let impacts = Some(Impacts { order: 0.998 * geometry().orders().bpfo, size: 6.0, turning: 0.0 });
     let both = diagnosed(Some(&baseline), &runs(Machine { seed: 6, first: 1.6, impacts, ..HEALTHY }));
     let mut found = names(&both);
     found.sort_unstable();
     assert_eq!(found, ["outer-race-defect", "unbalance"], "{:?}", both.diagnosis);
+    let (_, sentence) = verdict(&both);
+    for expected in ["outer-race-defect (BPFO ", " dB over the healthy machine in ", "unbalance (15.0 Hz, "] {
+        assert!(sentence.contains(expected), "{expected}: {sentence}");
+    }
 }
 
 /// A mode at 1 kHz of the healthy machine is at 0.9 kHz now.

@@ -38,9 +38,9 @@ pub fn evidence(candidate: &Candidate, bands: &[Range<f64>], data: &Data, geomet
             let (slip, first) = (now.comb.slip.first().copied().unwrap_or_default(), data.fitted.first());
             let order = now.comb.pattern.fundamental(geometry, slip);
             let shaft_hz = first.map_or(0.0, |r| r.shaft_hz);
-            let over = now.healthy_depth.map_or_else(String::new, |healthy| {
-                format!(", {:.0} dB over the healthy machine's", 20.0 * (now.comb.depth / healthy.max(1e-3)).log10())
-            });
+            let over = now
+                .over_healthy_db()
+                .map_or_else(String::new, |db| format!(", {db:.0} dB over the healthy machine's"));
             format!(
                 "{part}: in {} of {} the power is modulated at {line}, {:.1} Hz at {shaft_hz:.2} Hz of the shaft (order {order:.3}), \
                  and its family to a depth of {:.2}{over}; a comb at a random order is as high {}.",
@@ -81,6 +81,37 @@ pub fn evidence(candidate: &Candidate, bands: &[Range<f64>], data: &Data, geomet
             "{}: the power at all frequencies and in all recordings is {change_db:.1} dB over the healthy machine's.",
             CHANNELS[*channel]
         ),
+    }
+}
+
+/// What tells a cause, with units, for a sentence.
+pub fn signs(candidate: &Candidate, bands: &[Range<f64>], data: &Data, geometry: &Geometry) -> String {
+    let shaft_hz = data.fitted.first().map_or(0.0, |r| r.shaft_hz);
+    let over = |db: f64, channel: usize| format!("{db:.0} dB over the healthy machine in {}", CHANNELS[channel]);
+    match &candidate.evidence {
+        Evidence::Comb(now) => {
+            let slip = now.comb.slip.first().copied().unwrap_or_default();
+            let place = format!("in {} of {}", band(&bands[now.comb.band]), CHANNELS[now.channel]);
+            format!(
+                "{} {:.1} Hz{} {place}",
+                now.comb.pattern.names()[1],
+                now.comb.pattern.fundamental(geometry, slip) * shaft_hz,
+                now.over_healthy_db().map_or_else(String::new, |db| format!(", {db:.0} dB over the healthy machine")),
+            )
+        }
+        Evidence::Order { channel, order, change_db } => {
+            format!("{:.1} Hz, {}", *order as f64 * shaft_hz, over(*change_db, *channel))
+        }
+        Evidence::HalfOrders { channel, change_db } => {
+            format!("looseness: half orders of the shaft {}", over(*change_db, *channel))
+        }
+        Evidence::Mode { channel, moved } => {
+            let [from, to] = [moved.from_hz, moved.to_hz].map(|hz| format!("{hz:.0} Hz"));
+            format!("a mode of {from} is at {to} in {}; its mass may have changed instead", CHANNELS[*channel])
+        }
+        Evidence::Gain { channel, change_db } => {
+            format!("{change_db:.1} dB at all frequencies of {}", CHANNELS[*channel]).replace('-', "−")
+        }
     }
 }
 

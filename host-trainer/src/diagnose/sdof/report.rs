@@ -104,6 +104,7 @@ fn reported(case: &Case, judged: &Judged, cause: &Cause, index: usize, equation:
         evidence: evidence(case.table, &judged.selection, cause, judged),
         // With one coordinate only, "q = q" is left out.
         equation: equation.trim_end_matches(", q = q").to_owned(),
+        ..Reported::default()
     }
 }
 
@@ -120,9 +121,9 @@ fn fault(fault: &Fault, blocks: usize) -> Reported {
         name: fault.entry.kind.to_string(),
         probability: SETTINGS.most_probability.min(blocks / (blocks + 2.0)),
         parameters: parameters.collect(),
-        interval95: BTreeMap::new(),
         evidence: fault.evidence.clone(),
         equation: fault.entry.equation(RigKind::Sdof),
+        ..Reported::default()
     }
 }
 

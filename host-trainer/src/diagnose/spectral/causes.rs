@@ -13,7 +13,6 @@ use super::expansion::Expansion;
 use super::fit::Model;
 use super::settings::{EventSettings, GateSettings, IntervalSettings};
 use super::text;
-use crate::diagnose::acquisition::Fault;
 use crate::diagnose::result::{Aspect, Cause, Fitted, Parameter, Test};
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::rig::EffectEntry;
@@ -159,18 +158,7 @@ pub fn cause(accepted: &Accepted, effect: &EffectEntry, values: &Intervals) -> C
         parameters,
         evidence: text::evidence(accepted.candidate.gain, accepted.held_out, accepted.rivals.first()),
         equation: effect.equation(RigKind::Bearing5Dof),
-    }
-}
-
-/// Cause of an acquisition fault.
-pub fn fault_cause(fault: &Fault) -> Cause {
-    Cause {
-        name: fault.effect.kind.to_string(),
-        probability: fault.probability,
-        parameters: fault.effect.parameters.iter().map(|(key, value)| (key.to_string(), value.into())).collect(),
-        interval95: BTreeMap::new(),
-        evidence: fault.evidence.clone(),
-        equation: fault.effect.equation(RigKind::Bearing5Dof),
+        ..Cause::default()
     }
 }
 
@@ -182,9 +170,9 @@ pub fn event_cause(event: &Event, names: &[String], trust: Trust) -> Cause {
         name: effect.kind.to_string(),
         probability: GATE.event_probability * trust.of(effect.kind),
         parameters: stated(&effect),
-        interval95: BTreeMap::new(),
         evidence: text::event(&times, event.gain()),
         equation: effect.equation(RigKind::Bearing5Dof),
+        ..Cause::default()
     }
 }
 

@@ -15,7 +15,7 @@ use super::swing::swing;
 use super::terms::term;
 use super::text;
 use super::unevenness::UnevenMachines;
-use crate::diagnose::acquisition::{Acquired, Converter};
+use crate::diagnose::acquisition::{Acquired, Converter, Fault};
 use crate::diagnose::result::{Cause, Diagnosis, DiagnosisResult, Nuisance, SCHEMA, Term, Verdict};
 use crate::diagnose::{DiagnoseError, Task, evidence, locate, shown};
 use crate::identify::calibrate::split::Split;
@@ -169,7 +169,7 @@ impl Found<'_, '_, '_> {
         let mut lasting: Vec<Cause> = self.accepted.iter().map(cause).collect();
         lasting.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         let event = self.event.map(|e| causes::event_cause(e, self.names, self.trust));
-        acquired.faults().map(causes::fault_cause).chain(event).chain(lasting).collect()
+        acquired.faults().map(Fault::cause).chain(event).chain(lasting).collect()
     }
 
     /// Terms under a load, N.
