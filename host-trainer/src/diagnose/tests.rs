@@ -79,6 +79,25 @@ fn null_a_machine_whose_speed_load_and_cage_are_not_quite_as_stated_is_quiet() {
     assert!(slip.iter().all(|s| (s - 0.0023).abs() < 0.0012), "{slip:?}");
 }
 
+/// Races out of round by 0.2 and 0.3 µm, balls of several sizes.
+#[test]
+fn null_races_out_of_round_and_balls_of_several_sizes_are_within_tolerance() {
+    use ParameterKey::{AmplitudeM, Lobes, PhaseRad};
+    let race =
+        |kind, amplitude, lobes| EffectEntry::new(kind, &[(AmplitudeM, amplitude), (Lobes, lobes), (PhaseRad, 1.0)]);
+    let rig = nominal().with_effect(race(EffectKind::OuterRaceWaviness, 3e-7, 2.0)).with_effect(race(
+        EffectKind::InnerRaceWaviness,
+        2e-7,
+        3.0,
+    ));
+    let at = |i: u32| condition(31.0 + 2.5 * f64::from(i), 380.0 + 130.0 * f64::from(i), 12_800);
+    // The same seed: the balls are the same in all recordings.
+    let start = Start { ball_std_m: 6e-8, ..Start::seeded(11) };
+    let runs: Vec<Run> = (0..3).map(|i| Run { rig: &rig, condition: at(i), start }).collect();
+    let outcome = diagnosed(&nominal(), None, &simulate_many(&runs).unwrap(), 11);
+    assert_eq!(outcome.diagnosis.verdict, Verdict::NoMismatch, "{:?}", outcome.diagnosis);
+}
+
 #[test]
 fn a_pit_is_named_and_proved() {
     let pit = [(ParameterKey::DepthM, 9e-7), (ParameterKey::WidthRad, 0.07), (ParameterKey::AngleRad, 1.7)];

@@ -48,7 +48,7 @@ pub fn folder(out: &Path, task: &Task, outcome: &DiagnosisResult) -> Result<(), 
 pub fn document(task: &Task, outcome: &DiagnosisResult) -> Result<Document, DrawError> {
     let before = task.rig;
     let (tone, sentence) = verdict(outcome);
-    let mut document = Document::new("What the simulation left out", about(task), tone, sentence);
+    let mut document = Document::new(Words::of(before).title, about(task), tone, sentence);
     if let Some(section) = seen(before, outcome)? {
         document = document.section(section);
     }
@@ -74,30 +74,41 @@ fn about(task: &Task) -> String {
     format!("{count}, {seconds:.1} s{compared}")
 }
 
-/// Words of a verdict: of a machine of unknown structure nothing is simulated.
+/// Words for a rig that is simulated, or for a machine of unknown structure, of which nothing is.
 struct Words {
+    title: &'static str,
     differs: &'static str,
     unlike: &'static str,
     correction: &'static str,
-    /// What a recording is compared with, without the causes and with them.
+    /// What a recording is compared with in a sentence, without the causes and with them.
     compared: [&'static str; 2],
+    /// Names of the curves without causes and with them.
+    curves: [&'static str; 2],
 }
 
 impl Words {
     fn of(rig: &Rig) -> Self {
-        match is_unknown(rig) {
-            true => Self {
+        if is_unknown(rig) {
+            return Self {
+                title: "What the machine shows",
                 differs: "shows",
                 unlike: "is not as a healthy one",
                 correction: "that",
                 compared: ["what is predicted without it", "what is predicted with it"],
-            },
-            false => Self {
-                differs: "differs from the rig by",
-                unlike: "differs from the rig",
-                correction: "this correction",
-                compared: ["the rig", "the corrected one"],
-            },
+                curves: ["the prediction without a cause", "the prediction with the cause"],
+            };
+        }
+        let is_as_it_was = rig.unknown.is_empty();
+        Self {
+            title: "What the simulation left out",
+            differs: "differs from the rig by",
+            unlike: "differs from the rig",
+            correction: "this correction",
+            compared: ["the rig", "the corrected one"],
+            curves: [
+                if is_as_it_was { "the rig as it was" } else { "the rig, its unknowns fitted" },
+                "the corrected rig",
+            ],
         }
     }
 }
@@ -220,18 +231,18 @@ fn seen(before: &Rig, outcome: &DiagnosisResult) -> Result<Option<Section>, Draw
         return Ok(None);
     };
     let quantity = Quantity::for_channel(before, &location.channel);
-    let fitted = if before.unknown.is_empty() { "the rig as it was" } else { "the rig, its unknowns fitted" };
+    let [without, with] = Words::of(before).curves;
     // It may be corrected by what has no name.
     let is_corrected = !outcome.diagnosis.causes.is_empty() || outcome.rig.effects.len() > before.effects.len();
-    let corrected = if is_corrected { "the corrected rig" } else { fitted };
-    let rigs = Rigs { before: fitted, after: corrected };
+    let rigs = Rigs { before: without, after: if is_corrected { with } else { without } };
     let section = Section::new("A held-out recording, measured and simulated");
     let mut section = held_out::pictures(section, held, quantity, rigs, location)?;
     if outcome.held_out.len() > 1 || quantity == Quantity::Acceleration {
         let (head, rows) = held_out::table(&outcome.held_out, quantity);
         section = section.table("All held-out recordings.", &head, rows);
     }
-    if quantity == Quantity::Acceleration && matches!(before.model, Machine::Bearing(_)) {
+    let is_simulated = matches!(before.model, Machine::Bearing(_)) && !is_unknown(before);
+    if quantity == Quantity::Acceleration && is_simulated {
         section = section.paragraph(
             "Process force and sensor noise of a simulation are independent of the machine's: noise bounds the error sample \
              by sample from below, while spectra compare what both have in common.",
@@ -275,7 +286,7 @@ fn fit(before: &Rig, outcome: &DiagnosisResult) -> Section {
         0 => String::new(),
         _ => " The signals are in heldout/.".to_owned(),
     };
-    let kind = if before.unknown.is_empty() { "the rig as it was" } else { "the rig, its unknown parameters fitted" };
+    let [kind, _] = Words::of(before).curves;
     Section::new("Fit to held-out recordings")
         .paragraph(format!("{}. Held out: {}. Before: {kind}.{files}", capital(&fit.metric), fit.held_out))
         .table("", &["before", "after", "noise floor", "p"], vec![row])

@@ -36,6 +36,8 @@ pub struct Start {
     /// Standard deviation of a ball's angle in the cage from an even spacing, rad; the angles follow from the seed. Waviness and
     /// local defects meet the balls at even angles.
     pub ball_std_rad: f64,
+    /// Standard deviation of a ball's diameter, m; the diameters follow from the seed.
+    pub ball_std_m: f64,
 }
 
 impl Start {
@@ -54,6 +56,7 @@ impl Start {
             substeps: None,
             velocity_covariance: None,
             ball_std_rad: 0.0,
+            ball_std_m: 0.0,
         }
     }
 

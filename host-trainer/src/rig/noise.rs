@@ -11,6 +11,8 @@ pub const PROCESS_FORCE: u64 = 1;
 pub const ANGLES: u64 = 2;
 /// Stream of the balls' places in the cage.
 pub const BALLS: u64 = 3;
+/// Stream of the balls' diameters.
+pub const BALL_SIZES: u64 = 4;
 /// Stream of the first channel's sensor noise; the next channel's is the next.
 pub const SENSOR: u64 = 16;
 /// Stream of the first random force of an effect; the next one's is the next.

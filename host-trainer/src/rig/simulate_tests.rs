@@ -177,30 +177,34 @@ fn invariant_divergence_is_an_error() {
 }
 
 /// Contact force on the inner race in x and y, N: theory (29) and (30) of balls at given angles.
-fn contact_n(rig: &BearingRig, q: &[f64; DOFS], angles_rad: impl Iterator<Item = f64>) -> [f64; 2] {
+fn contact_n(rig: &BearingRig, q: &[f64; DOFS], balls: impl Iterator<Item = (f64, f64)>) -> [f64; 2] {
     let (x, y) = (q[INNER_X] - q[OUTER_X], q[INNER_Y] - q[OUTER_Y]);
-    angles_rad.fold([0.0; 2], |[fx, fy], angle| {
+    balls.fold([0.0; 2], |[fx, fy], (angle, size)| {
         let (s, c) = angle.sin_cos();
-        let deflection = (x * c + y * s - rig.bearing.radial_clearance_m).max(0.0);
+        let deflection = (x * c + y * s - rig.bearing.radial_clearance_m + size).max(0.0);
         let force = rig.bearing.contact_stiffness_n_per_m1_5 * deflection.powf(rig.bearing.contact_exponent);
         [fx - force * c, fy - force * s]
     })
 }
 
-/// Uneven balls are as a force of their contacts less that of even balls has it, over several turns of the cage.
-#[test]
-fn invariant_uneven_balls_are_where_their_contact_forces_put_them() {
+/// Holds uneven balls, by angle and size less their means, against a force of their contacts less that of even balls, over several
+/// turns of the cage.
+fn assert_as_by_contact_forces(start: Start) {
     let (rig, condition) = (nominal(), condition(30.0, 500.0, 8000));
-    let start = Start { ball_std_rad: 3e-3, substeps: Some(4), ..Start::noise_free(0.3, 0.7) };
-    let drawn = noise::white(start.seed, noise::BALLS, start.ball_std_rad, 9);
-    let mean = drawn.iter().sum::<f64>() / 9.0;
+    let drawn = |stream: u64, deviation: f64| {
+        let drawn = noise::white(start.seed, stream, deviation, 9);
+        let mean = drawn.iter().sum::<f64>() / 9.0;
+        drawn.into_iter().map(|v| v - mean).collect::<Vec<f64>>()
+    };
+    let (places, sizes) = (drawn(noise::BALLS, start.ball_std_rad), drawn(noise::BALL_SIZES, start.ball_std_m));
     let machine = rig.bearing().unwrap().clone();
-    let by_force = simulate_altered(&rig, &condition, &Start { ball_std_rad: 0.0, ..start }, &|assembly| {
-        let (machine, drawn) = (machine.clone(), drawn.clone());
+    let alike = Start { ball_std_rad: 0.0, ball_std_m: 0.0, ..start };
+    let by_force = simulate_altered(&rig, &condition, &alike, &|assembly| {
+        let (machine, places, sizes) = (machine.clone(), places.clone(), sizes.clone());
         assembly.force(move |at, q, _, forces| {
             let even = |ball: usize| at.cage_rad + std::f64::consts::TAU * ball as f64 / 9.0;
-            let uneven = contact_n(&machine, q, (0..9).map(|ball| even(ball) + drawn[ball] - mean));
-            let even = contact_n(&machine, q, (0..9).map(even));
+            let uneven = contact_n(&machine, q, (0..9).map(|ball| (even(ball) + places[ball], sizes[ball])));
+            let even = contact_n(&machine, q, (0..9).map(|ball| (even(ball), 0.0)));
             for (axis, [inner, outer]) in [[INNER_X, OUTER_X], [INNER_Y, OUTER_Y]].into_iter().enumerate() {
                 forces[inner] += uneven[axis] - even[axis];
                 forces[outer] -= uneven[axis] - even[axis];
@@ -209,11 +213,18 @@ fn invariant_uneven_balls_are_where_their_contact_forces_put_them() {
     })
     .unwrap();
     let own = simulate(&rig, &condition, &start).unwrap();
-    let even = simulate(&rig, &condition, &Start { ball_std_rad: 0.0, ..start }).unwrap();
+    let even = simulate(&rig, &condition, &alike).unwrap();
     for channel in ["ax", "ay"] {
         let off = |other: &_| {
             rms(&samples(&own, channel).iter().zip(samples(other, channel)).map(|(a, b)| a - b).collect::<Vec<_>>())
         };
         assert!(off(&by_force) < 1e-3 * off(&even), "{channel}: {} of {}", off(&by_force), off(&even));
     }
+}
+
+#[test]
+fn invariant_uneven_balls_are_where_their_contact_forces_put_them() {
+    let start = Start { substeps: Some(4), ..Start::noise_free(0.3, 0.7) };
+    assert_as_by_contact_forces(Start { ball_std_rad: 3e-3, ..start });
+    assert_as_by_contact_forces(Start { ball_std_m: 1e-7, ..start });
 }

@@ -86,7 +86,7 @@ pub fn coherence<S: Sample>(samples: &[S], sample_rate_hz: f64, window: usize, h
 }
 
 /// Short-time spectra, a row over time for each frequency; phases count from the middle of the window.
-fn short_time<S: Sample>(samples: &[S], shape: &[f64], hop: usize) -> Vec<Vec<Complex<f64>>> {
+pub fn short_time<S: Sample>(samples: &[S], shape: &[f64], hop: usize) -> Vec<Vec<Complex<f64>>> {
     let window = shape.len();
     let mean = samples.iter().map(|v| (*v).into()).sum::<f64>() / samples.len() as f64;
     let transform = forward_plan(window);

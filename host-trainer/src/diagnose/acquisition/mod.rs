@@ -8,10 +8,11 @@ mod held;
 
 use clipping::Limits;
 pub use converter::Converter;
+use dropped::{Gap, Kind};
 
 use super::DiagnoseError;
 use super::result::Cause;
-use crate::identify::calibrate::split::{longer_part, part};
+use crate::identify::calibrate::split::part;
 use crate::identify::likelihood::observed::{CHANNELS, Observed};
 use crate::recording::Recording;
 use crate::rig::config::RigKind;
@@ -182,26 +183,30 @@ fn without(recordings: &[Recording], offsets: &[Fault]) -> Vec<Recording> {
     out
 }
 
-/// Cuts recordings where samples are missing to the longer part; the fault of those, with the median count, if there are any.
+/// Cuts recordings where samples are missing to the longest part between; the fault of the longest gaps, with the median count, if
+/// there are any.
 pub fn whole_part(recordings: &mut [Recording]) -> Option<Fault> {
-    let gaps: Vec<Option<dropped::Gap>> = recordings.iter().map(|r| dropped::gap(r).or_else(|| held::gap(r))).collect();
-    let mut found: Vec<(dropped::Gap, f64)> =
-        gaps.iter().zip(&*recordings).filter_map(|(gap, r)| Some(((*gap)?, r.sample_rate_hz))).collect();
+    let gaps: Vec<Vec<Gap>> = recordings
+        .iter()
+        .map(|recording| dropped::gap(recording).map_or_else(|| held::gaps(recording), |gap| vec![gap]))
+        .collect();
+    let longest = |(gaps, r): (&Vec<Gap>, &Recording)| {
+        gaps.iter().max_by_key(|gap| gap.count).map(|gap| (*gap, r.sample_rate_hz))
+    };
+    let mut found: Vec<(Gap, f64)> = gaps.iter().zip(&*recordings).filter_map(longest).collect();
     if found.is_empty() {
         return None;
     }
     found.sort_by_key(|(gap, _)| gap.count);
     let (gap, rate) = found[found.len() / 2];
     let what = match gap.kind {
-        dropped::Kind::Cut => format!("One turn of the shaft is {} samples short, all others are alike,", gap.count),
-        dropped::Kind::Held => format!("{} samples in a row repeat the one before them", gap.count),
+        Kind::Cut => format!("One turn of the shaft is {} samples short, all others are alike,", gap.count),
+        Kind::Held => format!("{} samples in a row repeat the one before them", gap.count),
     };
     let evidence =
         format!("{what} at {:.3} s, in {} of {} recordings.", gap.sample as f64 / rate, found.len(), recordings.len());
-    for (gap, recording) in gaps.iter().zip(recordings.iter_mut()) {
-        let Some(gap) = gap else { continue };
-        let cut = gap.sample.saturating_sub(MARGIN)..(gap.sample + MARGIN).min(recording.len());
-        *recording = part(recording, longer_part(recording.len(), cut));
+    for (gaps, recording) in gaps.iter().zip(recordings.iter_mut()).filter(|(gaps, _)| !gaps.is_empty()) {
+        *recording = part(recording, between(gaps, recording.len()));
     }
     let effect = EffectEntry::new(
         EffectKind::DroppedSamples,
@@ -210,11 +215,27 @@ pub fn whole_part(recordings: &mut [Recording]) -> Option<Fault> {
     Some(Fault { effect, evidence, p_value: two_sided(gap.z), probability: SURE })
 }
 
+/// Longest part of a recording between its gaps, which are in the order of time; all of it if only shreds are left.
+fn between(gaps: &[Gap], samples: usize) -> std::ops::Range<usize> {
+    let ends = gaps.iter().map(|gap| gap.sample + if gap.kind == Kind::Held { gap.count } else { 0 } + MARGIN);
+    let starts = gaps.iter().map(|gap| gap.sample.saturating_sub(MARGIN));
+    let parts = std::iter::once(0).chain(ends).zip(starts.chain([samples])).map(|(from, to)| from..to);
+    parts.max_by_key(ExactSizeIterator::len).filter(|part| part.len() > samples / 8).unwrap_or(0..samples)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::rig::test_support::{condition, nominal};
     use crate::rig::{Start, simulate};
+
+    #[test]
+    fn the_longest_part_between_gaps_is_kept() {
+        let gap = |sample, count, kind| Gap { sample, count, z: 9.0, kind };
+        assert_eq!(between(&[gap(9000, 300, Kind::Cut)], 25_600), 9000 + MARGIN..25_600);
+        let held = [gap(2000, 900, Kind::Held), gap(20_000, 900, Kind::Held)];
+        assert_eq!(between(&held, 25_600), 2900 + MARGIN..20_000 - MARGIN);
+    }
 
     /// Offsets of recordings whose channel `ay` has these means, each of them far beyond the sensor's noise.
     fn offsets(means: [f64; 4]) -> Vec<Fault> {

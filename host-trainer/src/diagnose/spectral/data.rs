@@ -12,7 +12,7 @@ use super::likelihood::{
 };
 use super::observation::Observation;
 use super::prediction::Prediction;
-use super::settings::LikelihoodSettings;
+use super::settings::{FORMS, LikelihoodSettings};
 use super::unevenness::UnevenMachines;
 use crate::signal::kinematics::Orders;
 
@@ -68,6 +68,7 @@ impl<'a> Data<'a> {
             stretch: point.stretch[recording],
             jitter: &self.jitter[recording][point.jitter[recording]],
             spacing: &self.spacing[recording][point.spacing],
+            form: std::array::from_fn(|f| (LIKELIHOOD.form_m[f][point.form[f]] / LIKELIHOOD.drawn_form_m[f]).powi(2)),
             channel,
         }
     }
@@ -82,6 +83,13 @@ impl<'a> Data<'a> {
     pub fn neg_log_likelihoods(&self, point: &Point) -> Vec<f64> {
         let of = |n: usize| (0..2).map(|c| self.channel(point, n, c).neg_log_likelihood()).sum();
         (0..self.observations.len()).into_par_iter().map(of).collect()
+    }
+
+    /// Gain of a point's errors of form over none.
+    pub fn form_gain(&self, point: &Point) -> f64 {
+        let without = Point { form: [0; FORMS], ..point.clone() };
+        let each = self.neg_log_likelihoods(&without).into_iter().zip(&point.neg_logs);
+        each.map(|(without, with)| without - with).sum::<f64>().max(0.0)
     }
 
     /// Stretch of each recording that fits a point best, within `reach` of that of `around`.
@@ -178,6 +186,8 @@ pub struct Point {
     pub jitter: Vec<usize>,
     /// Index of the unevenness of the balls in the settings.
     pub spacing: usize,
+    /// Index of each error of form in the settings.
+    pub form: [usize; FORMS],
     /// Predictions of each recording.
     pub predictions: Arc<Vec<Prediction>>,
     /// Noise of each recording in that colour.

@@ -230,6 +230,10 @@ impl Whitened {
         let last = n.saturating_sub(reach / 4 + (SETTINGS.template_s * self.sample_rate_hz) as usize);
         let best = (0..last).max_by(|a, b| correlation[*a].abs().total_cmp(&correlation[*b].abs()));
         let best = best.unwrap_or_default();
+        // The flank of a peak before the recording begins is that jump's.
+        if best == 0 && n > 1 && correlation[n - 1].abs() > correlation[0].abs() {
+            return Occurrence { time_s: SETTINGS.template_s, amplitude: 0.0, gain: 0.0, isolation: 0.0, channel: 0 };
+        }
         // The greatest gain of each stretch away from it.
         let guard = (SETTINGS.guard_s * self.sample_rate_hz) as usize;
         let stretches = correlation[..last].chunks(guard.max(1)).enumerate();

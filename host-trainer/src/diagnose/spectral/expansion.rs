@@ -151,7 +151,7 @@ impl Derivative {
             }
         };
         let outer = &predicted.outer.power[channel];
-        let by_outer = by_lines(&self.outer[channel], outer, at.stretch.outer, &|| at.outer_line(k));
+        let by_outer = by_lines(&self.outer[channel], outer, at.stretch.outer, &|| at.rig_line(k));
         let by_inner = predicted.inner.as_ref().map_or(0.0, |inner| {
             by_lines(&self.inner[channel], &inner.power[channel], at.stretch.inner, &|| at.inner_line(k))
         });

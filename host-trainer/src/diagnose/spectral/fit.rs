@@ -186,7 +186,7 @@ impl<'d, 'a> Model<'d, 'a> {
         }
     }
 
-    /// Moves the jitter of each recording to where it fits better, a step up or down, and the unevenness of the balls.
+    /// Moves the jitter of each recording to where it fits better, a step up or down, and the unevenness of balls and races.
     fn refine_jitter(&self, point: &mut Point) {
         let last = LIKELIHOOD.jitter_s.len() - 1;
         let now = point.clone();
@@ -206,12 +206,26 @@ impl<'d, 'a> Model<'d, 'a> {
             self.weigh(point);
         }
         for by in [-1i64, 1] {
-            let spacing = (point.spacing as i64 + by).clamp(0, LIKELIHOOD.spacing_rad.len() as i64 - 1) as usize;
-            let mut moved = Point { spacing, ..point.clone() };
-            self.weigh(&mut moved);
-            if moved.objective() < point.objective() - SETTINGS.least_gain {
-                *point = moved;
+            let stepped = |index: usize, count: usize| (index as i64 + by).clamp(0, count as i64 - 1) as usize;
+            let spacing = stepped(point.spacing, LIKELIHOOD.spacing_rad.len());
+            self.move_machine(point, |to| to.spacing = spacing);
+            for (form, values) in LIKELIHOOD.form_m.iter().enumerate() {
+                let index = stepped(point.form[form], values.len());
+                self.move_machine(point, |to| to.form[form] = index);
             }
+        }
+    }
+
+    /// Moves a point to another unevenness if it fits better.
+    fn move_machine(&self, point: &mut Point, change: impl FnOnce(&mut Point)) {
+        let mut moved = point.clone();
+        change(&mut moved);
+        if (moved.spacing, moved.form) == (point.spacing, point.form) {
+            return;
+        }
+        self.weigh(&mut moved);
+        if moved.objective() < point.objective() - SETTINGS.least_gain {
+            *point = moved;
         }
     }
 

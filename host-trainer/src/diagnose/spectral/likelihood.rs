@@ -14,7 +14,7 @@ use statrs::function::gamma::ln_gamma;
 
 use super::observation::{Observation, Power};
 use super::prediction::{Lines, Prediction};
-use super::settings::LikelihoodSettings;
+use super::settings::{FORMS, LikelihoodSettings};
 
 const SETTINGS: LikelihoodSettings = LikelihoodSettings::DEFAULT;
 /// Values of a noise's colour in a channel.
@@ -204,6 +204,8 @@ pub struct Channel<'a> {
     pub jitter: &'a [f64],
     /// Share that uneven balls take; empty if they are even.
     pub spacing: &'a [f64],
+    /// Power of the lines of each error of form, over that of the simulated machines.
+    pub form: [f64; FORMS],
     /// Index of the channel.
     pub channel: usize,
 }
@@ -228,7 +230,20 @@ impl Channel<'_> {
 
     /// Power of lines at a bin without the effects of the inner race.
     pub fn outer_line(&self, k: usize) -> f64 {
+        self.rig_line(k) + self.formed(k)
+    }
+
+    /// The same of the rig, whose form has no errors.
+    pub fn rig_line(&self, k: usize) -> f64 {
         self.spread(&self.prediction.outer, self.stretch.outer, k)
+    }
+
+    /// Power of what errors of form add. How a machine has it over its lines is as random as noise.
+    fn formed(&self, k: usize) -> f64 {
+        let Some(formed) = self.prediction.formed.as_ref().filter(|_| self.form != [0.0; FORMS]) else { return 0.0 };
+        let place = k as f64 / (1.0 + self.stretch.outer);
+        let added = self.form.iter().zip(formed.iter()).filter(|(form, _)| **form > 0.0);
+        added.map(|(form, power)| form * at(&power[self.channel], place)).sum()
     }
 
     /// Power of what these add.
@@ -258,7 +273,8 @@ impl Channel<'_> {
 
     /// Density of a bin at its power.
     pub fn bin(&self, k: usize, power: f64, noise: f64, line: f64) -> Bin {
-        Density::new(noise, line).bin(power, self.ln_power(k))
+        let formed = self.formed(k);
+        Density::new(noise + formed, line - formed).bin(power, self.ln_power(k))
     }
 
     fn ln_power(&self, k: usize) -> f64 {
@@ -271,6 +287,8 @@ impl Channel<'_> {
         const RANGE: std::ops::Range<f64> = 1e-150..1e150;
         let (mut sum, mut product) = (0.0, 1.0);
         for (k, power, noise, line) in self.bins() {
+            let formed = self.formed(k);
+            let (noise, line) = (noise + formed, line - formed);
             let mean = noise + line;
             let ratio = power / mean;
             if line < LEAST_SHARE * mean && ratio < ORDINARY[1] {

@@ -67,11 +67,15 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     let healthy = task.baseline.map(&observe).transpose()?.unwrap_or_default();
     let healthy_data = Data::new(&healthy, orders, UnevenMachines::new(rig, &healthy, &orders)?);
     let baseline = (!healthy.is_empty()).then(|| Baseline::new(&healthy_data, &nominal, &null)).transpose()?;
-    let mut selection =
-        Selection::new(&nominal, &null).with_causes(&held_data, held_null.objective(), baseline, progress)?;
+    let mut selection = Selection::new(&nominal, &null, event.map(|e| e.effect.kind)).with_causes(
+        &held_data,
+        held_null.objective(),
+        baseline,
+        progress,
+    )?;
     let left = lack(&data, &selection.point).total()
         + lack(&held_data, &refit_nuisances(&held_data, &selection.model, &selection.point)?).total();
-    let is_corrected = selection.corrected_loads || !selection.in_baseline.is_empty();
+    let is_corrected = !(selection.tolerated.is_empty() && selection.in_baseline.is_empty());
     let unexplained = if is_corrected { left } else { before.total() + held_before.total() };
     let chance = GATE.lack * (fitted.len() + held.len()) as f64 / 4.0;
     let doubtful = selection.rejected.iter().find(|c| c.gain > GATE.doubtful_gain).cloned();
@@ -135,7 +139,9 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     caveats.extend(selection.nameless.iter().map(text::nameless));
     caveats.extend(coarse.as_ref().map(text::coarse));
     caveats.extend((!selection.in_baseline.is_empty()).then(|| text::in_baseline(&selection.in_baseline)));
-    caveats.extend(load_caveats(selection.corrected_loads, task.recordings));
+    caveats.extend(selection.tolerated.iter().map(text::tolerated));
+    let is_load_unknown = task.recordings.iter().any(|recording| recording.load_n.is_none());
+    caveats.extend(is_load_unknown.then(|| text::NO_LOAD.into()));
     let diagnosis = Diagnosis {
         schema: SCHEMA.into(),
         verdict,
@@ -181,13 +187,6 @@ impl Found<'_, '_, '_> {
         });
         event.into_iter().chain(lasting).collect()
     }
-}
-
-/// Caveats of loads that are off or not stated.
-fn load_caveats(is_corrected: bool, recordings: &[Recording]) -> Vec<String> {
-    let is_unknown = recordings.iter().any(|recording| recording.load_n.is_none());
-    let caveats = [(is_corrected, text::LOAD), (is_unknown, text::NO_LOAD)];
-    caveats.into_iter().filter(|(holds, _)| *holds).map(|(_, text)| text.into()).collect()
 }
 
 /// Nominal rig with its unknown numbers free.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::observation::{Observation, Power, power};
-use super::settings::LikelihoodSettings;
+use super::settings::{FORMS, LikelihoodSettings};
 use super::unevenness::{UnevenMachines, Unevenness};
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::identify::likelihood::whittle;
@@ -33,6 +33,8 @@ pub struct Prediction {
     pub outer: Lines,
     /// What the effects of the inner race add; `None` without any.
     pub inner: Option<Lines>,
+    /// What each error of form of a simulated machine adds to the lines; `None` where it is not known.
+    pub formed: Option<Arc<[Power; FORMS]>>,
     /// Velocity covariance of the random part.
     pub scatter: VelocityCovariance,
 }
@@ -87,6 +89,7 @@ impl Prediction {
                 spaced: power.each_ref().map(|power| over_ball_pass(power, observation, orders)),
                 power,
             }),
+            formed: unevenness.map(|known| Arc::clone(&known.formed)),
             noise: noise.variance,
             process_share: noise.process_share,
             scatter: noise.scatter,

@@ -12,6 +12,7 @@ use super::observation::{Observation, duration_s, mean_load_n};
 use super::screening::Brief;
 use super::search::{Sought, candidates};
 use super::settings::{FitSettings, GateSettings, LikelihoodSettings};
+use super::swing::is_fleeting;
 use super::text;
 use super::unevenness::turns_otherwise;
 use crate::diagnose::DiagnoseError;
@@ -35,8 +36,10 @@ pub struct Selection<'d, 'a> {
     pub accepted: Vec<Accepted<'d, 'a>>,
     /// Candidates that did not pass the gate.
     pub rejected: Vec<Candidate<'d, 'a>>,
-    /// Whether an error of the stated loads is among the effects.
-    pub corrected_loads: bool,
+    /// Whether an event has changed the load: what is left of it is a constant force.
+    is_stepped: bool,
+    /// Effects that every machine has within its tolerances: no causes.
+    pub tolerated: Vec<EffectEntry>,
     /// Effects that the baseline has as well.
     pub in_baseline: Vec<EffectKind>,
     /// Effects in the model that the vocabulary has no name for.
@@ -44,8 +47,8 @@ pub struct Selection<'d, 'a> {
 }
 
 impl<'d, 'a> Selection<'d, 'a> {
-    /// Nominal rig without causes.
-    pub fn new(nominal: &Model<'d, 'a>, null: &Point) -> Self {
+    /// Nominal rig without causes, beside an event of a kind.
+    pub fn new(nominal: &Model<'d, 'a>, null: &Point, event: Option<EffectKind>) -> Self {
         let (model, point) = (nominal.clone(), null.clone());
         Self {
             uncaused: (model.clone(), point.clone()),
@@ -53,7 +56,8 @@ impl<'d, 'a> Selection<'d, 'a> {
             point,
             accepted: Vec::new(),
             rejected: Vec::new(),
-            corrected_loads: false,
+            is_stepped: event == Some(EffectKind::LoadStep),
+            tolerated: Vec::new(),
             in_baseline: Vec::new(),
             nameless: Vec::new(),
         }
@@ -73,7 +77,7 @@ impl<'d, 'a> Selection<'d, 'a> {
         let observations = self.model.data.observations;
         let brief = Brief::new(observations);
         let mut held_now = held_null;
-        while self.accepted.len() < 2 && self.in_baseline.len() < GATE.most_corrections {
+        while self.accepted.len() < 2 && self.in_baseline.len().max(self.tolerated.len()) < GATE.most_corrections {
             // Beside what was found before, with a name or without.
             let is_second = !(self.accepted.is_empty() && self.nameless.is_empty());
             progress(if is_second { "searching for a second cause" } else { "searching for a cause" });
@@ -82,9 +86,13 @@ impl<'d, 'a> Selection<'d, 'a> {
                 break;
             }
             let share = if is_second { GATE.second_share } else { GATE.first_share };
-            let asked = GATE.gain.max(share * left);
+            let of_form = self.model.data.form_gain(&self.point);
+            let asked = GATE.gain.max(share * left).max(GATE.form_share * of_form);
             let null = NullFit::new(&self.model, &self.point);
-            let sought = Sought { asked, by_phase: is_second, corrections: &self.in_baseline };
+            // A larger effect may be beside a tolerated one; an error of the load is not beside another.
+            let tolerated = self.tolerated.iter().map(|e| e.kind).filter(|kind| *kind != EffectKind::ConstantForce);
+            let corrections: Vec<EffectKind> = self.in_baseline.iter().copied().chain(tolerated).collect();
+            let sought = Sought { asked, by_phase: is_second, corrections: &corrections };
             let (contradicted, mut found): (Vec<_>, Vec<_>) =
                 candidates(&null, &brief, sought).into_iter().partition(Candidate::is_contradicted);
             self.rejected.extend(contradicted);
@@ -95,7 +103,7 @@ impl<'d, 'a> Selection<'d, 'a> {
             // A rig that cannot run under the conditions of the held-out recordings does not explain them.
             let judged = refit_nuisances(held_data, &best.model, &best.point).map_or(f64::INFINITY, |p| p.objective());
             let held_out = held_now - judged;
-            if best.gain < asked || !is_resolved(&best) || !is_in(held_data, held_now, held_out, &best) {
+            if best.gain < asked || !is_no_tone(&best) || !is_in(held_data, held_now, held_out, &best) {
                 self.rejected.push(best);
                 self.rejected.extend(found);
                 break;
@@ -104,8 +112,9 @@ impl<'d, 'a> Selection<'d, 'a> {
                 self.uncaused = (self.model, self.point);
             }
             (self.model, self.point, held_now) = (best.model.clone(), best.point.clone(), judged);
-            if is_load_error(&best, observations) {
-                self.corrected_loads = true;
+            let is_of_step = self.is_stepped && best.kind == EffectKind::ConstantForce;
+            if let Some(effect) = best.effect().filter(|_| is_of_step || is_tolerance(&best, observations)) {
+                self.tolerated.push(effect);
                 continue;
             }
             if baseline.as_mut().map_or(Ok(false), |baseline| baseline.shows(&best))? {
@@ -162,13 +171,40 @@ fn is_load_error(candidate: &Candidate, observations: &[Observation]) -> bool {
     is_of_load && force.abs() < GATE.load_share * mean_load_n(observations)
 }
 
-/// Whether a candidate is no tone from elsewhere: a mode is wider than a line in the finest of the spectra.
-fn is_resolved(candidate: &Candidate) -> bool {
+/// Whether a candidate is what every machine has: an error of the stated load, or an effect within its tolerances.
+fn is_tolerance(candidate: &Candidate, observations: &[Observation]) -> bool {
+    let seconds = observations.iter().map(|o| duration_s(std::slice::from_ref(o))).fold(0.0, f64::max);
+    is_load_error(candidate, observations) || candidate.effect().is_some_and(|e| is_within_tolerance(&e, seconds))
+}
+
+/// Whether an effect is roundness or finish of races and balls, or a speed that wanders within recordings of some length, s.
+fn is_within_tolerance(effect: &EffectEntry, seconds: f64) -> bool {
+    let number = |key: ParameterKey| effect.number(key).unwrap_or_default().abs();
+    match effect.kind {
+        EffectKind::OuterRaceWaviness | EffectKind::InnerRaceWaviness => {
+            let (lobes, round_m) = GATE.round;
+            let tolerated_m = if number(ParameterKey::Lobes) <= lobes { round_m } else { GATE.wave_m };
+            number(ParameterKey::AmplitudeM) <= tolerated_m
+        }
+        EffectKind::OuterRaceDefect | EffectKind::InnerRaceDefect | EffectKind::BallDefect => {
+            number(ParameterKey::DepthM) <= GATE.finish_m
+        }
+        // Standard deviation of a ramp.
+        EffectKind::SpeedDrift => number(ParameterKey::RatePerS) * seconds / 12f64.sqrt() <= GATE.wander,
+        _ => false,
+    }
+}
+
+/// Whether a candidate is no tone from elsewhere: a mode is wider than a line in the finest of the spectra, and rings all the time.
+fn is_no_tone(candidate: &Candidate) -> bool {
     let Some(mode) = candidate.effect().filter(|e| e.kind == EffectKind::StructuralResonance) else { return true };
     let number = |key: ParameterKey| mode.number(key).unwrap_or_default();
-    let half_power_hz = 2.0 * number(ParameterKey::DampingRatio) * number(ParameterKey::FrequencyHz);
-    let bins_hz = candidate.model.data.observations.iter().map(|o| o.hz(1.0));
+    let frequency_hz = number(ParameterKey::FrequencyHz);
+    let half_power_hz = 2.0 * number(ParameterKey::DampingRatio) * frequency_hz;
+    let observations = candidate.model.data.observations;
+    let bins_hz = observations.iter().map(|o| o.hz(1.0));
     half_power_hz > (LIKELIHOOD.tapers + 1) as f64 * bins_hz.fold(f64::MAX, f64::min)
+        && !is_fleeting(observations, frequency_hz, half_power_hz)
 }
 
 /// Whether held-out recordings have a candidate's effect too, `held_null` being −ln there without it and `held_out` what it gains:
@@ -223,4 +259,24 @@ pub fn rejected_names(accepted: &[Accepted], rejected: &[Candidate], causes: &[C
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tolerances_are_of_make_and_drive() {
+        use ParameterKey::{AmplitudeM, DepthM, Lobes, RatePerS};
+        let is_tolerated =
+            |kind, numbers: &[(ParameterKey, f64)]| is_within_tolerance(&EffectEntry::new(kind, numbers), 1.0);
+        let round =
+            |amplitude, lobes| is_tolerated(EffectKind::InnerRaceWaviness, &[(AmplitudeM, amplitude), (Lobes, lobes)]);
+        assert!(round(3e-7, 2.0) && round(-3e-7, 3.0) && !round(1e-6, 2.0) && !round(3e-7, 9.0) && round(2e-8, 9.0));
+        let deep = |depth| is_tolerated(EffectKind::OuterRaceDefect, &[(DepthM, depth)]);
+        assert!(deep(1e-8) && !deep(1e-6));
+        let drifting = |rate| is_tolerated(EffectKind::SpeedDrift, &[(RatePerS, rate)]);
+        assert!(drifting(-0.01) && !drifting(0.03));
+        assert!(!is_tolerated(EffectKind::Unbalance, &[(ParameterKey::UnbalanceKgM, 1e-9)]));
+    }
 }

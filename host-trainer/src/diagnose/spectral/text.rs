@@ -108,6 +108,19 @@ pub fn in_baseline(effects: &[EffectKind]) -> String {
     )
 }
 
-/// Caveat of a corrected load.
-pub const LOAD: &str =
-    "The stated loads are off by a few newtons; the corrected rig has a constant force for that, which is no cause.";
+/// Caveat of an effect that every machine has.
+pub fn tolerated(effect: &EffectEntry) -> String {
+    let what = match effect.kind {
+        EffectKind::ConstantForce => "The loads are not quite those that are stated",
+        EffectKind::SpeedDrift => "The speed of the shaft wanders",
+        EffectKind::OuterRaceWaviness | EffectKind::InnerRaceWaviness => {
+            "A race is as round and smooth as races are made"
+        }
+        _ => "A race or ball is as uneven as its finish",
+    };
+    format!(
+        "{what}; the corrected rig has {} for that ({}), which is no cause.",
+        effect.kind,
+        effect.equation(RigKind::Bearing5Dof)
+    )
+}

@@ -1,16 +1,17 @@
 //! Lines of a machine whose balls are unevenly spaced, by simulation of some draws.
 
-use std::sync::OnceLock;
+use std::f64::consts::TAU;
+use std::sync::{Arc, OnceLock};
 
 use super::likelihood::spacing_shares;
 use super::observation::{Observation, Power, power};
 use super::prediction::{Known, noise_free, noises_of};
-use super::settings::LikelihoodSettings;
+use super::settings::{FORMS, LikelihoodSettings};
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::recording::Recording;
-use crate::rig::effect::EffectKind;
+use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::simulate::simulate_all;
-use crate::rig::{Rig, RigError, Run, Start};
+use crate::rig::{EffectEntry, Rig, RigError, Run, Start};
 use crate::signal::kinematics::Orders;
 
 const SETTINGS: LikelihoodSettings = LikelihoodSettings::DEFAULT;
@@ -22,6 +23,8 @@ pub struct Unevenness {
     pub even: Power,
     /// Power that uneven balls add, over the share of a line's power that they take.
     pub added: Power,
+    /// Power that each error of form adds.
+    pub formed: Arc<[Power; FORMS]>,
 }
 
 /// Unevenness of the recordings of a rig, and of the rig with another rotation.
@@ -75,42 +78,89 @@ pub fn turns_otherwise(rig: &Rig) -> bool {
 fn unevenness(rig: &Rig, observations: &[Observation], orders: &Orders) -> Result<Vec<Unevenness>, RigError> {
     // One rig in, one result out.
     let noises = noises_of(&[(&Known::Nothing, rig)], observations).swap_remove(0)?;
+    let (seeds, [ball_std_m, roundness_m]) = (0..SETTINGS.drawn_machines, SETTINGS.drawn_form_m);
+    let rounds: Vec<Rig> = seeds.clone().map(|seed| with_roundness(rig, roundness_m, seed)).collect();
     let mut runs = Vec::new();
     for (o, noise) in observations.iter().zip(noises) {
         let even = noise_free(rig, o, noise.scatter);
-        let draw = |seed: u64| Start { seed, ball_std_rad: SETTINGS.drawn_spacing_rad, ..even };
-        let starts = std::iter::once(even).chain((0..SETTINGS.drawn_machines).map(draw));
-        runs.extend(starts.map(|start| Run { rig, condition: o.condition, start }));
+        let spaced = |seed| Start { seed, ball_std_rad: SETTINGS.drawn_spacing_rad, ..even };
+        let sized = |seed| Start { seed, ball_std_m, ..even };
+        let of_rig = [even].into_iter().chain(seeds.clone().map(spaced)).chain(seeds.clone().map(sized));
+        runs.extend(of_rig.map(|start| Run { rig, condition: o.condition, start }));
+        runs.extend(rounds.iter().map(|rig| Run { rig, condition: o.condition, start: even }));
     }
     let made = simulate_all(&runs)?.into_iter().collect::<Result<Vec<_>, _>>()?;
-    let each = made.chunks(1 + SETTINGS.drawn_machines as usize).zip(observations);
+    let machines = SETTINGS.drawn_machines as usize;
+    let each = made.chunks(1 + (1 + FORMS) * machines).zip(observations);
     let of = |(made, o): (&[Recording], &Observation)| {
+        let (even, drawn) = (Spectra::new(&made[0]), made[1..].chunks(machines).collect::<Vec<_>>());
         let shares = spacing_shares(o, SETTINGS.drawn_spacing_rad, orders.ftf);
-        Unevenness::new(&made[0], &made[1..], &shares)
+        Unevenness {
+            added: even.added_over(drawn[0], &shares),
+            formed: Arc::new(std::array::from_fn(|form| even.added(drawn[1 + form]))),
+            even: even.power,
+        }
     };
     Ok(each.map(of).collect())
 }
 
-impl Unevenness {
-    /// Unevenness by a run with even balls and runs with uneven ones, which take `shares` of a line's power at each bin.
-    fn new(even: &Recording, uneven: &[Recording], shares: &[f64]) -> Self {
-        let samples = |recording: &Recording, channel: usize| {
-            recording.channel(CHANNELS[channel]).map_or_else(Vec::new, |c| c.samples.clone())
-        };
-        let added = |channel: usize| {
-            let still = samples(even, channel);
-            let mut sum = vec![0.0; still.len() / 2 + 1];
-            for moved in uneven {
-                let moved = samples(moved, channel);
-                let difference: Vec<f64> = moved.iter().zip(&still).map(|(m, s)| m - s).collect();
-                sum.iter_mut().zip(power(&difference)).for_each(|(sum, p)| *sum += p / uneven.len() as f64);
-            }
-            let per_share =
-                |(k, (power, share)): (usize, (f64, &f64))| if k < SETTINGS.first_bin { 0.0 } else { power / share };
-            sum.into_iter().zip(shares).enumerate().map(per_share).collect()
-        };
-        Self { even: [0, 1].map(|c| power(&samples(even, c))), added: [0, 1].map(added) }
+/// Rig whose races are out of round by an amplitude, of two or three lobes each.
+fn with_roundness(rig: &Rig, amplitude_m: f64, seed: u64) -> Rig {
+    let lobes = |race: u64| (2 + (seed + race) % 2) as f64;
+    let phase = |race: u64| TAU * ((0.618 * (2 * seed + race) as f64) % 1.0);
+    let race = |(kind, race): (EffectKind, u64)| {
+        let values = [
+            (ParameterKey::AmplitudeM, amplitude_m),
+            (ParameterKey::Lobes, lobes(race)),
+            (ParameterKey::PhaseRad, phase(race)),
+        ];
+        EffectEntry::new(kind, &values)
+    };
+    let races = [(EffectKind::OuterRaceWaviness, 0), (EffectKind::InnerRaceWaviness, 1)];
+    races.map(race).into_iter().fold(rig.clone(), Rig::with_effect)
+}
+
+/// Signals of an even machine with their power.
+struct Spectra {
+    signals: [Vec<f64>; 2],
+    power: Power,
+}
+
+impl Spectra {
+    fn new(even: &Recording) -> Self {
+        let signals = [0, 1].map(|channel| samples(even, channel));
+        Self { power: signals.each_ref().map(|signal| power(signal)), signals }
     }
+
+    /// Mean power that machines have beyond the even one.
+    fn added(&self, machines: &[Recording]) -> Power {
+        [0, 1].map(|channel| {
+            let still = &self.signals[channel];
+            let mut sum = vec![0.0; still.len() / 2 + 1];
+            for moved in machines {
+                let moved = samples(moved, channel);
+                let difference: Vec<f64> = moved.iter().zip(still).map(|(m, s)| m - s).collect();
+                sum.iter_mut().zip(power(&difference)).for_each(|(sum, p)| *sum += p / machines.len() as f64);
+            }
+            sum.iter_mut().take(SETTINGS.first_bin).for_each(|power| *power = 0.0);
+            sum
+        })
+    }
+
+    /// The same over the `shares` of a line's power that they take at each bin.
+    fn added_over(&self, machines: &[Recording], shares: &[f64]) -> Power {
+        let mut added = self.added(machines);
+        let counted = |power: &mut Vec<f64>| {
+            let bins = power.iter_mut().zip(shares).skip(SETTINGS.first_bin);
+            bins.for_each(|(power, share)| *power /= share);
+        };
+        added.iter_mut().for_each(counted);
+        added
+    }
+}
+
+fn samples(recording: &Recording, channel: usize) -> Vec<f64> {
+    recording.channel(CHANNELS[channel]).map_or_else(Vec::new, |c| c.samples.clone())
 }
 
 #[cfg(test)]
@@ -133,11 +183,30 @@ mod tests {
         let orders = rig.bearing().unwrap().bearing.geometry().orders();
         let shares = spacing_shares(&observation, SETTINGS.drawn_spacing_rad, orders.ftf);
         let drawn = unevenness(&rig, std::slice::from_ref(&observation), &orders).unwrap().remove(0);
-        let other = Unevenness::new(&even, &[run(2.0 * SETTINGS.drawn_spacing_rad)], &shares);
+        let other = Spectra::new(&even).added_over(&[run(2.0 * SETTINGS.drawn_spacing_rad)], &shares);
         for channel in 0..2 {
-            let sum = |of: &Unevenness| of.added[channel].iter().zip(&shares).map(|(a, share)| a * share).sum::<f64>();
-            let ratio = sum(&other) / sum(&drawn);
+            let sum = |of: &Power| of[channel].iter().zip(&shares).map(|(a, share)| a * share).sum::<f64>();
+            let ratio = sum(&other) / sum(&drawn.added);
             assert!((1.5..10.0).contains(&ratio), "{channel}: {ratio}");
+        }
+    }
+
+    /// What errors of form add grows with the square of their size, and has no share of a line.
+    #[test]
+    fn invariant_what_errors_of_form_add_grows_with_their_square() {
+        let rig = nominal();
+        let run = |rig: &Rig, ball_std_m: f64| {
+            let start = Start { ball_std_m, seed: 3, ..Start::noise_free(0.4, 1.1) };
+            simulate(rig, &condition(30.0, 500.0, 12_800), &start).unwrap()
+        };
+        let even = Spectra::new(&run(&rig, 0.0));
+        let sum = |made: Recording| even.added(&[made]).iter().flatten().sum::<f64>();
+        let [balls, races] = SETTINGS.drawn_form_m;
+        let of_balls = |scale: f64| sum(run(&rig, scale * balls));
+        let of_races = |scale: f64| sum(run(&with_roundness(&rig, scale * races, 3), 0.0));
+        for ratio in [of_balls(1.0) / of_balls(0.5), of_races(1.0) / of_races(0.5)] {
+            // Contacts that open take some of the 4.
+            assert!((2.4..6.0).contains(&ratio), "{ratio}");
         }
     }
 }

@@ -138,6 +138,8 @@ impl Prepared {
                 sum.iter_mut().zip(force.direction).for_each(|(sum, share)| *sum += share * value);
             }
         }
+        let mut profiles = std::mem::take(&mut assembly.profiles);
+        profiles.extend(ball_sizes(rig.bearing.balls, start));
         Self {
             balls: rig.bearing.balls,
             balls_rad: balls_rad(rig.bearing.balls, start),
@@ -168,7 +170,7 @@ impl Prepared {
             process,
             random,
             forces: std::mem::take(&mut assembly.forces),
-            profiles: std::mem::take(&mut assembly.profiles),
+            profiles,
             defects: std::mem::take(&mut assembly.defects),
         }
     }
@@ -214,6 +216,16 @@ fn balls_rad(balls: usize, start: &Start) -> Vec<f64> {
     let angles = noise::white(start.seed, noise::BALLS, start.ball_std_rad, balls);
     let mean = angles.iter().sum::<f64>() / balls as f64;
     angles.into_iter().map(|angle| angle - mean).collect()
+}
+
+/// What a thicker ball adds to the deflection of its contacts, as a loss; `None` if the balls are alike.
+fn ball_sizes(balls: usize, start: &Start) -> Option<Profile> {
+    if start.ball_std_m == 0.0 {
+        return None;
+    }
+    let sizes = noise::white(start.seed, noise::BALL_SIZES, start.ball_std_m, balls);
+    let mean = sizes.iter().sum::<f64>() / balls as f64;
+    Some(Box::new(move |_, losses| losses.iter_mut().zip(&sizes).for_each(|(loss, size)| *loss -= size - mean)))
 }
 
 /// The process force of a rig, on the outer race in y.

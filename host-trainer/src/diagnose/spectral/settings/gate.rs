@@ -18,6 +18,9 @@ pub struct GateSettings {
     pub agreement: f64,
     /// Gain over the lack of fit that a first cause must have.
     pub first_share: f64,
+    /// Gain over that of the errors of form: how a machine's lines differ from those of the simulated ones, others explain in part.
+    /// By hand.
+    pub form_share: f64,
     /// Gain over the lack of fit that the first cause leaves, for a second one.
     pub second_share: f64,
     /// Greatest constant force in the direction of the load, over the load, that is an error of the stated load.
@@ -63,6 +66,16 @@ pub struct GateSettings {
     pub baseline_share: f64,
     /// Most effects that correct the calibration.
     pub most_corrections: usize,
+    /// Lobes up to which a race's waviness is its roundness, and greatest amplitude that is within the tolerance of its make, m: by
+    /// hand, half the 1 µm from peak to peak of rings of ordinary precision.
+    pub round: (f64, f64),
+    /// Greatest amplitude of waviness with more lobes that is the finish of a race, m. False ones of choosing seed 60 had 16 and 19 nm, the
+    /// least true one of choosing seeds 35 nm.
+    pub wave_m: f64,
+    /// Greatest depth of a local defect that is the finish of a race or ball, m: by hand, the roughness of a honed race.
+    pub finish_m: f64,
+    /// Greatest standard deviation of a drifting speed over its mean that is the wander of a drive: by hand.
+    pub wander: f64,
 }
 
 impl GateSettings {
@@ -73,6 +86,7 @@ impl GateSettings {
         held_out_share: 0.4,
         agreement: 0.7,
         first_share: 0.1,
+        form_share: 0.15,
         second_share: 0.3,
         load_share: 0.025,
         load_nats: 20.0,
@@ -92,5 +106,9 @@ impl GateSettings {
         baseline_nats: 5.0,
         baseline_share: 0.1,
         most_corrections: 3,
+        round: (3.0, 5e-7),
+        wave_m: 3e-8,
+        finish_m: 5e-8,
+        wander: 0.003,
     };
 }

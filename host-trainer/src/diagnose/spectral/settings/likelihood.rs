@@ -2,6 +2,9 @@
 
 use serde::Serialize;
 
+/// Errors of form: of the balls' diameters, of the races' roundness.
+pub const FORMS: usize = 2;
+
 /// Settings of the likelihood of a power spectrum. The priors of colour, jitter and stretch are by hand, with the healthy
 /// machines of another hand in view (docs/results.md, power spectra).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -50,6 +53,10 @@ pub struct LikelihoodSettings {
     pub drawn_spacing_rad: f64,
     /// Simulated uneven machines.
     pub drawn_machines: u64,
+    /// Standard deviations of the balls' diameters, and amplitudes of the races' roundness, m, among which a machine's are found.
+    pub form_m: [[f64; 6]; FORMS],
+    /// Those with which machines are simulated, m.
+    pub drawn_form_m: [f64; FORMS],
     /// Half width of a line in bins, by the tapers.
     pub lobe_bins: f64,
     /// Jitter and spacing of machines that turn evenly and unevenly, by their places in these lists.
@@ -95,6 +102,8 @@ impl LikelihoodSettings {
         spacing_rad: [0.0, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2],
         drawn_spacing_rad: 3e-3,
         drawn_machines: 5,
+        form_m: [[0.0, 2e-8, 4e-8, 8e-8, 1.6e-7, 3.2e-7], [0.0, 5e-8, 1e-7, 2e-7, 3.5e-7, 5e-7]],
+        drawn_form_m: [8e-8, 2e-7],
         lobe_bins: 2.2,
         usual: [[2, 2], [6, 3]],
         usual_jitter: [1e-5, 1.5],

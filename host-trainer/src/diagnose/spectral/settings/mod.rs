@@ -17,7 +17,7 @@ pub use gate::GateSettings;
 pub use guess::GuessSettings;
 pub use intervals::IntervalSettings;
 pub use lack::LackSettings;
-pub use likelihood::LikelihoodSettings;
+pub use likelihood::{FORMS, LikelihoodSettings};
 pub use mains::MainsSettings;
 pub use search::SearchSettings;
 pub use swing::SwingSettings;
