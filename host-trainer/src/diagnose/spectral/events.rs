@@ -227,11 +227,13 @@ impl Whitened {
         let gain = |value: f64| (0.5 * value).powi(2) / energy.max(1e-300);
         let reach = (SETTINGS.response_s * self.sample_rate_hz) as usize;
         // What begins later is hardly in the recording, and the jump from its end to its beginning looks like a step of the load.
-        let last = n.saturating_sub(reach / 4 + (SETTINGS.template_s * self.sample_rate_hz) as usize);
+        let last = n.saturating_sub(reach / 2 + (SETTINGS.template_s * self.sample_rate_hz) as usize);
         let best = (0..last).max_by(|a, b| correlation[*a].abs().total_cmp(&correlation[*b].abs()));
         let best = best.unwrap_or_default();
-        // The flank of a peak before the recording begins is that jump's.
-        if best == 0 && n > 1 && correlation[n - 1].abs() > correlation[0].abs() {
+        // What is near either end, and less than that jump's peak, is its flank.
+        let is_near_end = best < reach / 2 || best + reach / 2 > last;
+        let at_jump = correlation[last..].iter().fold(0.0f64, |most, value| most.max(value.abs()));
+        if is_near_end && at_jump > correlation[best].abs() {
             return Occurrence { time_s: SETTINGS.template_s, amplitude: 0.0, gain: 0.0, isolation: 0.0, channel: 0 };
         }
         // The greatest gain of each stretch away from it.
@@ -268,7 +270,7 @@ mod tests {
     #[test]
     fn null_ends_that_differ_are_no_event() {
         let rig = nominal();
-        for (seed, hz) in [(1, 3.37), (3, 61.7), (7, 17.21)] {
+        for (seed, hz) in [(1, 3.37), (3, 61.7), (7, 17.21), (11, 43.3), (13, 97.9), (17, 29.1)] {
             let recording = simulate(&rig, &condition(30.3, 800.0, 25_600), &Start::seeded(seed)).unwrap();
             let phase = |n: usize| TAU * hz * n as f64 / recording.sample_rate_hz + seed as f64;
             let with_tone = |_: usize, samples: &[f64]| -> Vec<f64> {
