@@ -1,4 +1,4 @@
-//! Lines of a machine whose balls are unevenly spaced, by simulation of some draws.
+//! Lines of a machine whose balls are uneven in place or diameter, or whose races are out of round, by simulation of some draws.
 
 use std::f64::consts::TAU;
 use std::sync::{Arc, OnceLock};
@@ -16,7 +16,7 @@ use crate::signal::kinematics::Orders;
 
 const SETTINGS: LikelihoodSettings = LikelihoodSettings::DEFAULT;
 
-/// Lines of a recording of a rig with evenly and with unevenly spaced balls.
+/// Lines of a recording of a rig as it is drawn, and what uneven balls and races add.
 #[derive(Clone, Debug)]
 pub struct Unevenness {
     /// Power of the lines with even balls.

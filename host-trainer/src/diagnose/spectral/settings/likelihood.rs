@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// Errors of form: of the balls' diameters, of the races' roundness.
+/// Number of errors of form: the balls' diameters, the races' roundness.
 pub const FORMS: usize = 2;
 
 /// Settings of the likelihood of a power spectrum. The priors of colour, jitter and stretch are by hand, with the healthy
