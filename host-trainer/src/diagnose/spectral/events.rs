@@ -224,33 +224,45 @@ impl Whitened {
         let mut correlation = inverse.make_output_vec();
         // Both buffers have the transform's length; twice the sum over positive frequencies comes out.
         inverse.process(&mut product, &mut correlation).unwrap_or_default();
-        let gain = |value: f64| (0.5 * value).powi(2) / energy.max(1e-300);
-        let reach = (SETTINGS.response_s * self.sample_rate_hz) as usize;
-        // What begins later is hardly in the recording, and the jump from its end to its beginning looks like a step of the load.
-        let last = n.saturating_sub(reach / 2 + (SETTINGS.template_s * self.sample_rate_hz) as usize);
-        let best = (0..last).max_by(|a, b| correlation[*a].abs().total_cmp(&correlation[*b].abs()));
-        let best = best.unwrap_or_default();
-        // What is near either end, and less than that jump's peak, is its flank.
-        let is_near_end = best < reach / 2 || best + reach / 2 > last;
-        let at_jump = correlation[last..].iter().fold(0.0f64, |most, value| most.max(value.abs()));
-        if is_near_end && at_jump > correlation[best].abs() {
-            return Occurrence { time_s: SETTINGS.template_s, amplitude: 0.0, gain: 0.0, isolation: 0.0, channel: 0 };
-        }
-        // The greatest gain of each stretch away from it.
-        let guard = (SETTINGS.guard_s * self.sample_rate_hz) as usize;
-        let stretches = correlation[..last].chunks(guard.max(1)).enumerate();
-        let away = stretches.filter(|(n, _)| (*n * guard).abs_diff(best) > 2 * guard);
-        let mut others: Vec<f64> =
-            away.map(|(_, values)| values.iter().map(|v| gain(*v)).fold(0.0, f64::max)).collect();
-        let most = others.iter().copied().fold(0.0, f64::max);
-        let usual = median(&mut others).unwrap_or(0.0);
+        let gains: Vec<f64> = correlation.iter().map(|v| (0.5 * v).powi(2) / energy.max(1e-300)).collect();
+        let Peak { at, gain, isolation } = Peak::of(&gains, self.sample_rate_hz);
         Occurrence {
-            time_s: best as f64 / self.sample_rate_hz + SETTINGS.template_s,
-            amplitude: 0.5 * correlation[best] / energy.max(1e-300),
-            gain: gain(correlation[best]) - usual,
-            isolation: gain(correlation[best]) / most.max(1e-9),
+            time_s: at as f64 / self.sample_rate_hz + SETTINGS.template_s,
+            amplitude: 0.5 * correlation[at] / energy.max(1e-300),
+            gain,
+            isolation,
             channel: usize::from(energies[1] > energies[0]),
         }
+    }
+}
+
+/// Greatest gain over all times, as in an [`Occurrence`].
+struct Peak {
+    at: usize,
+    gain: f64,
+    isolation: f64,
+}
+
+impl Peak {
+    /// Peak of the gain at each sample less [`EventSettings::template_s`].
+    fn of(gains: &[f64], sample_rate_hz: f64) -> Self {
+        let reach = (SETTINGS.response_s * sample_rate_hz) as usize;
+        // What begins later is hardly in the recording, and the jump from its end to its beginning looks like a step of the load.
+        let last = gains.len().saturating_sub(reach / 2 + (SETTINGS.template_s * sample_rate_hz) as usize);
+        let at = (0..last).max_by(|a, b| gains[*a].total_cmp(&gains[*b])).unwrap_or_default();
+        // The greatest gain of each stretch away from it.
+        let guard = (SETTINGS.guard_s * sample_rate_hz) as usize;
+        let stretches = gains[..last].chunks(guard.max(1)).enumerate();
+        let away = stretches.filter(|(n, _)| (*n * guard).abs_diff(at) > 2 * guard);
+        let greatest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
+        let mut others: Vec<f64> = away.map(|(_, values)| greatest(values)).collect();
+        // Near either end that jump is another.
+        let is_near_end = at < reach / 2 || at + reach / 2 > last;
+        let jump = if is_near_end { greatest(&gains[last..]) } else { 0.0 };
+        let most = greatest(&others).max(jump);
+        let usual = median(&mut others).unwrap_or(0.0);
+        let most_here = gains.get(at).copied().unwrap_or_default();
+        Self { at, gain: most_here - usual, isolation: most_here / most.max(1e-9) }
     }
 }
 
@@ -266,6 +278,15 @@ mod tests {
     use crate::rig::simulate;
     use crate::rig::test_support::{condition, nominal};
 
+    fn events_of(rig: &Rig, observation: Observation) -> Vec<Event> {
+        let observations = [observation];
+        let orders = rig.bearing().unwrap().bearing.geometry().orders();
+        let data = Data::new(&observations, orders, UnevenMachines::default());
+        let point = Model::fixed(&data, rig.clone()).start().unwrap();
+        let noise: Vec<_> = point.predictions.iter().map(|p| Arc::clone(&p.noise)).collect();
+        events(rig, &observations, &noise).unwrap()
+    }
+
     /// A slow tone ends elsewhere than it began; a Fourier transform sees a jump from the end to the beginning.
     #[test]
     fn null_ends_that_differ_are_no_event() {
@@ -277,13 +298,28 @@ mod tests {
                 samples.iter().enumerate().map(|(n, v)| v + 0.4 * phase(n).cos()).collect()
             };
             let observation = Observation::new(&Observed::from_recording(&recording).unwrap());
-            let observations = [observation.with_samples(with_tone)];
-            let orders = rig.bearing().unwrap().bearing.geometry().orders();
-            let data = Data::new(&observations, orders, UnevenMachines::default());
-            let point = Model::fixed(&data, rig.clone()).start().unwrap();
-            let noise: Vec<_> = point.predictions.iter().map(|p| Arc::clone(&p.noise)).collect();
-            let found = events(&rig, &observations, &noise).unwrap();
+            let found = events_of(&rig, observation.with_samples(with_tone));
             assert!(found.is_empty(), "{hz} Hz: {found:?}");
         }
+    }
+
+    /// Gains of a second at 25.6 kHz, flat but for peaks of a millisecond.
+    fn isolation(peaks: &[(f64, f64)]) -> f64 {
+        let rate = 25_600.0;
+        let of = |n: usize| {
+            let near = |(at_s, _): &&(f64, f64)| (n as f64 / rate - at_s).abs() < 5e-4;
+            peaks.iter().find(near).map_or(1.0, |(_, gain)| *gain)
+        };
+        Peak::of(&(0..25_600).map(of).collect::<Vec<_>>(), rate).isolation
+    }
+
+    #[test]
+    fn near_an_end_the_jump_to_the_beginning_is_another_peak() {
+        let is_isolated = |at_s: f64, jump: f64| isolation(&[(at_s, 100.0), (0.99, jump)]) > SETTINGS.isolation;
+        for at_s in [0.002, 0.9] {
+            assert!(is_isolated(at_s, 10.0) && !is_isolated(at_s, 80.0) && !is_isolated(at_s, 200.0), "{at_s}");
+        }
+        assert!(is_isolated(0.5, 200.0));
+        assert!(isolation(&[(0.5, 100.0), (0.7, 80.0)]) < SETTINGS.isolation, "two of a train");
     }
 }
