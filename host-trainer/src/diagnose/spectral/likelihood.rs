@@ -238,7 +238,7 @@ impl Channel<'_> {
         self.spread(&self.prediction.outer, self.stretch.outer, k)
     }
 
-    /// Power of what errors of form add. How a machine has it over its lines is as random as noise.
+    /// Power of what errors of form add.
     fn formed(&self, k: usize) -> f64 {
         let Some(formed) = self.prediction.formed.as_ref().filter(|_| self.form != [0.0; FORMS]) else { return 0.0 };
         let place = k as f64 / (1.0 + self.stretch.outer);
@@ -273,8 +273,13 @@ impl Channel<'_> {
 
     /// Density of a bin at its power.
     pub fn bin(&self, k: usize, power: f64, noise: f64, line: f64) -> Bin {
+        self.density(k, noise, line).bin(power, self.ln_power(k))
+    }
+
+    /// Density of a bin. How a machine has its errors of form over its lines is as random as noise.
+    fn density(&self, k: usize, noise: f64, line: f64) -> Density {
         let formed = self.formed(k);
-        Density::new(noise + formed, line - formed).bin(power, self.ln_power(k))
+        Density::new(noise + formed, line - formed)
     }
 
     fn ln_power(&self, k: usize) -> f64 {
@@ -287,11 +292,9 @@ impl Channel<'_> {
         const RANGE: std::ops::Range<f64> = 1e-150..1e150;
         let (mut sum, mut product) = (0.0, 1.0);
         for (k, power, noise, line) in self.bins() {
-            let formed = self.formed(k);
-            let (noise, line) = (noise + formed, line - formed);
             let mean = noise + line;
             let ratio = power / mean;
-            if line < LEAST_SHARE * mean && ratio < ORDINARY[1] {
+            if line - self.formed(k) < LEAST_SHARE * mean && ratio < ORDINARY[1] {
                 sum += ratio;
                 product *= mean;
                 if !RANGE.contains(&product) {
@@ -299,7 +302,7 @@ impl Channel<'_> {
                     product = 1.0;
                 }
             } else {
-                sum += Density::new(noise, line).neg_log(power, self.ln_power(k));
+                sum += self.density(k, noise, line).neg_log(power, self.ln_power(k));
             }
         }
         sum + product.ln()

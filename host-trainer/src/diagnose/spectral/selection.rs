@@ -182,9 +182,8 @@ fn is_within_tolerance(effect: &EffectEntry, seconds: f64) -> bool {
     let number = |key: ParameterKey| effect.number(key).unwrap_or_default().abs();
     match effect.kind {
         EffectKind::OuterRaceWaviness | EffectKind::InnerRaceWaviness => {
-            let (lobes, round_m) = GATE.round;
-            let tolerated_m = if number(ParameterKey::Lobes) <= lobes { round_m } else { GATE.wave_m };
-            number(ParameterKey::AmplitudeM) <= tolerated_m
+            let is_roundness = number(ParameterKey::Lobes) <= GATE.round_lobes;
+            number(ParameterKey::AmplitudeM) <= if is_roundness { GATE.round_m } else { GATE.wave_m }
         }
         EffectKind::OuterRaceDefect | EffectKind::InnerRaceDefect | EffectKind::BallDefect => {
             number(ParameterKey::DepthM) <= GATE.finish_m

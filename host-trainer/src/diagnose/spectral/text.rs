@@ -116,7 +116,7 @@ pub fn tolerated(effect: &EffectEntry) -> String {
         EffectKind::OuterRaceWaviness | EffectKind::InnerRaceWaviness => {
             "A race is as round and smooth as races are made"
         }
-        _ => "A race or ball is as uneven as its finish",
+        _ => "A race or ball is no rougher than its finish",
     };
     format!(
         "{what}; the corrected rig has {} for that ({}), which is no cause.",

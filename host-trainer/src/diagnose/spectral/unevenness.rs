@@ -21,7 +21,7 @@ const SETTINGS: LikelihoodSettings = LikelihoodSettings::DEFAULT;
 pub struct Unevenness {
     /// Power of the lines with even balls.
     pub even: Power,
-    /// Power that uneven balls add, over the share of a line's power that they take.
+    /// Power that unevenly spaced balls add, over the share of a line's power that they take.
     pub added: Power,
     /// Power that each error of form adds.
     pub formed: Arc<[Power; FORMS]>,

@@ -66,9 +66,11 @@ pub struct GateSettings {
     pub baseline_share: f64,
     /// Most effects that correct the calibration.
     pub most_corrections: usize,
-    /// Lobes up to which a race's waviness is its roundness, and greatest amplitude that is within the tolerance of its make, m: by
-    /// hand, half the 1 µm from peak to peak of rings of ordinary precision.
-    pub round: (f64, f64),
+    /// Lobes up to which a race's waviness is its roundness. By hand: rings are out of round by how they were held.
+    pub round_lobes: f64,
+    /// Greatest amplitude of it that is within the tolerance of its make, m: by hand, half the 1 µm from peak to peak of rings of
+    /// ordinary precision.
+    pub round_m: f64,
     /// Greatest amplitude of waviness with more lobes that is the finish of a race, m. False ones of choosing seed 60 had 16 and 19 nm, the
     /// least true one of choosing seeds 35 nm.
     pub wave_m: f64,
@@ -106,7 +108,8 @@ impl GateSettings {
         baseline_nats: 5.0,
         baseline_share: 0.1,
         most_corrections: 3,
-        round: (3.0, 5e-7),
+        round_lobes: 3.0,
+        round_m: 5e-7,
         wave_m: 3e-8,
         finish_m: 5e-8,
         wander: 0.003,
