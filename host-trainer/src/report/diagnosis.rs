@@ -144,7 +144,7 @@ pub fn verdict(outcome: &DiagnosisResult) -> (Tone, String) {
             let text = if fit.metric == shown::METRIC {
                 format!(
                     "No mismatch: what the held-out recordings show beyond the rig (error {}, noise floor {}) is no more than \
-                     the tolerances of speed, load and colour of the noise allow.",
+                     the tolerances of make, speed, load and colour of the noise allow.",
                     numbers[0], numbers[2]
                 )
             } else {
