@@ -5,10 +5,12 @@ mod clipping;
 mod converter;
 mod dropped;
 mod held;
+mod step;
 
 use clipping::Limits;
 pub use converter::Converter;
 use dropped::{Gap, Kind};
+use step::{Step, steps};
 
 use super::DiagnoseError;
 use super::result::Cause;
@@ -66,7 +68,9 @@ impl Fault {
 pub struct Acquired {
     /// Recordings without the removed faults.
     pub recordings: Vec<Recording>,
-    /// Removed faults: offsets, missing samples.
+    /// Offsets of all recordings. They are removed.
+    offsets: Vec<Fault>,
+    /// What is left out: stretches around missing samples, and on one side of an offset's beginning.
     pub taken_out: Vec<Fault>,
     /// Clipping. Its samples are restored.
     pub clipped: Vec<Fault>,
@@ -85,17 +89,17 @@ impl Acquired {
         let restored: Vec<Recording> = recordings.iter().zip(&limits).map(|(r, limits)| limits.restored(r)).collect();
         let limits = recordings.iter().map(Recording::name).zip(limits).collect();
         let noise_std = rig.bearing().map_or(0.0, |machine| machine.sensor.noise_std_m_per_s2);
-        let mut taken_out = offset(&Observed::from_recordings(&restored)?, noise_std);
-        let mut recordings = without(&restored, &taken_out);
-        taken_out.extend(whole_part(&mut recordings));
-        Ok(Self { recordings, taken_out, clipped, limits })
+        let offsets = offset(&Observed::from_recordings(&restored)?, noise_std);
+        let mut recordings = without(&restored, &offsets);
+        let taken_out = whole_part(&mut recordings).into_iter().chain(steady_part(&mut recordings)).collect();
+        Ok(Self { recordings, offsets, taken_out, clipped, limits })
     }
 
     /// Samples of a channel as this sensor records those of a healthy one: with its offset and, in the recording of that name,
     /// within its limits.
     pub fn as_recorded(&self, recording: &str, channel: usize, samples: &[f64]) -> Vec<f64> {
-        let is_offset = |f: &&Fault| f.effect.kind == EffectKind::SensorBias && concerns(f, CHANNELS[channel]);
-        let offset: f64 = self.faults().filter(is_offset).filter_map(|f| f.effect.number(ParameterKey::Value)).sum();
+        let offsets = self.offsets.iter().filter(|f| concerns(f, CHANNELS[channel]));
+        let offset: f64 = offsets.filter_map(|f| f.effect.number(ParameterKey::Value)).sum();
         let limits = self.limits.iter().find(|(name, _)| name == recording).map(|(_, limits)| limits);
         let within = |value: f64| limits.map_or(value, |limits| limits.clamped(channel, value));
         samples.iter().map(|v| within(v + offset)).collect()
@@ -103,7 +107,7 @@ impl Acquired {
 
     /// All faults, the removed ones first.
     pub fn faults(&self) -> impl DoubleEndedIterator<Item = &Fault> {
-        self.taken_out.iter().chain(&self.clipped)
+        self.offsets.iter().chain(&self.taken_out).chain(&self.clipped)
     }
 }
 
@@ -213,6 +217,42 @@ pub fn whole_part(recordings: &mut [Recording]) -> Option<Fault> {
         &[(ParameterKey::TimeS, gap.sample as f64 / rate), (ParameterKey::Count, gap.count as f64)],
     );
     Some(Fault { effect, evidence, p_value: two_sided(gap.z), probability: SURE })
+}
+
+/// Cuts recordings in which an offset begins or ends to the longer part before or after; the fault of the greatest of them, if there
+/// are any.
+fn steady_part(recordings: &mut [Recording]) -> Option<Fault> {
+    let found: Vec<[Option<Step>; 2]> = recordings.iter().map(steps).collect();
+    let each = found.iter().enumerate().flat_map(|(n, of)| of.iter().enumerate().map(move |(c, step)| (n, c, *step)));
+    let each = each.filter_map(|(n, c, step)| Some((n, c, step?)));
+    let (n, channel, most) = each.max_by(|a, b| a.2.change.abs().total_cmp(&b.2.change.abs()))?;
+    let name = CHANNELS[channel];
+    let evidence = format!(
+        "The mean of {name} jumps by {:.4} m/s² at {:.3} s of {}, and so in {} of {} recordings: no motion of a machine does that.",
+        most.change,
+        most.sample as f64 / recordings[n].sample_rate_hz,
+        recordings[n].name(),
+        found.iter().filter(|of| of.iter().any(Option::is_some)).count(),
+        recordings.len()
+    );
+    for (recording, of) in recordings.iter_mut().zip(&found) {
+        // Where it begins is known to a turn.
+        let turn = (recording.sample_rate_hz / recording.shaft_hz.unwrap_or(f64::INFINITY)) as usize;
+        let unknown = |step: &Step| Gap {
+            sample: step.sample.saturating_sub(turn),
+            count: 2 * turn,
+            z: step.z,
+            kind: Kind::Held,
+        };
+        let mut gaps: Vec<Gap> = of.iter().flatten().map(unknown).collect();
+        gaps.sort_by_key(|gap| gap.sample);
+        if !gaps.is_empty() {
+            *recording = part(recording, between(&gaps, recording.len()));
+        }
+    }
+    let effect = EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, most.change)])
+        .with_text(ParameterKey::Channel, name);
+    Some(Fault { effect, evidence, p_value: two_sided(most.z), probability: SURE })
 }
 
 /// Longest part of a recording between its gaps, which are in the order of time; all of it if only shreds are left.
