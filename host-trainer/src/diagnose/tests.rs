@@ -5,6 +5,7 @@ use crate::rig::config::ModelKey;
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::test_support::{condition, nominal};
 use crate::rig::{EffectEntry, OperatingCondition, Rig, Run, Start, simulate_many};
+use crate::signal::test_signals::gaussian;
 
 /// Recordings of half a second at other speeds and loads, each by a rig of its own; the last is held out.
 fn recordings_of(
@@ -96,6 +97,31 @@ fn null_races_out_of_round_and_balls_of_several_sizes_are_within_tolerance() {
     let runs: Vec<Run> = (0..3).map(|i| Run { rig: &rig, condition: at(i), start }).collect();
     let outcome = diagnosed(&nominal(), None, &simulate_many(&runs).unwrap(), 11);
     assert_eq!(outcome.diagnosis.verdict, Verdict::NoMismatch, "{:?}", outcome.diagnosis);
+}
+
+/// The noise of the first recording has a fifth more power where frequencies are high, that of the second where they are low.
+#[test]
+fn null_noise_that_differs_in_colour_between_recordings_is_no_cause() {
+    let mut made = recordings(&nominal(), 14);
+    for (n, (recording, sign)) in made.iter_mut().zip([-1.0, 1.0]).enumerate() {
+        for (c, channel) in recording.channels.iter_mut().enumerate() {
+            let noise = gaussian(channel.samples.len() + 1, (2 * n + c) as u64);
+            let more = 0.45 * nominal().get(ModelKey::SensorNoise).unwrap() / 2.0;
+            channel.samples.iter_mut().zip(noise.windows(2)).for_each(|(v, w)| *v += more * (w[1] + sign * w[0]));
+        }
+    }
+    let outcome = diagnosed(&nominal(), None, &made, 14);
+    assert_eq!(outcome.diagnosis.verdict, Verdict::NoMismatch, "{:?}", outcome.diagnosis);
+}
+
+/// A fault that came after the first two recordings.
+#[test]
+fn a_pit_in_the_last_recording_alone_is_named() {
+    let pit = [(ParameterKey::DepthM, 9e-7), (ParameterKey::WidthRad, 0.07), (ParameterKey::AngleRad, 1.7)];
+    let rigs = [nominal(), nominal(), with(EffectKind::OuterRaceDefect, &pit)];
+    let outcome = diagnosed(&nominal(), None, &recordings_of(&rigs, 15, |condition| condition), 15);
+    assert_eq!(names(&outcome), ["outer-race-defect"], "{:?}", outcome.diagnosis);
+    assert!(outcome.caveats.iter().any(|c| c.contains("alone")), "{:?}", outcome.caveats);
 }
 
 #[test]

@@ -41,7 +41,7 @@ pub mod speed;
 pub mod surrogate;
 pub mod synchronous;
 #[cfg(test)]
-mod test_signals;
+pub(crate) mod test_signals;
 pub(crate) mod transform;
 pub mod wavelet;
 

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 /// White Gaussian noise of variance 1.
-pub(super) fn gaussian(count: usize, seed: u64) -> Vec<f64> {
+pub(crate) fn gaussian(count: usize, seed: u64) -> Vec<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     (0..count).map(|_| StandardNormal.sample(&mut rng)).collect()
 }

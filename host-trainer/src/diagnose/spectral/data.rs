@@ -7,8 +7,8 @@ use faer::linalg::solvers::DenseSolveCore;
 use rayon::prelude::*;
 
 use super::likelihood::{
-    COLOURS, Channel, Colour, ColouredNoise, KNOTS, Range, Stretch, best_stretch, colour_covariance, hats,
-    jitter_shares, spacing_shares,
+    COLOURS, Channel, Colour, ColouredNoise, KNOTS, OwnColour, Range, Stretch, best_stretch, colour_covariance,
+    colour_with, hats, jitter_shares, own_colour_covariance, spacing_shares,
 };
 use super::observation::Observation;
 use super::prediction::Prediction;
@@ -30,6 +30,8 @@ pub struct Data<'a> {
     pub unevenness: UnevenMachines,
     /// Inverse covariance of each colour before any recording.
     pub colour_precision: [Mat<f64>; COLOURS],
+    /// The same of what a recording's has of its own.
+    pub own_colour_precision: Mat<f64>,
     hats: Vec<Vec<(usize, f64)>>,
     /// Shares of the lines' power that jitter takes, of each recording and jitter of the settings.
     jitter: Vec<Vec<Vec<f64>>>,
@@ -52,6 +54,7 @@ impl<'a> Data<'a> {
             orders,
             unevenness,
             colour_precision,
+            own_colour_precision: Mat::from_fn(KNOTS, KNOTS, own_colour_covariance).partial_piv_lu().inverse(),
             hats: observations.iter().map(hats).collect(),
             jitter: observations.par_iter().map(jitter).collect(),
             spacing: observations.par_iter().map(spacing).collect(),
@@ -76,7 +79,8 @@ impl<'a> Data<'a> {
     /// Noise of each recording at a point in its colour; as the point has it already where that is the same.
     pub fn coloured(&self, point: &Point) -> Vec<ColouredNoise> {
         let each = point.predictions.par_iter().zip(&self.hats).enumerate();
-        each.map(|(n, (p, hats))| ColouredNoise::new(point.coloured.get(n), p, &point.colour, hats)).collect()
+        let colour = |n: usize| colour_with(&point.colour, &point.own_colour[n]);
+        each.map(|(n, (p, hats))| ColouredNoise::new(point.coloured.get(n), p, &colour(n), hats)).collect()
     }
 
     /// −ln L of each recording.
@@ -165,12 +169,19 @@ impl<'a> Data<'a> {
 
     /// −ln of the colour's prior.
     pub fn colour_prior(&self, colour: &Colour) -> f64 {
-        let of = |(c, precision): (&[f64; KNOTS], &Mat<f64>)| {
-            let pairs = (0..KNOTS).flat_map(|a| (0..KNOTS).map(move |b| (a, b)));
-            pairs.map(|(a, b)| 0.5 * c[a] * precision[(a, b)] * c[b]).sum::<f64>()
-        };
-        colour.iter().zip(&self.colour_precision).map(of).sum()
+        colour.iter().zip(&self.colour_precision).map(|(colour, precision)| neg_log_prior(colour, precision)).sum()
     }
+
+    /// −ln of the prior of what the recordings' colours have of their own.
+    pub fn own_colour_prior(&self, own: &[OwnColour]) -> f64 {
+        own.iter().flatten().map(|colour| neg_log_prior(colour, &self.own_colour_precision)).sum()
+    }
+}
+
+/// −ln of a normal prior around 0.
+fn neg_log_prior(colour: &[f64; KNOTS], precision: &Mat<f64>) -> f64 {
+    let pairs = (0..KNOTS).flat_map(|a| (0..KNOTS).map(move |b| (a, b)));
+    pairs.map(|(a, b)| 0.5 * colour[a] * precision[(a, b)] * colour[b]).sum()
 }
 
 /// Values of all unknowns with the predictions there.
@@ -180,6 +191,8 @@ pub struct Point {
     pub values: Vec<f64>,
     /// Colour of the noise.
     pub colour: Colour,
+    /// What the colour of each recording has of its own.
+    pub own_colour: Vec<OwnColour>,
     /// Stretch of the lines of each recording.
     pub stretch: Vec<Stretch>,
     /// Index of the time jitter of each recording in the settings.
@@ -199,6 +212,16 @@ pub struct Point {
 }
 
 impl Point {
+    /// The same machine in other recordings, of which each has usual speeds and colours and a jitter of that index.
+    pub fn of_usual(self, count: usize, jitter: usize) -> Self {
+        Self {
+            own_colour: vec![OwnColour::default(); count],
+            stretch: vec![Stretch::default(); count],
+            jitter: vec![jitter; count],
+            ..self
+        }
+    }
+
     /// −ln of likelihood and prior.
     pub fn objective(&self) -> f64 {
         self.neg_logs.iter().sum::<f64>() + self.prior

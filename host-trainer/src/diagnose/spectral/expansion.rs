@@ -26,7 +26,8 @@ struct Derivative {
     inner: Power,
 }
 
-/// Gradient and information of likelihood and prior: coordinates first, then the colours.
+/// Gradient and information of likelihood and prior: coordinates first, then the colours of all recordings, then what each
+/// recording's have of their own.
 #[derive(Clone, Debug)]
 pub struct Expansion {
     /// Gradient of −ln.
@@ -50,14 +51,26 @@ impl Expansion {
             Self::of_channel(&model.data.channel(point, recording, channel), &columns)
         };
         let pieces: Vec<Self> = (0..2 * model.data.observations.len()).into_par_iter().map(of).collect();
-        let mut out = Self::zeros(model.coordinates.len() + COLOURS * KNOTS);
-        for piece in &pieces {
-            out.gradient.iter_mut().zip(&piece.gradient).for_each(|(sum, g)| *sum += g);
-            out.information += &piece.information;
+        let shared = model.coordinates.len() + COLOURS * KNOTS;
+        let mut out = Self::zeros(shared + pieces.len() * KNOTS);
+        for (n, piece) in pieces.into_iter().enumerate() {
+            // What a recording's colour has of its own moves its channel as the colour of all does.
+            let colour = model.coordinates.len() + n % 2 * KNOTS;
+            let of_own = (0..KNOTS).map(|knot| (colour + knot, shared + n * KNOTS + knot));
+            let places: Vec<(usize, usize)> = (0..shared).map(|a| (a, a)).chain(of_own).collect();
+            let mut gradient = vec![0.0; out.gradient.len()];
+            for (from, to) in &places {
+                gradient[*to] = piece.gradient[*from];
+                out.gradient[*to] += piece.gradient[*from];
+                for (other_from, other_to) in places.iter().take_while(|(_, other)| other <= to) {
+                    let [a, b] = [*from.max(other_from), *from.min(other_from)];
+                    out.information[(*to, *other_to)] += piece.information[(a, b)];
+                }
+            }
+            out.pieces.push(gradient);
         }
         out.complete();
         out.add_prior(model, point);
-        out.pieces = pieces.into_iter().map(|piece| piece.gradient).collect();
         Ok(out)
     }
 
@@ -65,7 +78,7 @@ impl Expansion {
         Self { gradient: vec![0.0; count], information: Mat::zeros(count, count), pieces: Vec::new() }
     }
 
-    /// Likelihood of a channel of a recording; of the information only the lower triangle.
+    /// Likelihood of a channel of a recording, without its own colour; of the information only the lower triangle.
     fn of_channel(at: &Channel, columns: &[&Derivative]) -> Self {
         let count = columns.len();
         let mut out = Self::zeros(count + COLOURS * KNOTS);
@@ -103,11 +116,13 @@ impl Expansion {
     }
 
     fn add_prior(&mut self, model: &Model, point: &Point) {
-        for (n, colour) in point.colour.iter().enumerate() {
+        let all = point.colour.iter().zip(&model.data.colour_precision);
+        let own = point.own_colour.iter().flatten().map(|colour| (colour, &model.data.own_colour_precision));
+        for (n, (colour, precision)) in all.chain(own).enumerate() {
             let from = model.coordinates.len() + n * KNOTS;
             for a in 0..KNOTS {
                 for (b, knot) in colour.iter().enumerate() {
-                    let precision = model.data.colour_precision[n][(a, b)];
+                    let precision = precision[(a, b)];
                     self.information[(from + a, from + b)] += precision;
                     self.gradient[from + a] += precision * knot;
                 }

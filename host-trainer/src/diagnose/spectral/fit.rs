@@ -65,7 +65,7 @@ impl<'d, 'a> Model<'d, 'a> {
     pub fn start(&self) -> Result<Point, RigError> {
         let count = self.data.observations.len();
         let predictions = Arc::new(self.predictions(&self.own_rig()?)?);
-        let nuisances = Point { stretch: vec![Stretch::default(); count], jitter: vec![0; count], ..Point::default() };
+        let nuisances = Point::default().of_usual(count, 0);
         let mut point = Point { values: self.own_values(), predictions, ..nuisances };
         self.weigh(&mut point);
         self.fit_stretch(&mut point);
@@ -100,8 +100,8 @@ impl<'d, 'a> Model<'d, 'a> {
         self.weigh(&mut point);
         self.fit_stretch(&mut point);
         for [jitter, spacing] in LIKELIHOOD.usual {
-            let (jitter, colour) = (vec![jitter; point.jitter.len()], Default::default());
-            let mut usual = Point { colour, jitter, spacing, ..point.clone() };
+            let of_usual = point.clone().of_usual(point.jitter.len(), jitter);
+            let mut usual = Point { colour: Default::default(), stretch: point.stretch.clone(), spacing, ..of_usual };
             self.weigh(&mut usual);
             if usual.objective() < point.objective() {
                 point = usual;
@@ -155,6 +155,7 @@ impl<'d, 'a> Model<'d, 'a> {
         let unknown =
             self.guesses.iter().zip(&point.values).map(|(g, u)| 0.5 * ((u - g) / SETTINGS.unknown_std).powi(2));
         point.prior = self.data.colour_prior(&point.colour)
+            + self.data.own_colour_prior(&point.own_colour)
             + self.data.stretch_prior(point)
             + point.jitter.iter().map(jitter).sum::<f64>()
             + unknown.sum::<f64>();
@@ -235,7 +236,8 @@ impl<'d, 'a> Model<'d, 'a> {
         let greatest = own.iter().fold(0.0f64, |m, s| m.max(s.abs()));
         let scale = if greatest > SETTINGS.max_step { SETTINGS.max_step / greatest } else { 1.0 };
         let mut next = point.clone();
-        next.colour.iter_mut().flatten().zip(of_colour).for_each(|(c, s)| *c += scale * s);
+        let colours = next.colour.iter_mut().chain(next.own_colour.iter_mut().flatten()).flatten();
+        colours.zip(of_colour).for_each(|(c, s)| *c += scale * s);
         if !own.is_empty() {
             let values: Vec<f64> = point.values.iter().zip(own).map(|(u, s)| u + scale * s).collect();
             next.predictions = Arc::new(self.predictions(&self.rig_at(&values).ok()?).ok()?);

@@ -15,6 +15,7 @@ use statrs::function::gamma::ln_gamma;
 use super::observation::{Observation, Power};
 use super::prediction::{Lines, Prediction};
 use super::settings::{FORMS, LikelihoodSettings};
+use crate::identify::likelihood::observed::CHANNELS;
 
 const SETTINGS: LikelihoodSettings = LikelihoodSettings::DEFAULT;
 /// Values of a noise's colour in a channel.
@@ -27,6 +28,16 @@ pub const PROCESS: usize = 2;
 
 /// Logarithms of the noise's colours at the knots, Np of power.
 pub type Colour = [[f64; KNOTS]; COLOURS];
+
+/// What a recording's colours of its channels have of their own, Np of power.
+pub type OwnColour = [[f64; KNOTS]; CHANNELS.len()];
+
+/// Colours of a recording: those of all, and what it has of its own.
+pub fn colour_with(colour: &Colour, own: &OwnColour) -> Colour {
+    let mut colour = *colour;
+    colour.iter_mut().zip(own).for_each(|(all, own)| all.iter_mut().zip(own).for_each(|(all, own)| *all += own));
+    colour
+}
 
 /// Knots around each bin of a recording: number of the lower one, and share of the upper one.
 pub fn hats(observation: &Observation) -> Vec<(usize, f64)> {
@@ -82,10 +93,19 @@ impl ColouredNoise {
 /// Covariance of a colour before any recording.
 pub fn colour_covariance(a: usize, b: usize) -> f64 {
     let roll_off = |knot: usize| SETTINGS.roll_off_np * SETTINGS.knots[knot].powi(2);
+    without_roll_off(a, b) + roll_off(a) * roll_off(b)
+}
+
+/// Covariance of what a recording's colour has of its own.
+pub fn own_colour_covariance(a: usize, b: usize) -> f64 {
+    SETTINGS.own_colour_std.powi(2) * without_roll_off(a, b)
+}
+
+fn without_roll_off(a: usize, b: usize) -> f64 {
     let own = if a == b { SETTINGS.knot_np.powi(2) } else { 0.0 };
     let cosine = |k: usize, knot: usize| SETTINGS.cosine_np / k as f64 * (PI * k as f64 * SETTINGS.knots[knot]).cos();
     let cosines: f64 = (1..=SETTINGS.cosines).map(|k| cosine(k, a) * cosine(k, b)).sum();
-    SETTINGS.level_np.powi(2) + roll_off(a) * roll_off(b) + cosines + own
+    SETTINGS.level_np.powi(2) + cosines + own
 }
 
 /// A bin under a prediction.

@@ -20,9 +20,11 @@
 //! | `angle` | angle of a defect in the outer race |
 //! | `baseline` | calibration to the healthy machine, and what is no change since |
 //! | `selection` | causes, one after the other, by fitted and held-out recordings |
+//! | `tolerance` | what every machine has within its tolerances |
 //! | `lack` | what a prediction leaves |
 //! | `swing` | a level that rises and falls within a recording |
 //! | `pipeline` | from recordings to a result |
+//! | `subset` | causes of some of the recordings |
 //! | `causes` | causes and their numbers |
 //! | `held_out` | simulations of held-out recordings |
 //! | `terms` | causes as curves |
@@ -50,10 +52,12 @@ mod screening;
 mod search;
 mod selection;
 mod settings;
+mod subset;
 mod swing;
 mod terms;
 mod text;
+mod tolerance;
 mod unevenness;
 
 pub(crate) use baseline::calibrated;
-pub(crate) use pipeline::diagnose;
+pub(crate) use subset::diagnose;

@@ -29,11 +29,19 @@ use crate::signal::kinematics::Orders;
 const GATE: GateSettings = GateSettings::DEFAULT;
 const FIT: FitSettings = FitSettings::DEFAULT;
 
-/// Diagnoses recordings of a bearing rig of known structure; `rig` is calibrated to the baseline.
+/// Diagnosis of all recordings of a task, each with the same causes.
+pub struct Whole {
+    /// Result.
+    pub result: DiagnosisResult,
+    /// Recordings as they were searched, without faults of the acquisition, the electrical line and an event.
+    pub searched: Vec<Observation>,
+}
+
+/// Diagnoses recordings of a bearing rig of known structure, which all have the same causes; `rig` is calibrated to the baseline.
 ///
 /// # Errors
 /// Recordings without acceleration or speed; a rig that cannot run.
-pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<DiagnosisResult, DiagnoseError> {
+pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, DiagnoseError> {
     let machine = rig.bearing().ok_or(DiagnoseError::NotBearing { found: rig.model.kind().name() })?;
     let orders = machine.bearing.geometry().orders();
     let converter = Converter::of(rig, task.recordings);
@@ -154,7 +162,10 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
         fit,
     };
     let settings = settings::document();
-    Ok(DiagnosisResult { diagnosis, rig: corrected_rig, held_out: signals, tests, fitted: numbers, caveats, settings })
+    let result =
+        DiagnosisResult { diagnosis, rig: corrected_rig, held_out: signals, tests, fitted: numbers, caveats, settings };
+    let searched = fitted.into_iter().chain(held).collect();
+    Ok(Whole { result, searched })
 }
 
 /// What was found: an event, and effects of the corrected rig.
@@ -190,7 +201,7 @@ impl Found<'_, '_, '_> {
 }
 
 /// Nominal rig with its unknown numbers free.
-fn nominal<'d, 'a>(rig: &Rig, data: &'d Data<'a>) -> Model<'d, 'a> {
+pub fn nominal<'d, 'a>(rig: &Rig, data: &'d Data<'a>) -> Model<'d, 'a> {
     Model::of_unknown(
         data,
         rig,

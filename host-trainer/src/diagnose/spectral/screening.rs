@@ -8,7 +8,6 @@ use super::candidate::NullFit;
 use super::data::{Data, Point};
 use super::fit::Model;
 use super::hypotheses::Hypothesis;
-use super::likelihood::Stretch;
 use super::observation::{Observation, duration_s};
 use super::settings::SearchSettings;
 use super::unevenness::UnevenMachines;
@@ -87,9 +86,8 @@ pub fn screened<'h>(null: &NullFit, brief: &Brief, hypotheses: &'h [Hypothesis])
 /// Null fit of the same rig to brief recordings.
 fn brief_null<'d, 'a>(null: &NullFit, data: &'d Data<'a>) -> Option<NullFit<'d, 'a>> {
     let (model, at) = (Model::fixed(data, null.rig.clone()), &null.point);
-    let count = data.observations.len();
-    let jitter = vec![at.jitter.iter().copied().max().unwrap_or(0); count];
-    let from = Point { stretch: vec![Stretch::default(); count], jitter, ..at.clone() };
+    let jitter = at.jitter.iter().copied().max().unwrap_or(0);
+    let from = at.clone().of_usual(data.observations.len(), jitter);
     let point = model.search(model.start_from(&from).ok()?, SETTINGS.brief_steps).ok()?;
     Some(NullFit::new(&model, &point))
 }

@@ -5,15 +5,14 @@ use super::candidate::{Candidate, NullFit};
 use super::causes::{self, Accepted, Trust};
 use super::data::{Data, Point};
 use super::fit::Model;
-use super::hypotheses::LOAD_COMPONENT;
 use super::lack::lack;
-use super::likelihood::Stretch;
-use super::observation::{Observation, duration_s, mean_load_n};
+use super::observation::duration_s;
 use super::screening::Brief;
 use super::search::{Sought, candidates};
 use super::settings::{FitSettings, GateSettings, LikelihoodSettings};
 use super::swing::is_fleeting;
 use super::text;
+use super::tolerance::{is_tolerance, load_error_or_first};
 use super::unevenness::turns_otherwise;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::result::{Cause, Rejected};
@@ -157,43 +156,6 @@ impl<'d, 'a> Selection<'d, 'a> {
     }
 }
 
-/// Index of the first candidate, or of an error of the stated load that gains nearly as much.
-fn load_error_or_first(found: &[Candidate], observations: &[Observation]) -> usize {
-    let first = found[0].gain;
-    let is_close = |c: &Candidate| c.gain > first - GATE.load_nats - GATE.load_share_of_gain * first;
-    found.iter().position(|c| is_load_error(c, observations) && is_close(c)).unwrap_or(0)
-}
-
-/// Whether a candidate is an error of the stated load.
-fn is_load_error(candidate: &Candidate, observations: &[Observation]) -> bool {
-    let force = candidate.effect().and_then(|e| e.number(ParameterKey::ForceN)).unwrap_or_default();
-    let is_of_load = candidate.kind == EffectKind::ConstantForce && candidate.place == LOAD_COMPONENT;
-    is_of_load && force.abs() < GATE.load_share * mean_load_n(observations)
-}
-
-/// Whether a candidate is what every machine has: an error of the stated load, or an effect within its tolerances.
-fn is_tolerance(candidate: &Candidate, observations: &[Observation]) -> bool {
-    let seconds = observations.iter().map(|o| duration_s(std::slice::from_ref(o))).fold(0.0, f64::max);
-    is_load_error(candidate, observations) || candidate.effect().is_some_and(|e| is_within_tolerance(&e, seconds))
-}
-
-/// Whether an effect is roundness or finish of races and balls, or a speed that wanders within recordings of some length, s.
-fn is_within_tolerance(effect: &EffectEntry, seconds: f64) -> bool {
-    let number = |key: ParameterKey| effect.number(key).unwrap_or_default().abs();
-    match effect.kind {
-        EffectKind::OuterRaceWaviness | EffectKind::InnerRaceWaviness => {
-            let is_roundness = number(ParameterKey::Lobes) <= GATE.round_lobes;
-            number(ParameterKey::AmplitudeM) <= if is_roundness { GATE.round_m } else { GATE.wave_m }
-        }
-        EffectKind::OuterRaceDefect | EffectKind::InnerRaceDefect | EffectKind::BallDefect => {
-            number(ParameterKey::DepthM) <= GATE.finish_m
-        }
-        // Standard deviation of a ramp.
-        EffectKind::SpeedDrift => number(ParameterKey::RatePerS) * seconds / 12f64.sqrt() <= GATE.wander,
-        _ => false,
-    }
-}
-
 /// Whether a candidate is no tone from elsewhere: a mode is wider than a line in the finest of the spectra, and rings all the time.
 fn is_no_tone(candidate: &Candidate) -> bool {
     let Some(mode) = candidate.effect().filter(|e| e.kind == EffectKind::StructuralResonance) else { return true };
@@ -202,7 +164,7 @@ fn is_no_tone(candidate: &Candidate) -> bool {
     let half_power_hz = 2.0 * number(ParameterKey::DampingRatio) * frequency_hz;
     let observations = candidate.model.data.observations;
     let bins_hz = observations.iter().map(|o| o.hz(1.0));
-    half_power_hz > (LIKELIHOOD.tapers + 1) as f64 * bins_hz.fold(f64::MAX, f64::min)
+    half_power_hz > (LIKELIHOOD.tapers + 2) as f64 * bins_hz.fold(f64::MAX, f64::min)
         && !is_fleeting(observations, frequency_hz, half_power_hz)
 }
 
@@ -240,9 +202,8 @@ pub fn refit_nuisances(data: &Data, model: &Model, point: &Point) -> Result<Poin
 
 /// Nuisances of a machine as a start for other recordings of it.
 fn nuisances_from(data: &Data, point: &Point) -> Point {
-    let count = data.observations.len();
-    let jitter = vec![point.jitter.iter().copied().max().unwrap_or(0); count];
-    Point { values: Vec::new(), stretch: vec![Stretch::default(); count], jitter, ..point.clone() }
+    let jitter = point.jitter.iter().copied().max().unwrap_or(0);
+    Point { values: Vec::new(), ..point.clone() }.of_usual(data.observations.len(), jitter)
 }
 
 /// Effects that were considered and are no causes, each once, with the reason.
@@ -258,24 +219,4 @@ pub fn rejected_names(accepted: &[Accepted], rejected: &[Candidate], causes: &[C
         }
     }
     out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn tolerances_are_of_make_and_drive() {
-        use ParameterKey::{AmplitudeM, DepthM, Lobes, RatePerS};
-        let is_tolerated =
-            |kind, numbers: &[(ParameterKey, f64)]| is_within_tolerance(&EffectEntry::new(kind, numbers), 1.0);
-        let round =
-            |amplitude, lobes| is_tolerated(EffectKind::InnerRaceWaviness, &[(AmplitudeM, amplitude), (Lobes, lobes)]);
-        assert!(round(3e-7, 2.0) && round(-3e-7, 3.0) && !round(1e-6, 2.0) && !round(3e-7, 9.0) && round(2e-8, 9.0));
-        let deep = |depth| is_tolerated(EffectKind::OuterRaceDefect, &[(DepthM, depth)]);
-        assert!(deep(1e-8) && !deep(1e-6));
-        let drifting = |rate| is_tolerated(EffectKind::SpeedDrift, &[(RatePerS, rate)]);
-        assert!(drifting(-0.01) && !drifting(0.03));
-        assert!(!is_tolerated(EffectKind::Unbalance, &[(ParameterKey::UnbalanceKgM, 1e-9)]));
-    }
 }

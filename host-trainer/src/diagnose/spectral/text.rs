@@ -124,3 +124,14 @@ pub fn tolerated(effect: &EffectEntry) -> String {
         effect.equation(RigKind::Bearing5Dof)
     )
 }
+
+/// Caveat of causes that were found in some recordings alone.
+pub fn in_some(recordings: &[&str], has_others_within_chance: bool) -> String {
+    let names = recordings.join(", ");
+    match has_others_within_chance {
+        true => format!("What is found is in {names} alone: the other recordings are as the rig, within chance."),
+        false => format!(
+            "What is found is in {names} alone, which differs most from the rig; one strength in all recordings explains nothing."
+        ),
+    }
+}

@@ -34,6 +34,9 @@ pub struct LikelihoodSettings {
     /// Standard deviation of the colours of `ax`, `ay` and the process force over the ones above. By hand: half for the process
     /// force, as a gain of one channel would else be a colour of both.
     pub colour_std: [f64; 3],
+    /// Standard deviation of what a recording's colours have of their own, over that of the colours of all without the roll-off.
+    /// Noises of choosing machines of another hand differ by 0.4 to 1 dB between recordings.
+    pub own_colour_std: f64,
     /// Relative variance of the power of a predicted line: the machine's error against its rig.
     pub line_variance: f64,
     /// Share of bins that are neither noise nor a predicted line.
@@ -93,6 +96,7 @@ impl LikelihoodSettings {
         cosines: 3,
         knot_np: 0.05,
         colour_std: [1.0, 1.0, 0.5],
+        own_colour_std: 1.0,
         line_variance: 0.5,
         outliers: 0.01,
         outlier_power: 10.0,

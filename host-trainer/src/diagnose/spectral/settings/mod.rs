@@ -10,6 +10,7 @@ mod likelihood;
 mod mains;
 mod search;
 mod swing;
+mod tolerance;
 
 pub use event::EventSettings;
 pub use fit::FitSettings;
@@ -21,6 +22,7 @@ pub use likelihood::{FORMS, LikelihoodSettings};
 pub use mains::MainsSettings;
 pub use search::SearchSettings;
 pub use swing::SwingSettings;
+pub use tolerance::ToleranceSettings;
 
 use crate::diagnose::shown::ShownSettings;
 
@@ -32,6 +34,7 @@ pub fn document() -> serde_json::Value {
         "event": EventSettings::DEFAULT,
         "lack": LackSettings::DEFAULT,
         "gate": GateSettings::DEFAULT,
+        "tolerance": ToleranceSettings::DEFAULT,
         "intervals": IntervalSettings::DEFAULT,
         "mains": MainsSettings::DEFAULT,
         "swing": SwingSettings::DEFAULT,

@@ -1,0 +1,40 @@
+//! Settings of what every machine has within the tolerances of its make, load and drive.
+
+use serde::Serialize;
+
+/// Settings of what every machine has within the tolerances of its make, load and drive.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ToleranceSettings {
+    /// Gain below the best, in nats, within which what is within tolerance is preferred.
+    pub nats: f64,
+    /// The same as a share of the best gain.
+    pub share_of_gain: f64,
+    /// Greatest constant force in the direction of the load, over the load, that is an error of the stated load.
+    pub load_share: f64,
+    /// Lobes up to which a race's waviness is its roundness. By hand: rings are out of round by how they were held.
+    pub round_lobes: f64,
+    /// Greatest amplitude of it that is within the tolerance of its make, m: by hand, half the 1 µm from peak to peak of rings of
+    /// ordinary precision.
+    pub round_m: f64,
+    /// Greatest amplitude of waviness with more lobes that is the finish of a race, m. False ones of choosing seed 60 had 16 and 19 nm, the
+    /// least true one of choosing seeds 35 nm.
+    pub wave_m: f64,
+    /// Greatest depth of a local defect that is the finish of a race or ball, m: by hand, the roughness of a honed race.
+    pub finish_m: f64,
+    /// Greatest standard deviation of a drifting speed over its mean that is the wander of a drive: by hand.
+    pub wander: f64,
+}
+
+impl ToleranceSettings {
+    /// Default settings.
+    pub const DEFAULT: Self = Self {
+        nats: 20.0,
+        share_of_gain: 0.03,
+        load_share: 0.025,
+        round_lobes: 3.0,
+        round_m: 5e-7,
+        wave_m: 3e-8,
+        finish_m: 5e-8,
+        wander: 0.003,
+    };
+}

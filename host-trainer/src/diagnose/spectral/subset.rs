@@ -1,0 +1,95 @@
+//! Diagnosis of all recordings and, where that explains nothing, of those that differ most from the rig: a fault may be in some
+//! recordings only, or grow from one to the next.
+
+use rayon::prelude::*;
+
+use super::data::Data;
+use super::lack::lack;
+use super::observation::Observation;
+use super::pipeline::{Whole, nominal, whole};
+use super::settings::{FitSettings, GateSettings};
+use super::text;
+use super::unevenness::UnevenMachines;
+use crate::diagnose::result::{DiagnosisResult, Nuisance, Verdict};
+use crate::diagnose::{DiagnoseError, Task};
+use crate::recording::Recording;
+use crate::rig::{Rig, RigError};
+use crate::signal::kinematics::Orders;
+
+const GATE: GateSettings = GateSettings::DEFAULT;
+const FIT: FitSettings = FitSettings::DEFAULT;
+
+/// Diagnoses recordings of a bearing rig of known structure; `rig` is calibrated to the baseline.
+///
+/// # Errors
+/// Recordings without acceleration or speed; a rig that cannot run.
+pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<DiagnosisResult, DiagnoseError> {
+    let machine = rig.bearing().ok_or(DiagnoseError::NotBearing { found: rig.model.kind().name() })?;
+    let Whole { result, searched } = whole(task, rig, progress)?;
+    if result.diagnosis.verdict != Verdict::Unexplained || searched.len() < 2 {
+        return Ok(result);
+    }
+    progress("searching for the recordings that differ most");
+    let lacks = own_lacks(rig, &searched, machine.bearing.geometry().orders())?;
+    let Some(differing) = Differing::of(&lacks) else { return Ok(result) };
+    let chosen: Vec<Recording> = differing.recordings.iter().map(|n| task.recordings[*n].clone()).collect();
+    let Whole { result: mut own, .. } = whole(&Task { recordings: &chosen, ..*task }, rig, progress)?;
+    if own.diagnosis.verdict != Verdict::Mismatch {
+        return Ok(result);
+    }
+    let names: Vec<&str> = differing.recordings.iter().map(|n| searched[*n].name.as_str()).collect();
+    own.caveats.push(text::in_some(&names, differing.has_others_within_chance));
+    let of_others = |n: &&Nuisance| !own.diagnosis.nuisance.iter().any(|own| own.recording == n.recording);
+    let others: Vec<_> = result.diagnosis.nuisance.iter().filter(of_others).cloned().collect();
+    own.diagnosis.nuisance.extend(others);
+    Ok(own)
+}
+
+/// Lack of fit of each recording by itself, nats: the colour of the noise is its own, so that others' faults are no part of it.
+fn own_lacks(rig: &Rig, searched: &[Observation], orders: Orders) -> Result<Vec<f64>, RigError> {
+    let of = |observation: &Observation| {
+        let own = std::slice::from_ref(observation);
+        let data = Data::new(own, orders, UnevenMachines::new(rig, own, &orders)?);
+        let model = nominal(rig, &data);
+        let point = model.search(model.start()?, FIT.nominal_steps)?;
+        Ok::<_, RigError>(lack(&data, &point).total())
+    };
+    searched.par_iter().map(of).collect()
+}
+
+/// Recordings that differ from a rig more than others.
+#[derive(Clone, Debug, PartialEq)]
+struct Differing {
+    /// Their indices.
+    recordings: Vec<usize>,
+    /// Whether the others are within chance.
+    has_others_within_chance: bool,
+}
+
+impl Differing {
+    /// Recordings of a lack of fit beyond chance, where that of others is within it; else the one of the greatest. `None` if all
+    /// are within chance.
+    fn of(lacks: &[f64]) -> Option<Self> {
+        let chance = GATE.lack / 4.0;
+        let beyond: Vec<usize> = (0..lacks.len()).filter(|n| lacks[*n] > chance).collect();
+        let most = (0..lacks.len()).max_by(|a, b| lacks[*a].total_cmp(&lacks[*b]))?;
+        match beyond.len() {
+            0 => None,
+            count if count < lacks.len() => Some(Self { recordings: beyond, has_others_within_chance: true }),
+            _ => Some(Self { recordings: vec![most], has_others_within_chance: false }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn recordings_beyond_chance_are_taken_or_the_farthest_of_all() {
+        let of = |lacks: &[f64]| Differing::of(lacks).map(|found| (found.recordings, found.has_others_within_chance));
+        assert_eq!(of(&[1.0, 900.0, 2.0, 300.0]), Some((vec![1, 3], true)));
+        assert_eq!(of(&[100.0, 900.0, 200.0, 300.0]), Some((vec![1], false)));
+        assert_eq!(of(&[1.0, 2.0]), None);
+    }
+}
