@@ -1,5 +1,7 @@
 //! Samples that a logger dropped: one turn of the shaft is short by as many, while all others are like those around them.
 
+use std::ops::Range;
+
 use crate::identify::likelihood::observed::accelerations;
 use crate::recording::Recording;
 use crate::signal::order::pulses;
@@ -42,6 +44,17 @@ pub struct Gap {
     pub kind: Kind,
 }
 
+impl Gap {
+    /// Samples of the recording that stand where others are missing.
+    pub fn span(&self) -> Range<usize> {
+        let count = match self.kind {
+            Kind::Cut => 0,
+            Kind::Held => self.count,
+        };
+        self.sample..self.sample + count
+    }
+}
+
 /// Missing samples by a recording's tachometer; `None` without one, if every turn is like those around it, or if only a pulse is
 /// missing.
 pub fn gap(recording: &Recording) -> Option<Gap> {
@@ -82,7 +95,7 @@ fn expected(turns: &[f64], n: usize) -> Option<f64> {
 }
 
 /// Sample of the greatest jump within a turn: where the errors of an autoregression are largest.
-fn jump(recording: &Recording, within: std::ops::Range<usize>) -> Option<usize> {
+fn jump(recording: &Recording, within: Range<usize>) -> Option<usize> {
     let mut energy = vec![0.0; within.len()];
     for channel in accelerations(recording).into_iter().flatten() {
         let errors = Autoregression::new(&channel.samples).innovations(&channel.samples);

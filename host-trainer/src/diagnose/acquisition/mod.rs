@@ -7,10 +7,12 @@ mod dropped;
 mod held;
 mod step;
 
+use std::ops::Range;
+
 use clipping::Limits;
 pub use converter::Converter;
 use dropped::{Gap, Kind};
-use step::{Step, steps};
+use step::steady_part;
 
 use super::DiagnoseError;
 use super::result::Cause;
@@ -68,9 +70,9 @@ impl Fault {
 pub struct Acquired {
     /// Recordings without the removed faults.
     pub recordings: Vec<Recording>,
-    /// Offsets of all recordings. They are removed.
+    /// Offsets of all recordings, which are subtracted.
     offsets: Vec<Fault>,
-    /// What is left out: stretches around missing samples, and on one side of an offset's beginning.
+    /// What is taken out of the samples: stretches around missing ones, one side of a jump of the mean, and the electrical line.
     pub taken_out: Vec<Fault>,
     /// Clipping. Its samples are restored.
     pub clipped: Vec<Fault>,
@@ -210,7 +212,8 @@ pub fn whole_part(recordings: &mut [Recording]) -> Option<Fault> {
     let evidence =
         format!("{what} at {:.3} s, in {} of {} recordings.", gap.sample as f64 / rate, found.len(), recordings.len());
     for (gaps, recording) in gaps.iter().zip(recordings.iter_mut()).filter(|(gaps, _)| !gaps.is_empty()) {
-        *recording = part(recording, between(gaps, recording.len()));
+        let spans: Vec<Range<usize>> = gaps.iter().map(Gap::span).collect();
+        *recording = part(recording, between(&spans, recording.len()));
     }
     let effect = EffectEntry::new(
         EffectKind::DroppedSamples,
@@ -219,46 +222,10 @@ pub fn whole_part(recordings: &mut [Recording]) -> Option<Fault> {
     Some(Fault { effect, evidence, p_value: two_sided(gap.z), probability: SURE })
 }
 
-/// Cuts recordings in which an offset begins or ends to the longer part before or after; the fault of the greatest of them, if there
-/// are any.
-fn steady_part(recordings: &mut [Recording]) -> Option<Fault> {
-    let found: Vec<[Option<Step>; 2]> = recordings.iter().map(steps).collect();
-    let each = found.iter().enumerate().flat_map(|(n, of)| of.iter().enumerate().map(move |(c, step)| (n, c, *step)));
-    let each = each.filter_map(|(n, c, step)| Some((n, c, step?)));
-    let (n, channel, most) = each.max_by(|a, b| a.2.change.abs().total_cmp(&b.2.change.abs()))?;
-    let name = CHANNELS[channel];
-    let evidence = format!(
-        "The mean of {name} jumps by {:.4} m/s² at {:.3} s of {}, and so in {} of {} recordings: no motion of a machine does that.",
-        most.change,
-        most.sample as f64 / recordings[n].sample_rate_hz,
-        recordings[n].name(),
-        found.iter().filter(|of| of.iter().any(Option::is_some)).count(),
-        recordings.len()
-    );
-    for (recording, of) in recordings.iter_mut().zip(&found) {
-        // Where it begins is known to a turn.
-        let turn = (recording.sample_rate_hz / recording.shaft_hz.unwrap_or(f64::INFINITY)) as usize;
-        let unknown = |step: &Step| Gap {
-            sample: step.sample.saturating_sub(turn),
-            count: 2 * turn,
-            z: step.z,
-            kind: Kind::Held,
-        };
-        let mut gaps: Vec<Gap> = of.iter().flatten().map(unknown).collect();
-        gaps.sort_by_key(|gap| gap.sample);
-        if !gaps.is_empty() {
-            *recording = part(recording, between(&gaps, recording.len()));
-        }
-    }
-    let effect = EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, most.change)])
-        .with_text(ParameterKey::Channel, name);
-    Some(Fault { effect, evidence, p_value: two_sided(most.z), probability: SURE })
-}
-
-/// Longest part of a recording between its gaps, which are in the order of time; all of it if only shreds are left.
-fn between(gaps: &[Gap], samples: usize) -> std::ops::Range<usize> {
-    let ends = gaps.iter().map(|gap| gap.sample + if gap.kind == Kind::Held { gap.count } else { 0 } + MARGIN);
-    let starts = gaps.iter().map(|gap| gap.sample.saturating_sub(MARGIN));
+/// Longest part between spans of samples that are left out, which are in the order of time; all of it if only shreds are left.
+fn between(left_out: &[Range<usize>], samples: usize) -> Range<usize> {
+    let ends = left_out.iter().map(|span| span.end + MARGIN);
+    let starts = left_out.iter().map(|span| span.start.saturating_sub(MARGIN));
     let parts = std::iter::once(0).chain(ends).zip(starts.chain([samples])).map(|(from, to)| from..to);
     parts.max_by_key(ExactSizeIterator::len).filter(|part| part.len() > samples / 8).unwrap_or(0..samples)
 }
@@ -271,9 +238,9 @@ mod tests {
 
     #[test]
     fn the_longest_part_between_gaps_is_kept() {
-        let gap = |sample, count, kind| Gap { sample, count, z: 9.0, kind };
-        assert_eq!(between(&[gap(9000, 300, Kind::Cut)], 25_600), 9000 + MARGIN..25_600);
-        let held = [gap(2000, 900, Kind::Held), gap(20_000, 900, Kind::Held)];
+        let span = |sample, count, kind| Gap { sample, count, z: 9.0, kind }.span();
+        assert_eq!(between(&[span(9000, 300, Kind::Cut)], 25_600), 9000 + MARGIN..25_600);
+        let held = [span(2000, 900, Kind::Held), span(20_000, 900, Kind::Held)];
         assert_eq!(between(&held, 25_600), 2900 + MARGIN..20_000 - MARGIN);
     }
 

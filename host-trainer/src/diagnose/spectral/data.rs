@@ -30,7 +30,7 @@ pub struct Data<'a> {
     pub unevenness: UnevenMachines,
     /// Inverse covariance of each colour before any recording.
     pub colour_precision: [Mat<f64>; COLOURS],
-    /// The same of what a recording's has of its own.
+    /// Inverse covariance of what a recording's colour has of its own, before any recording.
     pub own_colour_precision: Mat<f64>,
     hats: Vec<Vec<(usize, f64)>>,
     /// Shares of the lines' power that jitter takes, of each recording and jitter of the settings.
@@ -212,8 +212,8 @@ pub struct Point {
 }
 
 impl Point {
-    /// The same machine in other recordings, of which each has usual speeds and colours and a jitter of that index.
-    pub fn of_usual(self, count: usize, jitter: usize) -> Self {
+    /// The same machine in so many other recordings, all with a jitter of that index, at stated speeds and without colours of their own.
+    pub fn in_recordings(self, count: usize, jitter: usize) -> Self {
         Self {
             own_colour: vec![OwnColour::default(); count],
             stretch: vec![Stretch::default(); count],

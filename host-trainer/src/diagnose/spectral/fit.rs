@@ -65,7 +65,7 @@ impl<'d, 'a> Model<'d, 'a> {
     pub fn start(&self) -> Result<Point, RigError> {
         let count = self.data.observations.len();
         let predictions = Arc::new(self.predictions(&self.own_rig()?)?);
-        let nuisances = Point::default().of_usual(count, 0);
+        let nuisances = Point::default().in_recordings(count, 0);
         let mut point = Point { values: self.own_values(), predictions, ..nuisances };
         self.weigh(&mut point);
         self.fit_stretch(&mut point);
@@ -100,8 +100,8 @@ impl<'d, 'a> Model<'d, 'a> {
         self.weigh(&mut point);
         self.fit_stretch(&mut point);
         for [jitter, spacing] in LIKELIHOOD.usual {
-            let of_usual = point.clone().of_usual(point.jitter.len(), jitter);
-            let mut usual = Point { colour: Default::default(), stretch: point.stretch.clone(), spacing, ..of_usual };
+            let of_each = point.clone().in_recordings(point.jitter.len(), jitter);
+            let mut usual = Point { colour: Default::default(), stretch: point.stretch.clone(), spacing, ..of_each };
             self.weigh(&mut usual);
             if usual.objective() < point.objective() {
                 point = usual;

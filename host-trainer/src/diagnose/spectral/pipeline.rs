@@ -85,7 +85,7 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
         + lack(&held_data, &refit_nuisances(&held_data, &selection.model, &selection.point)?).total();
     let is_corrected = !(selection.tolerated.is_empty() && selection.in_baseline.is_empty());
     let unexplained = if is_corrected { left } else { before.total() + held_before.total() };
-    let chance = GATE.lack * (fitted.len() + held.len()) as f64 / 4.0;
+    let chance = GATE.lack * (fitted.len() + held.len()) as f64;
     let doubtful = selection.rejected.iter().find(|c| c.gain > GATE.doubtful_gain).cloned();
     let is_beyond_chance = unexplained > chance || doubtful.is_some();
     let swing = swing(&[fitted.as_slice(), &held].concat());

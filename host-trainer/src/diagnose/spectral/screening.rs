@@ -87,7 +87,7 @@ pub fn screened<'h>(null: &NullFit, brief: &Brief, hypotheses: &'h [Hypothesis])
 fn brief_null<'d, 'a>(null: &NullFit, data: &'d Data<'a>) -> Option<NullFit<'d, 'a>> {
     let (model, at) = (Model::fixed(data, null.rig.clone()), &null.point);
     let jitter = at.jitter.iter().copied().max().unwrap_or(0);
-    let from = at.clone().of_usual(data.observations.len(), jitter);
+    let from = at.clone().in_recordings(data.observations.len(), jitter);
     let point = model.search(model.start_from(&from).ok()?, SETTINGS.brief_steps).ok()?;
     Some(NullFit::new(&model, &point))
 }

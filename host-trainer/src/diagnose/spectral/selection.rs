@@ -203,7 +203,7 @@ pub fn refit_nuisances(data: &Data, model: &Model, point: &Point) -> Result<Poin
 /// Nuisances of a machine as a start for other recordings of it.
 fn nuisances_from(data: &Data, point: &Point) -> Point {
     let jitter = point.jitter.iter().copied().max().unwrap_or(0);
-    Point { values: Vec::new(), ..point.clone() }.of_usual(data.observations.len(), jitter)
+    Point { values: Vec::new(), ..point.clone() }.in_recordings(data.observations.len(), jitter)
 }
 
 /// Effects that were considered and are no causes, each once, with the reason.

@@ -70,8 +70,7 @@ impl Differing {
     /// Recordings of a lack of fit beyond chance, where that of others is within it; else the one of the greatest. `None` if all
     /// are within chance.
     fn of(lacks: &[f64]) -> Option<Self> {
-        let chance = GATE.lack / 4.0;
-        let beyond: Vec<usize> = (0..lacks.len()).filter(|n| lacks[*n] > chance).collect();
+        let beyond: Vec<usize> = (0..lacks.len()).filter(|n| lacks[*n] > GATE.lack).collect();
         let most = (0..lacks.len()).max_by(|a, b| lacks[*a].total_cmp(&lacks[*b]))?;
         match beyond.len() {
             0 => None,

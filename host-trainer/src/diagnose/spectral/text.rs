@@ -131,7 +131,7 @@ pub fn in_some(recordings: &[&str], has_others_within_chance: bool) -> String {
     match has_others_within_chance {
         true => format!("What is found is in {names} alone: the other recordings are as the rig, within chance."),
         false => format!(
-            "What is found is in {names} alone, which differs most from the rig; one strength in all recordings explains nothing."
+            "What is found is in {names} alone, which differs most from the rig: no cause of one strength explains all recordings."
         ),
     }
 }

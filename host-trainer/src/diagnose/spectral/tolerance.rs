@@ -9,15 +9,11 @@ use crate::rig::effect::{EffectKind, ParameterKey};
 
 const SETTINGS: ToleranceSettings = ToleranceSettings::DEFAULT;
 
-/// Whether a gain is nearly the best.
-fn is_close(gain: f64, best: f64) -> bool {
-    gain > best - SETTINGS.nats - SETTINGS.share_of_gain * best
-}
-
 /// Index of the first candidate, or of an error of the stated load that gains nearly as much.
 pub fn load_error_or_first(found: &[Candidate], observations: &[Observation]) -> usize {
     let first = found[0].gain;
-    found.iter().position(|c| is_load_error(c, observations) && is_close(c.gain, first)).unwrap_or(0)
+    let is_close = |c: &Candidate| c.gain > first - SETTINGS.load_nats - SETTINGS.load_share_of_gain * first;
+    found.iter().position(|c| is_load_error(c, observations) && is_close(c)).unwrap_or(0)
 }
 
 /// Whether a candidate is an error of the stated load.

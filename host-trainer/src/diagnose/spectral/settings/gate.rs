@@ -29,9 +29,9 @@ pub struct GateSettings {
     pub phase: [f64; 2],
     /// Lack of fit below which no second cause is searched for.
     pub second_lack: f64,
-    /// Lack of fit of four recordings from which a mismatch without a cause is unexplained. Healthy choosing machines of another hand
-    /// leave at most 32 and those of choosing seed 43 (`real`) 0 to 133, one of 17 above 100; slight effects without a name 71 to
-    /// 105.
+    /// Lack of fit over the number of recordings from which a mismatch without a cause is unexplained. Four recordings of healthy
+    /// choosing machines of another hand leave at most 32 and of those of choosing seed 43 (`real`) 0 to 133, one of 17 above 100;
+    /// of slight effects without a name 71 to 105.
     pub lack: f64,
     /// Gain of an effect that did not pass from which there is a mismatch all the same. Healthy machines of choosing seeds 43 to
     /// 46 had at most 18, recordings that did not agree about an effect 909.
@@ -76,7 +76,7 @@ impl GateSettings {
         second_share: 0.3,
         phase: [6.0, 0.1],
         second_lack: 100.0,
-        lack: 100.0,
+        lack: 25.0,
         doubtful_gain: 100.0,
         rivalry: [6.0, 0.01],
         doubt: 3.0,

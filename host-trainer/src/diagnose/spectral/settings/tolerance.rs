@@ -5,10 +5,10 @@ use serde::Serialize;
 /// Settings of what every machine has within the tolerances of its make, load and drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ToleranceSettings {
-    /// Gain below the best, in nats, within which what is within tolerance is preferred.
-    pub nats: f64,
+    /// Gain below the best, in nats, within which an error of the load is preferred.
+    pub load_nats: f64,
     /// The same as a share of the best gain.
-    pub share_of_gain: f64,
+    pub load_share_of_gain: f64,
     /// Greatest constant force in the direction of the load, over the load, that is an error of the stated load.
     pub load_share: f64,
     /// Lobes up to which a race's waviness is its roundness. By hand: rings are out of round by how they were held.
@@ -28,8 +28,8 @@ pub struct ToleranceSettings {
 impl ToleranceSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self {
-        nats: 20.0,
-        share_of_gain: 0.03,
+        load_nats: 20.0,
+        load_share_of_gain: 0.03,
         load_share: 0.025,
         round_lobes: 3.0,
         round_m: 5e-7,
