@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use statrs::statistics::Statistics;
+
 use super::{Fault, SURE, between};
 use crate::identify::calibrate::split::part;
 use crate::identify::likelihood::observed::{CHANNELS, accelerations};
@@ -67,11 +69,11 @@ fn steps(recording: &Recording) -> [Option<Step>; 2] {
 
 /// Jump of the mean of samples, of which so many are a turn of the shaft.
 fn step(samples: &[f64], turn: usize) -> Option<Step> {
-    let means: Vec<f64> = samples.chunks_exact(turn).map(mean).collect();
+    let means: Vec<f64> = samples.chunks_exact(turn).map(Statistics::mean).collect();
     let of = |at: usize| {
         let (before, after) = means.split_at(at);
-        let change = mean(after) - mean(before);
-        let squares = |side: &[f64]| side.iter().map(|v| (v - mean(side)).powi(2)).sum::<f64>();
+        let change = after.mean() - before.mean();
+        let squares = |side: &[f64]| (side.len() - 1) as f64 * side.variance();
         let scatter = ((squares(before) + squares(after)) / (means.len() - 2) as f64).sqrt();
         let error = scatter * (1.0 / before.len() as f64 + 1.0 / after.len() as f64).sqrt();
         (at, change, scatter, change.abs() / error.max(f64::MIN_POSITIVE))
@@ -80,10 +82,6 @@ fn step(samples: &[f64], turn: usize) -> Option<Step> {
     let (at, change, scatter, z) = places.map(of).max_by(|a, b| a.3.total_cmp(&b.3))?;
     let within = (at - 1) * turn..(at + 1) * turn;
     (z > LEAST_Z && change.abs() > OF_SCATTER * scatter).then_some(Step { within, change, z })
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
 }
 
 #[cfg(test)]
@@ -96,12 +94,13 @@ mod tests {
     fn a_jump_of_the_sensor_is_found_and_a_step_of_the_load_is_none() {
         let made = |rig| simulate(&rig, &condition(30.0, 800.0, 12_800), &Start::seeded(3)).unwrap();
         let mut recording = made(nominal());
+        let turn = 853; // 25.6 kHz over 30 Hz
         assert_eq!(steps(&recording), [None, None]);
         let channel = recording.channels.iter_mut().find(|c| c.name == "ay").unwrap();
         channel.samples.iter_mut().skip(5000).for_each(|v| *v += 0.3);
         let [None, Some(step)] = steps(&recording) else { panic!("one jump, in ay") };
         assert!(
-            step.within.contains(&5000) && step.within.len() == 2 * 853 && (step.change / 0.3 - 1.0).abs() < 0.1,
+            step.within.contains(&5000) && step.within.len() == 2 * turn && (step.change / 0.3 - 1.0).abs() < 0.1,
             "{step:?}"
         );
         let load = [(ParameterKey::ChangeN, -300.0), (ParameterKey::TimeS, 0.4)];
