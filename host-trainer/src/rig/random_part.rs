@@ -19,7 +19,8 @@ use super::{
     error::RigError,
     settings::{IntegrationSettings, LinearisationSettings},
     simulate::{
-        assemble, assemble_in_noise, bearing_under, fewest_substeps, output_chain, shortest_settling_s, side_by_side,
+        assemble, assemble_in_noise, bearing_under, diverged_at_s, fewest_substeps, output_chain, shortest_settling_s,
+        side_by_side,
     },
     state::{DOFS, OUTER_X, OUTER_Y, VelocityCovariance},
 };
@@ -303,16 +304,15 @@ impl<'r> Along<'r> {
 /// Visited states of runs, side by side.
 fn visited(runs: Vec<Ready>) -> Vec<Result<Vec<Visited>, RigError>> {
     let (prepared, rest): (Vec<_>, Vec<_>) = runs.into_iter().map(|run| (run.prepared, (run.along, run.kept))).unzip();
-    side_by_side(prepared, |n, prepared, _| {
+    side_by_side(prepared, |n, prepared, signals| {
         let (along, kept) = &rest[n];
-        let states = kept.lock().map(|mut kept| std::mem::take(&mut *kept)).unwrap_or_default();
-        match states.iter().find(|(_, q, v)| q.iter().chain(v).any(|x| !x.is_finite())) {
+        match diverged_at_s(&signals, prepared, along.condition.sample_rate_hz) {
             // A force may be stiffer than where its steps are counted for.
             Some(_) if prepared.substeps < INTEGRATION.most_finer_steps => {
                 visited(vec![along.in_steps(INTEGRATION.finer * prepared.substeps)?]).swap_remove(0)
             }
-            Some((at, ..)) => Err(RigError::Diverged { time_s: at.time_s }),
-            None => Ok(states),
+            Some(time_s) => Err(RigError::Diverged { time_s }),
+            None => Ok(kept.lock().map(|mut kept| std::mem::take(&mut *kept)).unwrap_or_default()),
         }
     })
 }

@@ -272,11 +272,17 @@ pub(super) fn assemble_in_noise(rig: &Rig, scatter: Option<VelocityCovariance>) 
     assembly
 }
 
+/// Time from which the signals of a run are no numbers, s; `None` if they all are.
+pub(super) fn diverged_at_s(signals: &Signals, prepared: &Prepared, sample_rate_hz: f64) -> Option<f64> {
+    let first = signals.iter().filter_map(|signal| signal.iter().position(|v| !v.is_finite())).min();
+    first.map(|bad| (bad as f64 - prepared.preroll as f64) / sample_rate_hz)
+}
+
 fn finish(run: &Run, prepared: &Prepared, chain: &Chain, signals: Signals) -> Result<Recording, RigError> {
     let OperatingCondition { shaft_hz, load_n, sample_rate_hz, samples } = run.condition;
     let preroll = prepared.preroll;
-    if let Some(bad) = signals.iter().filter_map(|s| s.iter().position(|v| !v.is_finite())).min() {
-        return Err(RigError::Diverged { time_s: (bad as f64 - preroll as f64) / sample_rate_hz });
+    if let Some(time_s) = diverged_at_s(&signals, prepared, sample_rate_hz) {
+        return Err(RigError::Diverged { time_s });
     }
     let mut channels = Vec::with_capacity(3);
     let [ax, ay, fx, fy] = signals;

@@ -1,13 +1,15 @@
 use crate::rig::config::ModelKey;
 use crate::rig::effect::{EffectKind, ParameterKey};
 use std::fs;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::config::BearingRig;
 use super::noise;
 use super::simulate::simulate_altered;
 use super::state::{DOFS, INNER_X, INNER_Y, OUTER_X, OUTER_Y};
 use super::{
-    EffectEntry, OperatingCondition, Rig, Run, Start, simulate, simulate_many,
+    EffectEntry, OperatingCondition, Rig, RigError, Run, Start, simulate, simulate_many,
     test_support::{RATE, condition, noise_free, nominal, parse, rms, samples},
 };
 use crate::recording::reference_data;
@@ -220,6 +222,25 @@ fn assert_as_by_contact_forces(start: Start) {
         };
         assert!(off(&by_force) < 1e-3 * off(&even), "{channel}: {} of {}", off(&by_force), off(&even));
     }
+}
+
+/// A force that drives the housing away without bound is asked for no longer than until there are no numbers.
+#[test]
+fn invariant_a_run_that_has_diverged_ends() {
+    let asked = Arc::new(AtomicUsize::new(0));
+    let start = Start { substeps: Some(4), ..Start::noise_free(0.3, 0.7) };
+    let counted = Arc::clone(&asked);
+    let error = simulate_altered(&nominal(), &condition(30.0, 500.0, 8000), &start, &|assembly| {
+        let asked = Arc::clone(&counted);
+        assembly.force(move |_, q, _, forces| {
+            asked.fetch_add(1, Ordering::Relaxed);
+            forces[OUTER_Y] += 1e30 * q[OUTER_Y].powi(3);
+        });
+    });
+    assert!(matches!(error, Err(RigError::Diverged { .. })));
+    // Four a step, of 4 × 8000 and those of the settling.
+    let asked = asked.load(Ordering::Relaxed);
+    assert!(asked < 4 * 4 * 8000 / 10, "{asked}");
 }
 
 #[test]

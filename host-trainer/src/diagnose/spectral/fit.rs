@@ -99,15 +99,18 @@ impl<'d, 'a> Model<'d, 'a> {
         let mut point = Point { values: self.own_values(), predictions: Arc::new(predictions), ..from.clone() };
         self.weigh(&mut point);
         self.fit_stretch(&mut point);
+        let mut is_usual = false;
         for [jitter, spacing] in LIKELIHOOD.usual {
             let of_each = point.clone().in_recordings(point.jitter.len(), jitter);
             let mut usual = Point { colour: Default::default(), stretch: point.stretch.clone(), spacing, ..of_each };
             self.weigh(&mut usual);
             if usual.objective() < point.objective() {
-                point = usual;
+                (point, is_usual) = (usual, true);
             }
         }
-        self.fit_stretch(&mut point);
+        if is_usual {
+            self.fit_stretch(&mut point);
+        }
         point
     }
 

@@ -427,19 +427,29 @@ pub fn best_stretch(
     }
     bins.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
     bins.truncate(SETTINGS.most_lines);
-    let cost = |stretch: f64| {
-        let gain = bins.iter().filter_map(|line| {
-            let (to, channel) = (((1.0 + stretch) * line.k as f64).round() as usize, line.channel);
-            let (power, ln_power) = (observation.power[channel].as_ref()?, observation.ln_power[channel].as_ref()?);
-            Some(without_lines[channel].get(to)? - line.density.neg_log(power[to], ln_power[to]))
-        });
-        prior(stretch) - gain.sum::<f64>()
-    };
     let last = bins.iter().map(|line| line.k).max().unwrap_or(1) as f64;
     let step = SETTINGS.stretch[1].max(SETTINGS.stretch_bins / last);
     let steps = (range.reach / step).round() as i32;
-    let grid = (-steps..=steps).map(|n| range.around + f64::from(n) * step);
-    let best = grid.map(|stretch| (cost(stretch), stretch)).min_by(|a, b| a.0.total_cmp(&b.0));
+    let grid: Vec<f64> = (-steps..=steps).map(|n| range.around + f64::from(n) * step).collect();
+    let mut gains = vec![0.0; grid.len()];
+    for LineBin { k, channel, density, .. } in bins {
+        let (Some(power), Some(ln_power)) = (&observation.power[channel], &observation.ln_power[channel]) else {
+            continue;
+        };
+        let moved =
+            |to: usize| without_lines[channel].get(to).map_or(0.0, |w| w - density.neg_log(power[to], ln_power[to]));
+        // Neighbouring stretches move a line of low frequency to the same bin.
+        let (mut at, mut gain) = (k, moved(k));
+        for (sum, stretch) in gains.iter_mut().zip(&grid) {
+            let to = ((1.0 + stretch) * k as f64).round() as usize;
+            if to != at {
+                (at, gain) = (to, moved(to));
+            }
+            *sum += gain;
+        }
+    }
+    let costs = grid.iter().zip(gains).map(|(stretch, gain)| (prior(*stretch) - gain, *stretch));
+    let best = costs.min_by(|a, b| a.0.total_cmp(&b.0));
     best.map_or((range.around, 0.0), |(cost, stretch)| (stretch, -cost))
 }
 

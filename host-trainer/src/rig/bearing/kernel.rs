@@ -123,7 +123,8 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
         }
     }
 
-    /// Runs from rest to the end; writes accelerations, m/s², from the preroll on.
+    /// Runs from rest to the end; writes accelerations, m/s², from the preroll on. Where all runs have diverged it ends, with
+    /// accelerations that are no numbers.
     #[inline(always)]
     pub(super) fn run(&mut self, out: &mut [Signals]) {
         let l = self.l;
@@ -134,6 +135,11 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
         let mut angles = Angles { cage: [l.splat(0.0); 2], shaft: [l.splat(0.0); 2] };
         let mut half_step = angles;
         for sample in 0..total {
+            if sample % SETTINGS.exact_angles_every == 0 && self.have_diverged(&z) {
+                // What follows is no number either.
+                out.iter_mut().flat_map(|signals| &mut signals[..2]).for_each(|signal| signal.push(f64::NAN));
+                return;
+            }
             if sample % block == 0 {
                 (angles, half_step) = self.exact_angles(sample);
             } else if HOOKS {
@@ -153,6 +159,15 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
                 (z, angles) = self.step(&z, n0, angles, &half_step);
             }
         }
+    }
+
+    /// Whether no run has a finite state.
+    #[inline(always)]
+    fn have_diverged(&self, z: &[L::V; STATES]) -> bool {
+        let sum = z.iter().fold(self.l.splat(0.0), |sum, v| self.l.add(sum, *v));
+        let mut lanes = [0.0; MAX_RUNS];
+        self.l.store(sum, &mut lanes);
+        !lanes[..self.runs.len()].iter().any(|sum| sum.is_finite())
     }
 
     #[inline(always)]
