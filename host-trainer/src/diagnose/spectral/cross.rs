@@ -9,7 +9,7 @@ use realfft::num_complex::Complex;
 use super::candidate::{Candidate, NullFit};
 use super::data::Point;
 use super::fit::Model;
-use super::likelihood::{Channel, ORDINARY};
+use super::likelihood::{Channel, Expected, ORDINARY};
 use super::observation::{cross_power, power};
 use super::prediction::{noise_free, noise_free_runs};
 use super::settings::LikelihoodSettings;
@@ -69,24 +69,22 @@ fn coherence(x: &[f64], y: &[f64]) -> Vec<Complex<f64>> {
 /// Gain of a recording, of whose lines the channels have a coherence.
 fn gain_of(channels: &[Channel; 2], measured: &[Complex<f64>], coherence: &[Complex<f64>]) -> f64 {
     let [x, y] = channels;
-    let gain = |((k, of_x, x_noise, x_line), (_, of_y, y_noise, y_line)): (Bin, Bin)| {
-        let (x_mean, y_mean) = (x_noise + x_line, y_noise + y_line);
-        let unstretched = (k as f64 / (1.0 + x.stretch.outer)).round() as usize;
+    let gain = |(of_x, of_y): (Expected, Expected)| {
+        let (x_mean, y_mean) = (of_x.mean(), of_y.mean());
+        let unstretched = (of_x.k as f64 / (1.0 + x.stretch.outer)).round() as usize;
         let Some(of_line) = coherence.get(unstretched) else { return 0.0 };
-        let expected = of_line * (x_line / x_mean * y_line / y_mean).sqrt() * SETTINGS.most_coherent;
+        let expected = of_line * (of_x.line / x_mean * of_y.line / y_mean).sqrt() * SETTINGS.most_coherent;
         let square = expected.norm_sqr();
         // A line that is far stronger than predicted says no more than one a little stronger.
-        let (x_mean, y_mean) = (x_mean.max(of_x / ORDINARY[1]), y_mean.max(of_y / ORDINARY[1]));
-        let together = 2.0 * (expected.conj() * measured[k]).re / (x_mean * y_mean).sqrt();
-        let gain = (together - square * (of_x / x_mean + of_y / y_mean)) / (1.0 - square) - (-square).ln_1p();
+        let (x_mean, y_mean) = (x_mean.max(of_x.power / ORDINARY[1]), y_mean.max(of_y.power / ORDINARY[1]));
+        let together = 2.0 * (expected.conj() * measured[of_x.k]).re / (x_mean * y_mean).sqrt();
+        let gain =
+            (together - square * (of_x.power / x_mean + of_y.power / y_mean)) / (1.0 - square) - (-square).ln_1p();
         // No more against it than an outlier.
         ((1.0 - SETTINGS.outliers) * gain.exp() + SETTINGS.outliers).ln()
     };
     x.bins().zip(y.bins()).map(gain).sum()
 }
-
-/// Number, power, noise and line of a bin.
-type Bin = (usize, f64, f64, f64);
 
 #[cfg(test)]
 mod tests {

@@ -7,8 +7,8 @@ use faer::linalg::solvers::DenseSolveCore;
 use rayon::prelude::*;
 
 use super::likelihood::{
-    COLOURS, Channel, Colour, ColouredNoise, KNOTS, OwnColour, Range, Stretch, best_stretch, colour_covariance,
-    colour_with, hats, jitter_shares, own_colour_covariance, spacing_shares,
+    COLOURS, Channel, Colour, ColouredNoise, Expected, KNOTS, OwnColour, Range, Stretch, best_stretch,
+    colour_covariance, colour_with, hats, jitter_shares, own_colour_covariance, spacing_shares,
 };
 use super::observation::Observation;
 use super::prediction::Prediction;
@@ -138,10 +138,10 @@ impl<'a> Data<'a> {
         let cost = |c: usize, level: f64| {
             let of = |n: usize| {
                 let channel = self.channel(point, n, c);
-                let bin = |(k, power, noise, line)| {
-                    let share = channel.process_share(k);
-                    let noise = noise * (share * (-level).exp() + 1.0 - share);
-                    channel.bin(k, power, noise, line).neg_log
+                let bin = |expected: Expected| {
+                    let share = channel.process_share(expected.k);
+                    let noise = expected.noise * (share * (-level).exp() + 1.0 - share);
+                    channel.bin(&Expected { noise, ..expected }).neg_log
                 };
                 channel.bins().map(bin).sum::<f64>()
             };

@@ -83,17 +83,18 @@ impl Expansion {
         let count = columns.len();
         let mut out = Self::zeros(count + COLOURS * KNOTS);
         let mut slopes = vec![0.0; count];
-        for (k, power, noise, line) in at.bins() {
-            let density = at.bin(k, power, noise, line);
+        for expected in at.bins() {
+            let (k, noise, mean) = (expected.k, expected.noise, expected.mean());
+            let density = at.bin(&expected);
             for (slope, column) in slopes.iter_mut().zip(columns) {
-                *slope = column.moves(at, k, noise) / (noise + line);
+                *slope = column.moves(at, k, noise) / mean;
             }
             let (knot, share) = at.hats[k];
             let of_colour = |colour: usize, slope: f64| {
                 let knot = count + colour * KNOTS + knot;
                 [(knot, slope * (1.0 - share)), (knot + 1, slope * share)]
             };
-            let slope = noise / (noise + line);
+            let slope = noise / mean;
             let [own, process] = [of_colour(at.channel, slope), of_colour(PROCESS, slope * at.process_share(k))];
             let hats = [own[0], own[1], process[0], process[1]];
             for (a, slope) in slopes.iter().copied().enumerate().chain(hats) {

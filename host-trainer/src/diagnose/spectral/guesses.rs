@@ -63,14 +63,14 @@ fn peaks_hz(data: &Data, at: &Point, channel: usize) -> Vec<f64> {
     let mut bands = std::collections::BTreeMap::<i64, [f64; 2]>::new();
     for n in 0..data.observations.len() {
         let spectrum = data.channel(at, n, channel);
-        for (k, power, noise, line) in spectrum.bins() {
-            let hz = spectrum.observation.hz(k as f64);
+        for expected in spectrum.bins() {
+            let hz = spectrum.observation.hz(expected.k as f64);
             if hz < SETTINGS.least_mode_hz {
                 continue;
             }
             let entry = bands.entry(band(hz)).or_default();
             // Bounded, so that lines do not count as modes.
-            entry[0] += (power / (noise + line)).min(SETTINGS.most_power) - SETTINGS.mean_power;
+            entry[0] += (expected.power / expected.mean()).min(SETTINGS.most_power) - SETTINGS.mean_power;
             entry[1] += 1.0;
         }
     }

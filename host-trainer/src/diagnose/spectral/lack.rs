@@ -34,13 +34,12 @@ pub fn lack(data: &Data, at: &Point) -> Lack {
         for recording in 0..data.observations.len() {
             let spectrum = data.channel(at, recording, channel);
             let mut own = std::collections::BTreeMap::<i64, (f64, f64)>::new();
-            for (k, power, noise, line) in spectrum.bins() {
-                let hz = spectrum.observation.hz(k as f64);
-                let found = spectrum.bin(k, power, noise, line);
-                let excess = found.neg_log - (noise + line).ln() - 1.0;
+            for expected in spectrum.bins() {
+                let hz = spectrum.observation.hz(expected.k as f64);
+                let excess = spectrum.bin(&expected).neg_log - expected.mean().ln() - 1.0;
                 let band = (SETTINGS.bands_per_octave * (hz / 1000.0).log2()).floor() as i64;
                 let entry = own.entry(band).or_default();
-                entry.0 += (power / (noise + line)).min(SETTINGS.most_power) - SETTINGS.mean_power;
+                entry.0 += (expected.power / expected.mean()).min(SETTINGS.most_power) - SETTINGS.mean_power;
                 entry.1 += 1.0;
                 if excess > SETTINGS.line_nats {
                     lack.nats[recording] += excess - SETTINGS.line_nats;

@@ -201,7 +201,7 @@ fn shape(share: f64) -> (f64, f64) {
         let shape = |n: usize| shape_of(n as f64 / STEPS as f64);
         (0..=STEPS).map(shape).map(|k| ln_gamma(k) - k * k.ln()).collect()
     });
-    if share < LEAST_SHARE { (1.0, 0.0) } else { (shape_of(share), at(&TERMS, share * STEPS as f64)) }
+    if share < LEAST_SHARE { (1.0, 0.0) } else { (shape_of(share), Place::at(share * STEPS as f64).of(&TERMS)) }
 }
 
 fn shape_of(share: f64) -> f64 {
@@ -261,9 +261,9 @@ impl Channel<'_> {
     /// Power of what errors of form add.
     fn formed(&self, k: usize) -> f64 {
         let Some(formed) = self.prediction.formed.as_ref().filter(|_| self.form != [0.0; FORMS]) else { return 0.0 };
-        let place = k as f64 / (1.0 + self.stretch.outer);
+        let place = Place::new(k, self.stretch.outer);
         let added = self.form.iter().zip(formed.iter()).filter(|(form, _)| **form > 0.0);
-        added.map(|(form, power)| form * at(&power[self.channel], place)).sum()
+        added.map(|(form, power)| form * place.of(&power[self.channel])).sum()
     }
 
     /// Power of what these add.
@@ -272,9 +272,9 @@ impl Channel<'_> {
     }
 
     fn spread(&self, lines: &Lines, stretch: f64, k: usize) -> f64 {
-        let place = k as f64 / (1.0 + stretch);
-        let spread = |power: f64, to: &Power, share: f64| power + share * (at(&to[self.channel], place) - power);
-        let mut line = at(&lines.power[self.channel], place);
+        let place = Place::new(k, stretch);
+        let spread = |power: f64, to: &Power, share: f64| power + share * (place.of(&to[self.channel]) - power);
+        let mut line = place.of(&lines.power[self.channel]);
         if let Some(share) = self.jitter.get(k) {
             line = spread(line, &lines.skirts, *share);
         }
@@ -284,22 +284,20 @@ impl Channel<'_> {
         line
     }
 
-    /// Every bin of the likelihood: number, power, noise, line; empty for a channel that was not recorded.
-    pub fn bins(&self) -> impl Iterator<Item = (usize, f64, f64, f64)> + '_ {
+    /// Every bin of the likelihood; none of a channel that was not recorded.
+    pub fn bins(&self) -> impl Iterator<Item = Expected> + '_ {
         let power = self.observation.power[self.channel].as_deref().unwrap_or_default();
         let bins = if power.is_empty() { 0..0 } else { self.observation.bins() };
-        bins.map(move |k| (k, power[k], self.noise(k), self.line(k)))
+        bins.map(move |k| {
+            let formed = self.formed(k);
+            let line = self.rig_line(k) + formed + self.inner_line(k);
+            Expected { k, power: power[k], noise: self.noise(k), line, formed }
+        })
     }
 
     /// Density of a bin at its power.
-    pub fn bin(&self, k: usize, power: f64, noise: f64, line: f64) -> Bin {
-        self.density(k, noise, line).bin(power, self.ln_power(k))
-    }
-
-    /// Density of a bin. How a machine has its errors of form over its lines is as random as noise.
-    fn density(&self, k: usize, noise: f64, line: f64) -> Density {
-        let formed = self.formed(k);
-        Density::new(noise + formed, line - formed)
+    pub fn bin(&self, expected: &Expected) -> Bin {
+        expected.density().bin(expected.power, self.ln_power(expected.k))
     }
 
     fn ln_power(&self, k: usize) -> f64 {
@@ -311,10 +309,10 @@ impl Channel<'_> {
         // The logarithm of a product is cheaper than a sum of logarithms.
         const RANGE: std::ops::Range<f64> = 1e-150..1e150;
         let (mut sum, mut product) = (0.0, 1.0);
-        for (k, power, noise, line) in self.bins() {
-            let mean = noise + line;
-            let ratio = power / mean;
-            if line - self.formed(k) < LEAST_SHARE * mean && ratio < ORDINARY[1] {
+        for expected in self.bins() {
+            let mean = expected.mean();
+            let ratio = expected.power / mean;
+            if expected.line - expected.formed < LEAST_SHARE * mean && ratio < ORDINARY[1] {
                 sum += ratio;
                 product *= mean;
                 if !RANGE.contains(&product) {
@@ -322,10 +320,37 @@ impl Channel<'_> {
                     product = 1.0;
                 }
             } else {
-                sum += self.density(k, noise, line).neg_log(power, self.ln_power(k));
+                sum += expected.density().neg_log(expected.power, self.ln_power(expected.k));
             }
         }
         sum + product.ln()
+    }
+}
+
+/// A bin's power and what is expected there.
+#[derive(Clone, Copy, Debug)]
+pub struct Expected {
+    /// Number of the bin.
+    pub k: usize,
+    /// Measured power.
+    pub power: f64,
+    /// Coloured noise.
+    pub noise: f64,
+    /// Lines.
+    pub line: f64,
+    /// Part of them that errors of form add.
+    pub formed: f64,
+}
+
+impl Expected {
+    /// Mean of the power.
+    pub fn mean(&self) -> f64 {
+        self.noise + self.line
+    }
+
+    /// Density of the power. How a machine has its errors of form over its lines is as random as noise.
+    fn density(&self) -> Density {
+        Density::new(self.noise + self.formed, self.line - self.formed)
     }
 }
 
@@ -347,13 +372,31 @@ fn shares(observation: &Observation, phase: impl Fn(f64) -> f64) -> Vec<f64> {
     (0..observation.bins().end).map(|k| -(-phase(observation.hz(k as f64)).powi(2)).exp_m1()).collect()
 }
 
-/// Value between two bins.
-fn at(values: &[f64], place: f64) -> f64 {
-    let lower = place as usize;
-    let share = place - lower as f64;
-    match values.get(lower + 1) {
-        Some(upper) => values[lower] * (1.0 - share) + upper * share,
-        None => values.last().copied().unwrap_or_default(),
+/// Place between two bins of a prediction.
+#[derive(Clone, Copy)]
+struct Place {
+    lower: usize,
+    /// Share of the upper bin.
+    share: f64,
+}
+
+impl Place {
+    /// Place from which a stretch moves lines to a bin.
+    fn new(k: usize, stretch: f64) -> Self {
+        Self::at(k as f64 / (1.0 + stretch))
+    }
+
+    fn at(place: f64) -> Self {
+        let lower = place as usize;
+        Self { lower, share: place - lower as f64 }
+    }
+
+    /// Value there.
+    fn of(self, values: &[f64]) -> f64 {
+        match values.get(self.lower..self.lower + 2) {
+            Some(&[lower, upper]) => lower * (1.0 - self.share) + upper * self.share,
+            _ => values.last().copied().unwrap_or_default(),
+        }
     }
 }
 
