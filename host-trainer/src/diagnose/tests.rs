@@ -139,6 +139,19 @@ fn a_pit_is_named_and_proved() {
     assert!(outcome.diagnosis.rejected.iter().all(|r| r.name != "outer-race-defect"));
 }
 
+/// A trough between short flanks, of which the half sine that comes nearest is far wider than it and leaves most.
+#[test]
+fn a_pit_of_another_shape_is_fitted_with_its_flanks() {
+    use ParameterKey::{AngleRad, DepthM, Flank, WidthRad};
+    let pit = [(DepthM, 9e-7), (WidthRad, 0.07), (AngleRad, 1.7), (Flank, 0.15)];
+    let outcome = diagnosed_alone(&with(EffectKind::OuterRaceDefect, &pit), 16);
+    assert_eq!(names(&outcome), ["outer-race-defect"], "{:?}", outcome.diagnosis);
+    let found = |key: ParameterKey| outcome.rig.effects[0].number(key).unwrap();
+    let [depth, width, flank] = [DepthM, WidthRad, Flank].map(found);
+    assert!((depth / 9e-7 - 1.0).abs() < 0.1 && (width / 0.07 - 1.0).abs() < 0.05, "{depth} {width}");
+    assert!((0.1..0.22).contains(&flank), "{flank}");
+}
+
 #[test]
 fn a_pit_seen_by_one_sensor_may_be_on_either_side_of_the_load() {
     let pit = [(ParameterKey::DepthM, 9e-7), (ParameterKey::WidthRad, 0.07), (ParameterKey::AngleRad, 1.85)];

@@ -41,7 +41,7 @@ pub struct Hypothesis {
 }
 
 /// Numbers from one to another, even in the logarithm.
-fn ladder(from: f64, to: f64, count: u32) -> Vec<f64> {
+pub fn ladder(from: f64, to: f64, count: u32) -> Vec<f64> {
     (0..count).map(|k| from * (to / from).powf(f64::from(k) / f64::from(count.max(2) - 1))).collect()
 }
 
@@ -92,8 +92,13 @@ impl Hypothesis {
 
 /// Parameters of an effect of which those of `free` are fitted, and one more.
 fn extended(kind: EffectKind, free: &'static [ParameterKey]) -> &'static [ParameterKey] {
-    use ParameterKey::{AmplitudeM, DampingRatio, FrequencyHz, Gain, GainAcross, Neighbours, PhaseRad};
+    use ParameterKey::{
+        AmplitudeM, AngleRad, DampingRatio, DepthM, Flank, FrequencyHz, Gain, GainAcross, Neighbours, PhaseRad,
+        WidthRad,
+    };
     match kind {
+        EffectKind::OuterRaceDefect => &[DepthM, WidthRad, AngleRad, Flank],
+        EffectKind::InnerRaceDefect | EffectKind::BallDefect => &[DepthM, WidthRad, Flank],
         EffectKind::StructuralResonance => &[Gain, FrequencyHz, DampingRatio, GainAcross],
         EffectKind::OuterRaceWaviness | EffectKind::InnerRaceWaviness if free.contains(&PhaseRad) => {
             &[AmplitudeM, PhaseRad, Neighbours]

@@ -6,15 +6,16 @@ use super::angle::turned;
 use super::candidate::{Candidate, NullFit, best, rank};
 use super::cross::set_phases;
 use super::guesses::Guesses;
-use super::hypotheses::{Hypothesis, ISOTROPIC, LOAD_COMPONENT, MODE_SOURCES, all};
+use super::hypotheses::{Hypothesis, ISOTROPIC, LOAD_COMPONENT, MODE_SOURCES, all, ladder};
 use super::lack::lack;
 use super::observation::{duration_s, mean_load_n};
 use super::screening::{Brief, StartScore, best_starts, scores, screened};
-use super::settings::SearchSettings;
+use super::settings::{GateSettings, SearchSettings};
 use crate::rig::EffectEntry;
 use crate::rig::effect::{EffectKind, ParameterKey};
 
 const SETTINGS: SearchSettings = SearchSettings::DEFAULT;
+const GATE: GateSettings = GateSettings::DEFAULT;
 
 /// Effects that bend a spring's force.
 const CURVATURES: [EffectKind; 3] =
@@ -161,11 +162,45 @@ fn extended<'d, 'a>(
 ) -> Candidate<'d, 'a> {
     let Some((key, effect)) = hypothesis.extended.last().zip(candidate.effect()) else { return candidate };
     let extended = Hypothesis { free: hypothesis.extended, ..hypothesis.clone() };
+    if *key == ParameterKey::Flank {
+        return reshaped(candidate, &extended, null);
+    }
     // The gain of a mode at the other sensor is over that at its own.
     let unit = effect.number(ParameterKey::Gain).unwrap_or(1.0);
     let starts = SETTINGS.extension.map(|share| effect.clone().with_number(*key, share * unit));
     let searched = best(null.started(&extended, &starts)).map(|c| c.searched(null, SETTINGS.steps[1]));
     searched.filter(|searched| searched.merit() > candidate.merit()).unwrap_or(candidate)
+}
+
+/// Better of a defect's candidate and of the same with another shape, where a half sine leaves much.
+fn reshaped<'d, 'a>(candidate: Candidate<'d, 'a>, extended: &Hypothesis, null: &NullFit<'d, 'a>) -> Candidate<'d, 'a> {
+    let is_far = lack(candidate.model.data, &candidate.point).total() > GATE.second_lack;
+    let effect = candidate.effect().filter(|_| is_far);
+    let Some((effect, width)) = effect.and_then(|e| Some((e.clone(), e.number(ParameterKey::WidthRad)?))) else {
+        return candidate;
+    };
+    let shaped = SETTINGS.flanks.map(|flank| effect.clone().with_number(ParameterKey::Flank, flank));
+    let ([least, greatest], steps) = SETTINGS.flank_widths;
+    let widths = ladder(least * width, greatest * width, steps);
+    let of_width = |effect: &EffectEntry| {
+        widths.iter().map(|w| effect.clone().with_number(ParameterKey::WidthRad, *w)).collect::<Vec<_>>()
+    };
+    let starts = shaped.iter().flat_map(of_width).map(|start| (extended, start)).collect();
+    let searched = searched_from_best(extended, scores(null, starts, &SETTINGS.other_depths), null);
+    searched.filter(|searched| searched.merit() > candidate.merit()).unwrap_or(candidate)
+}
+
+/// Best of the searches from the best of some starts of a hypothesis.
+fn searched_from_best<'d, 'a>(
+    hypothesis: &Hypothesis,
+    scores: Vec<StartScore>,
+    null: &NullFit<'d, 'a>,
+) -> Option<Candidate<'d, 'a>> {
+    let kept = best_starts(scores, SETTINGS.restarts, SETTINGS.restarts);
+    let starts: Vec<EffectEntry> = kept.into_iter().map(|score| score.effect).collect();
+    let started = null.started(hypothesis, &starts);
+    let searched: Vec<_> = started.into_par_iter().map(|c| c.searched(null, SETTINGS.steps[1])).collect();
+    best(searched)
 }
 
 /// Better of a candidate of a hypothesis and of effects with like spectra, at which a search may have ended.
@@ -186,11 +221,8 @@ fn restarted<'d, 'a>(
         return candidate;
     };
     let starts = starts.into_iter().map(|start| (hypothesis, start)).collect();
-    let kept = best_starts(scores(null, starts, &SETTINGS.other_depths), SETTINGS.restarts, SETTINGS.restarts);
-    let starts: Vec<EffectEntry> = kept.into_iter().map(|score| score.effect).collect();
-    let started = null.started(hypothesis, &starts);
-    let searched: Vec<_> = started.into_par_iter().map(|c| c.searched(null, SETTINGS.steps[1])).collect();
-    best(searched).filter(|best| best.gain > candidate.gain).unwrap_or(candidate)
+    let searched = searched_from_best(hypothesis, scores(null, starts, &SETTINGS.other_depths), null);
+    searched.filter(|best| best.gain > candidate.gain).unwrap_or(candidate)
 }
 
 /// Effect with the other symmetry, at sizes around the one found.

@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 use super::{
     Definition, LibraryTerms, Parameter, ParameterDefault, ParameterKey, Phase, Rigs, Scale, Site, Timing,
     local_defect::LocalDefect,
-    outer_race_defect::{DEPTH, WIDTH},
+    outer_race_defect::{DEPTH, FLANK, WIDTH},
 };
 use crate::rig::config::Domain;
 
@@ -24,19 +24,17 @@ pub(super) const EFFECT: Definition = Definition {
         // Angle of the defect from the outer race at shaft angle 0.
         Parameter::number(ParameterKey::SpinRad, "rad", Domain::Any, (-PI, PI), Scale::Linear)
             .usually(ParameterDefault::Number(0.0)),
+        FLANK,
     ],
     library: LibraryTerms::ANGLE,
     equation: |v| {
-        let (depth, width) = (v.number(ParameterKey::DepthM), v.number(ParameterKey::WidthRad));
-        format!(
-            "δ_1 = … − c − d(β) − d(β − π), β = ½ D_p/D_b (1 − (D_b cos α/D_p)²) ψ, \
-             d(θ) = {depth:.4e} m · cos(πθ/{width:.5}) for |θ| < {width:.5}/2"
-        )
+        let depth = LocalDefect::new(v).equation();
+        format!("δ_1 = … − c − d(β) − d(β − π), β = ½ D_p/D_b (1 − (D_b cos α/D_p)²) ψ, {depth}")
     },
     apply: |v, assembly| {
         let spin0 = v.number(ParameterKey::SpinRad);
         let Some(rig) = assembly.bearing() else { return };
-        let pit = LocalDefect::new(v.number(ParameterKey::DepthM), v.number(ParameterKey::WidthRad));
+        let pit = LocalDefect::new(v);
         let spin = rig.bearing.geometry().orders().bsf;
         if v.number(ParameterKey::DepthM) > 0.0 {
             assembly.declare_order(spin * pit.rate());

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use super::{
     Definition, LibraryTerms, Parameter, ParameterDefault, ParameterKey, Phase, Rigs, Scale, Site, Timing,
     local_defect::LocalDefect,
-    outer_race_defect::{DEPTH, WIDTH},
+    outer_race_defect::{DEPTH, FLANK, WIDTH},
 };
 use crate::rig::config::Domain;
 
@@ -23,18 +23,16 @@ pub(super) const EFFECT: Definition = Definition {
         // From the mark that the shaft angle counts from.
         Parameter::number(ParameterKey::AngleRad, "rad", Domain::Any, (-PI, PI), Scale::Linear)
             .usually(ParameterDefault::Number(0.0)),
+        FLANK,
     ],
     library: LibraryTerms::ANGLE,
     equation: |v| {
-        let (depth, width, angle) =
-            (v.number(ParameterKey::DepthM), v.number(ParameterKey::WidthRad), v.number(ParameterKey::AngleRad));
-        format!(
-            "δ_j = … − c − d(φ_j − ψ − {angle:.4}), d(θ) = {depth:.4e} m · cos(πθ/{width:.5}) for |θ| < {width:.5}/2"
-        )
+        let angle = v.number(ParameterKey::AngleRad);
+        format!("δ_j = … − c − d(φ_j − ψ − {angle:.4}), {}", LocalDefect::new(v).equation())
     },
     apply: |v, assembly| {
         let angle = v.number(ParameterKey::AngleRad);
-        let pit = LocalDefect::new(v.number(ParameterKey::DepthM), v.number(ParameterKey::WidthRad));
+        let pit = LocalDefect::new(v);
         let Some(rig) = assembly.bearing() else { return };
         let ftf = rig.bearing.geometry().orders().ftf;
         if v.number(ParameterKey::DepthM) > 0.0 {

@@ -39,6 +39,7 @@ keys! {
     DragNS2PerM2 = "drag_n_s2_per_m2", "Quadratic drag, N s²/m².";
     DurationS = "duration_s", "Duration, s.";
     Exponent = "exponent", "Exponent of the contact law.";
+    Flank = "flank", "Share of a defect's width that each flank takes; 0 for a half sine over all of it.";
     ForceN = "force_n", "Force, N.";
     Fraction = "fraction", "Fraction of the cage's kinematic speed that slip takes away.";
     FrequencyHz = "frequency_hz", "Frequency, Hz.";

@@ -5,17 +5,21 @@
 //! Machine Theory 56 (2012) 156–169, for defects no longer than the ball sinks into. The patch of contact, some 0.1 mm
 //! long, rounds the edges of so shallow a defect: the rectangle of N. Sawalhi, R. B. Randall ("Simulating gear and bearing
 //! interactions in the presence of faults, Part I", MSSP 22 (2008) 1924–1951) and the arcs of a ball that rolls over
-//! sharp edges (the same, MSSP 25 (2011) 846–870) give several times the acceleration at high frequency.
+//! sharp edges (the same, MSSP 25 (2011) 846–870) give several times the acceleration at high frequency. Or a bottom between
+//! flanks that are half a cosine each, F. J. Harris, "On the use of windows for harmonic analysis with the discrete Fourier
+//! transform", Proc. IEEE 66 (1978) 51–83, section V.E: with flanks of half its width a raised cosine, with short ones a trough.
 
 use std::f64::consts::{PI, TAU};
 
+use super::{ParameterKey, Values};
 use crate::rig::state::Instant;
 
-/// A local defect: depth in m and half the width in rad.
+/// A local defect: depth in m, half the width in rad, and flank as a share of the width, at most a half; 0 for a half sine.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LocalDefect {
     depth: f64,
     half_width: f64,
+    flank: f64,
 }
 
 /// A ball that is over a defect in some part of a step.
@@ -29,8 +33,24 @@ pub struct Passage {
 }
 
 impl LocalDefect {
-    pub(super) fn new(depth: f64, width: f64) -> Self {
-        Self { depth, half_width: 0.5 * width }
+    /// Defect by the parameters of an effect.
+    pub(super) fn new(v: &Values) -> Self {
+        let [depth, width, flank] =
+            [ParameterKey::DepthM, ParameterKey::WidthRad, ParameterKey::Flank].map(|key| v.number(key));
+        Self { depth, half_width: 0.5 * width, flank: flank.min(0.5) }
+    }
+
+    /// Its loss of deflection at an angle θ from its middle, in symbols.
+    pub(super) fn equation(&self) -> String {
+        let Self { depth, half_width, flank } = *self;
+        let width = 2.0 * half_width;
+        match flank {
+            0.0 => format!("d(θ) = {depth:.4e} m · cos(πθ/{width:.5}) for |θ| < {width:.5}/2"),
+            _ => format!(
+                "d(θ) = {depth:.4e} m for |θ| < {width:.5}/2, which it reaches by raised cosines over {:.5} at both ends",
+                flank * width
+            ),
+        }
     }
 
     /// Rate of its half sine for each rad that a ball turns past it: where it is so deep that the contact is lost, it is
@@ -41,7 +61,17 @@ impl LocalDefect {
 
     /// Loss of deflection at an angle from its middle, m.
     fn loss(&self, angle: f64) -> f64 {
-        if angle.abs() < self.half_width { self.depth * (0.5 * PI * angle / self.half_width).cos() } else { 0.0 }
+        if angle.abs() >= self.half_width {
+            return 0.0;
+        }
+        let edge = self.half_width - angle.abs();
+        let rise = 2.0 * self.half_width * self.flank;
+        self.depth
+            * match edge {
+                _ if rise == 0.0 => (0.5 * PI * angle / self.half_width).cos(),
+                _ if edge < rise => 0.5 * (1.0 - (PI * edge / rise).cos()),
+                _ => 1.0,
+            }
     }
 
     /// Adds the passage of a ball from one angle to another.
@@ -109,3 +139,21 @@ const GAUSS: [(f64, f64); 5] = [
     (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
     (0.906_179_845_938_664, 0.236_926_885_056_189_1),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn literature_a_flank_of_half_the_width_is_a_raised_cosine_and_a_shorter_one_leaves_a_bottom() {
+        let of = |flank: f64| LocalDefect { depth: 2e-6, half_width: 0.02, flank };
+        for n in -25i32..=25 {
+            let angle = 1e-3 * f64::from(n);
+            let raised = if n.abs() < 20 { 1e-6 * (1.0 + (PI * angle / 0.02).cos()) } else { 0.0 };
+            assert!((of(0.5).loss(angle) - raised).abs() < 1e-18, "{angle}");
+            // Flanks of 0.008 rad.
+            assert_eq!(of(0.2).loss(angle) == 2e-6, n.abs() <= 12, "{angle}");
+        }
+        assert!((of(0.2).loss(0.016) - 1e-6).abs() < 1e-18);
+    }
+}

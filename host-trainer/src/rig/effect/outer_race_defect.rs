@@ -4,7 +4,8 @@
 use std::f64::consts::PI;
 
 use super::{
-    Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing, local_defect::LocalDefect,
+    Definition, LibraryTerms, Parameter, ParameterDefault, ParameterKey, Phase, Rigs, Scale, Site, Timing,
+    local_defect::LocalDefect,
 };
 use crate::rig::config::Domain;
 
@@ -14,6 +15,11 @@ pub(super) const DEPTH: Parameter =
 /// wider one is a wave, not a defect.
 pub(super) const WIDTH: Parameter =
     Parameter::number(ParameterKey::WidthRad, "rad", Domain::Between(0.0, 6.3), (5e-3, 0.2), Scale::Log);
+
+/// Flank: beyond a half, as a half, a raised cosine.
+pub(super) const FLANK: Parameter =
+    Parameter::number(ParameterKey::Flank, "", Domain::NotNegative, (0.05, 0.5), Scale::Log)
+        .usually(ParameterDefault::Number(0.0));
 
 pub(super) const EFFECT: Definition = Definition {
     name: "outer-race-defect",
@@ -27,16 +33,16 @@ pub(super) const EFFECT: Definition = Definition {
         WIDTH,
         // +y, the direction of the load, is at π/2.
         Parameter::number(ParameterKey::AngleRad, "rad", Domain::Any, (-PI, PI), Scale::Linear),
+        FLANK,
     ],
     library: LibraryTerms::ANGLE,
     equation: |v| {
-        let (depth, width, angle) =
-            (v.number(ParameterKey::DepthM), v.number(ParameterKey::WidthRad), v.number(ParameterKey::AngleRad));
-        format!("δ_j = … − c − d(φ_j − {angle:.4}), d(θ) = {depth:.4e} m · cos(πθ/{width:.5}) for |θ| < {width:.5}/2")
+        let angle = v.number(ParameterKey::AngleRad);
+        format!("δ_j = … − c − d(φ_j − {angle:.4}), {}", LocalDefect::new(v).equation())
     },
     apply: |v, assembly| {
         let angle = v.number(ParameterKey::AngleRad);
-        let pit = LocalDefect::new(v.number(ParameterKey::DepthM), v.number(ParameterKey::WidthRad));
+        let pit = LocalDefect::new(v);
         let Some(rig) = assembly.bearing() else { return };
         let ftf = rig.bearing.geometry().orders().ftf;
         if v.number(ParameterKey::DepthM) > 0.0 {

@@ -45,6 +45,11 @@ pub struct SearchSettings {
     /// Widths of a defect from which its search is repeated, over the one found. By hand: close enough that one of them is in
     /// the right valley between the zeros of the lines' envelope.
     pub other_widths: [f64; 10],
+    /// Flanks with which it is repeated, a trough, one of softer flanks and a raised cosine, and the least and the greatest of the
+    /// widths of each over the one found, in so many steps. By hand: close enough for the valleys of [`Self::other_widths`].
+    pub flanks: [f64; 3],
+    /// See [`Self::flanks`].
+    pub flank_widths: ([f64; 2], u32),
     /// Depths from which it is repeated, over the one found.
     pub other_depths: [f64; 6],
     /// Angles from the load over that found, on either side, at which a defect is tried too. By hand, as those below: as close as
@@ -81,6 +86,8 @@ impl SearchSettings {
         extension: [0.4, -0.4],
         weaker: [1.0, 0.6, 0.35, 0.2],
         other_widths: [0.35, 0.45, 0.55, 0.65, 0.78, 0.9, 1.0, 1.15, 1.4, 1.8],
+        flanks: [0.15, 0.3, 0.5],
+        flank_widths: ([0.6, 3.9], 28),
         other_depths: [0.3, 0.45, 0.65, 0.8, 1.3, 2.0],
         turns: [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1],
         near_turns_rad: [-0.06, -0.04, -0.03, -0.02, -0.01, 0.01, 0.02, 0.03, 0.04, 0.06],
