@@ -175,10 +175,8 @@ fn extended<'d, 'a>(
 /// Better of a defect's candidate and of the same with another shape, where a half sine leaves much.
 fn reshaped<'d, 'a>(candidate: Candidate<'d, 'a>, extended: &Hypothesis, null: &NullFit<'d, 'a>) -> Candidate<'d, 'a> {
     let is_far = lack(candidate.model.data, &candidate.point).total() > GATE.second_lack;
-    let effect = candidate.effect().filter(|_| is_far);
-    let Some((effect, width)) = effect.and_then(|e| Some((e.clone(), e.number(ParameterKey::WidthRad)?))) else {
-        return candidate;
-    };
+    let Some(effect) = candidate.effect().filter(|_| is_far) else { return candidate };
+    let Some(width) = effect.number(ParameterKey::WidthRad) else { return candidate };
     let shaped = SETTINGS.flanks.map(|flank| effect.clone().with_number(ParameterKey::Flank, flank));
     let ([least, greatest], steps) = SETTINGS.flank_widths;
     let widths = ladder(least * width, greatest * width, steps);

@@ -53,10 +53,11 @@ impl LocalDefect {
         }
     }
 
-    /// Rate of its half sine for each rad that a ball turns past it: where it is so deep that the contact is lost, it is
-    /// not moments alone that count.
+    /// Steepest slope over the depth for each rad that a ball turns past it: where it is so deep that the contact is lost, it
+    /// is not moments alone that count.
     pub(super) fn rate(&self) -> f64 {
-        0.5 * PI / self.half_width
+        let half_sine = 0.5 * PI / self.half_width;
+        if self.flank == 0.0 { half_sine } else { 0.5 * half_sine / self.flank }
     }
 
     /// Loss of deflection at an angle from its middle, m.
@@ -154,6 +155,8 @@ mod tests {
             // Flanks of 0.008 rad.
             assert_eq!(of(0.2).loss(angle) == 2e-6, n.abs() <= 12, "{angle}");
         }
+        // Half the depth times half a circle's arc over the flank.
+        assert!((of(0.2).rate() - 0.5 * PI / 0.008).abs() < 1e-9 && (of(0.5).rate() - of(0.0).rate()).abs() < 1e-9);
         assert!((of(0.2).loss(0.016) - 1e-6).abs() < 1e-18);
     }
 }
