@@ -6,8 +6,8 @@
 //! long, rounds the edges of so shallow a defect: the rectangle of N. Sawalhi, R. B. Randall ("Simulating gear and bearing
 //! interactions in the presence of faults, Part I", MSSP 22 (2008) 1924–1951) and the arcs of a ball that rolls over
 //! sharp edges (the same, MSSP 25 (2011) 846–870) give several times the acceleration at high frequency. Or a bottom between
-//! flanks that are half a cosine each, F. J. Harris, "On the use of windows for harmonic analysis with the discrete Fourier
-//! transform", Proc. IEEE 66 (1978) 51–83, section V.E: with flanks of half its width a raised cosine, with short ones a trough.
+//! flanks that are half a cosine each, the Tukey window of F. J. Harris, "On the use of windows for harmonic analysis with the
+//! discrete Fourier transform", Proc. IEEE 66 (1978) 51–83: with flanks of half its width a raised cosine, with short ones a trough.
 
 use std::f64::consts::{PI, TAU};
 
@@ -155,7 +155,7 @@ mod tests {
             // Flanks of 0.008 rad.
             assert_eq!(of(0.2).loss(angle) == 2e-6, n.abs() <= 12, "{angle}");
         }
-        // Half the depth times half a circle's arc over the flank.
+        // Half a cosine is steepest in its middle: ½π over the flank.
         assert!((of(0.2).rate() - 0.5 * PI / 0.008).abs() < 1e-9 && (of(0.5).rate() - of(0.0).rate()).abs() < 1e-9);
         assert!((of(0.2).loss(0.016) - 1e-6).abs() < 1e-18);
     }

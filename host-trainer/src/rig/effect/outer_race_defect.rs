@@ -16,7 +16,7 @@ pub(super) const DEPTH: Parameter =
 pub(super) const WIDTH: Parameter =
     Parameter::number(ParameterKey::WidthRad, "rad", Domain::Between(0.0, 6.3), (5e-3, 0.2), Scale::Log);
 
-/// Flank: beyond a half, as a half, a raised cosine.
+/// Share of the width that each flank takes; more than a half counts as a half, a raised cosine.
 pub(super) const FLANK: Parameter =
     Parameter::number(ParameterKey::Flank, "", Domain::NotNegative, (0.05, 0.5), Scale::Log)
         .usually(ParameterDefault::Number(0.0));

@@ -27,7 +27,7 @@ pub struct GateSettings {
     /// the powers alone is not it. Chosen on `evaluate`, seeds 53 to 56, every second case: right causes lose at most 0.05 of their
     /// gain, wrong ones 0.13 to 0.7 or nothing.
     pub phase: [f64; 2],
-    /// Lack of fit below which no second cause is searched for.
+    /// Lack of fit below which no second cause is searched for, and no other shape of a defect.
     pub second_lack: f64,
     /// Lack of fit over the number of recordings from which a mismatch without a cause is unexplained. Four recordings of healthy
     /// choosing machines of another hand leave at most 32 and of those of choosing seed 43 (`real`) 0 to 133, one of 17 above 100;

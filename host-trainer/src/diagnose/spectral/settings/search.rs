@@ -45,10 +45,11 @@ pub struct SearchSettings {
     /// Widths of a defect from which its search is repeated, over the one found. By hand: close enough that one of them is in
     /// the right valley between the zeros of the lines' envelope.
     pub other_widths: [f64; 10],
-    /// Flanks with which it is repeated, a trough, one of softer flanks and a raised cosine, and the least and the greatest of the
-    /// widths of each over the one found, in so many steps. By hand: close enough for the valleys of [`Self::other_widths`].
+    /// Flanks with which the search of a defect is repeated where a half sine leaves much: a trough, one of softer flanks and a
+    /// raised cosine. By hand.
     pub flanks: [f64; 3],
-    /// See [`Self::flanks`].
+    /// Least and greatest width with each of them, over the one found, and their number. By hand: close enough for the valleys
+    /// of [`Self::other_widths`], wide enough for a trough of which a half sine meets one flank.
     pub flank_widths: ([f64; 2], u32),
     /// Depths from which it is repeated, over the one found.
     pub other_depths: [f64; 6],
