@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use crate::diagnose::result::Term;
 use crate::rig::EffectEntry;
 use crate::rig::config::{BearingRig, RigKind};
+use crate::rig::effect::local_defect::profile;
 use crate::rig::effect::{EffectKind, ParameterKey};
 
 /// Points of a curve.
@@ -15,8 +16,8 @@ const SPEED_M_PER_S: f64 = 5e-4;
 /// Term of an effect under a load, N; `band` are the ends of its strength's 95 % interval over the strength.
 pub fn term(effect: &EffectEntry, rig: &BearingRig, load_n: f64, band: [f64; 2]) -> Option<Term> {
     use ParameterKey::{
-        AngleRad, Component, CubicNPerM3, DampingNSPerM, DampingRatio, DepthM, DragNS2PerM2, DurationS, ForceN,
-        FrequencyHz, Gain, GapM, ImpulseNS, PhaseRad, QuadraticNPerM2, StiffnessNPerM, UnbalanceKgM, WidthRad,
+        AngleRad, Component, CubicNPerM3, DampingNSPerM, DampingRatio, DragNS2PerM2, DurationS, ForceN, FrequencyHz,
+        Gain, GapM, ImpulseNS, PhaseRad, QuadraticNPerM2, StiffnessNPerM, UnbalanceKgM, WidthRad,
     };
     let number = |key| effect.number(key).unwrap_or_default();
     let place = effect.text(Component).unwrap_or("inner-y").to_owned();
@@ -62,11 +63,8 @@ pub fn term(effect: &EffectEntry, rig: &BearingRig, load_n: f64, band: [f64; 2])
             ("inner-y".into(), "shaft angle".into(), [0.0, TAU], "N", law)
         }
         EffectKind::OuterRaceDefect | EffectKind::InnerRaceDefect | EffectKind::BallDefect => {
-            let (depth, width, at) = (number(DepthM), number(WidthRad), number(AngleRad));
-            let law: Law = Box::new(move |angle: f64| {
-                let off = angle - at;
-                if off.abs() < 0.5 * width { depth * (PI * off / width).cos() } else { 0.0 }
-            });
+            let (loss, width, at) = (profile(effect)?, number(WidthRad), number(AngleRad));
+            let law: Law = Box::new(move |angle| loss(angle - at));
             ("contact".into(), "angle on the part".into(), [at - width, at + width], "m", law)
         }
         EffectKind::StructuralResonance => {
@@ -101,4 +99,21 @@ pub fn term(effect: &EffectEntry, rig: &BearingRig, load_n: f64, band: [f64; 2])
     };
     let curve = (0..POINTS).map(point).collect();
     Some(Term { force_on, depends_on, equation: effect.equation(RigKind::Bearing5Dof), curve, unit: unit.into() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rig::test_support::nominal;
+
+    #[test]
+    fn a_trough_is_drawn_with_its_bottom() {
+        use ParameterKey::{AngleRad, DepthM, Flank, WidthRad};
+        let trough = [(DepthM, 2e-6), (WidthRad, 0.1), (AngleRad, 1.5), (Flank, 0.1)];
+        let trough = EffectEntry::new(EffectKind::OuterRaceDefect, &trough);
+        let drawn = term(&trough, nominal().bearing().unwrap(), 500.0, [1.0, 1.0]).unwrap();
+        // Of twice its width, a part of 0.4 is bottom.
+        let deepest = drawn.curve.iter().filter(|[_, depth, ..]| *depth == 2e-6).count();
+        assert!((15..=17).contains(&deepest), "{deepest} of {POINTS}");
+    }
 }

@@ -12,6 +12,8 @@
 use std::f64::consts::{PI, TAU};
 
 use super::{ParameterKey, Values};
+use crate::rig::EffectEntry;
+use crate::rig::config::RigKind;
 use crate::rig::state::Instant;
 
 /// A local defect: depth in m, half the width in rad, and flank as a share of the width, at most a half; 0 for a half sine.
@@ -20,6 +22,12 @@ pub(super) struct LocalDefect {
     depth: f64,
     half_width: f64,
     flank: f64,
+}
+
+/// Loss of deflection over the angle from the middle of an effect's local defect, m over rad; `None` if the effect is at fault.
+pub fn profile(effect: &EffectEntry) -> Option<impl Fn(f64) -> f64> {
+    let defect = LocalDefect::new(&Values::new(effect, RigKind::Bearing5Dof)?);
+    Some(move |angle| defect.loss(angle))
 }
 
 /// A ball that is over a defect in some part of a step.
