@@ -3,13 +3,12 @@
 use super::events::Event;
 use super::likelihood::{Colour, hats};
 use super::mains::Mains;
-use super::observation::Observation;
+use super::observation::{Observation, samples};
 use super::prediction::{Known, START_ANGLES_RAD, predictions};
 use super::unevenness::UnevenMachines;
 use crate::diagnose::acquisition::Acquired;
 use crate::diagnose::result::HeldOut;
 use crate::identify::likelihood::observed::CHANNELS;
-use crate::recording::Recording;
 use crate::rig::{Rig, RigError, Run, Start, simulate_many};
 use crate::signal::kinematics::Orders;
 use crate::signal::transform::{forward, inverse_plan};
@@ -23,15 +22,16 @@ pub struct Synthesis<'s> {
 }
 
 impl Synthesis<'_> {
-    /// Samples of both channels of a run of `rig`, with the colours of the noise.
+    /// Samples of both channels of a run of `rig`, whose random part has the colours of the noise: as in the likelihood, its lines
+    /// have none.
     ///
     /// # Errors
     /// What the simulation refuses.
     fn samples(
         &self,
-        run: &Recording,
         rig: &Rig,
         observation: &Observation,
+        start: Start,
         orders: &Orders,
     ) -> Result<[Vec<f64>; 2], RigError> {
         // One rig and one recording in, one result out.
@@ -43,12 +43,18 @@ impl Synthesis<'_> {
         )
         .swap_remove(0)?
         .swap_remove(0);
+        let quiet = Start { noise: false, velocity_covariance: Some(prediction.scatter), ..start };
+        let runs = [start, quiet].map(|start| Run { rig, condition: observation.condition, start });
+        let runs = simulate_many(&runs)?;
         let hats = hats(observation);
         Ok([0, 1].map(|channel| {
-            let samples = run.channel(CHANNELS[channel]).map_or_else(Vec::new, |c| c.samples.clone());
+            let [noisy, lines] = [0, 1].map(|run| samples(&runs[run], channel));
+            let random = noisy.iter().zip(lines).map(|(noisy, line)| noisy - line).collect();
             let each = hats.iter().enumerate();
             let gains = each.map(|(k, hat)| prediction.colouring(self.colour, channel, *hat, k).sqrt());
-            filtered(samples, &gains.collect::<Vec<_>>())
+            let mut out = filtered(random, &gains.collect::<Vec<_>>());
+            out.iter_mut().zip(lines).for_each(|(out, line)| *out += line);
+            out
         }))
     }
 }
@@ -86,10 +92,8 @@ pub fn held_out(
             None => after.rig.clone(),
         };
         let start = Start { cage_angle0_rad, shaft_angle0_rad, ..Start::of_series(seed, n) };
-        let run = |rig| Run { rig, condition: o.condition, start };
-        let runs = simulate_many(&[run(&before.rig), run(&corrected)])?;
         let [before, after] =
-            [before.samples(&runs[0], &before.rig, o, orders)?, after.samples(&runs[1], &corrected, o, orders)?];
+            [before.samples(&before.rig, o, start, orders)?, after.samples(&corrected, o, start, orders)?];
         for (channel, measured) in o.samples.iter().enumerate() {
             let Some(measured) = measured else { continue };
             let mut after = after[channel].clone();
@@ -124,4 +128,35 @@ fn filtered(mut samples: Vec<f64>, gains: &[f64]) -> Vec<f64> {
     }
     inverse.process(&mut bins, &mut out).unwrap_or_default();
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::spectral::likelihood::KNOTS;
+    use crate::identify::likelihood::observed::Observed;
+    use crate::rig::effect::{EffectKind, ParameterKey};
+    use crate::rig::test_support::{condition, nominal};
+    use crate::rig::{EffectEntry, simulate};
+
+    /// Noise of twice the size stands on the lines of a pit as they were.
+    #[test]
+    fn invariant_a_colour_of_the_noise_is_none_of_the_lines() {
+        let pit = [(ParameterKey::DepthM, 1e-6), (ParameterKey::WidthRad, 0.05), (ParameterKey::AngleRad, 1.5)];
+        let rig = nominal().with_effect(EffectEntry::new(EffectKind::OuterRaceDefect, &pit));
+        let (condition, start) = (condition(30.0, 500.0, 4096), Start::seeded(7));
+        let run = simulate(&rig, &condition, &start).unwrap();
+        let observation = Observation::new(&Observed::from_recording(&run).unwrap());
+        let orders = rig.bearing().unwrap().bearing.geometry().orders();
+        let twice = 4f64.ln();
+        let colour = [[twice; KNOTS], [twice; KNOTS], [0.0; KNOTS]];
+        let loud = Synthesis { rig: rig.clone(), colour: &colour }.samples(&rig, &observation, start, &orders).unwrap();
+        let lines = simulate(&rig, &condition, &Start { noise: false, ..start }).unwrap();
+        for (channel, loud) in loud.iter().enumerate() {
+            let both = samples(&run, channel).iter().zip(samples(&lines, channel));
+            for (loud, (noisy, line)) in loud.iter().zip(both) {
+                assert!((loud - (line + 2.0 * (noisy - line))).abs() < 1e-9, "{loud} {noisy} {line}");
+            }
+        }
+    }
 }

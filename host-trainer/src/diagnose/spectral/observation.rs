@@ -9,8 +9,9 @@ use realfft::num_complex::Complex;
 
 use super::settings::LikelihoodSettings;
 use crate::identify::calibrate::split::longer_part;
-use crate::identify::likelihood::observed::{Coefficients, Observed, padded};
+use crate::identify::likelihood::observed::{CHANNELS, Coefficients, Observed, padded};
 use crate::identify::likelihood::tachometer::Reading;
+use crate::recording::Recording;
 use crate::rig::OperatingCondition;
 
 const SETTINGS: LikelihoodSettings = LikelihoodSettings::DEFAULT;
@@ -98,6 +99,11 @@ fn powers(samples: &Channels) -> (Channels, Channels) {
     let power = samples.each_ref().map(|samples| samples.as_deref().map(power));
     let ln = power.each_ref().map(|power| power.as_ref().map(|p| p.iter().map(|p| p.ln()).collect()));
     (power, ln)
+}
+
+/// Samples of `ax` or `ay` of a run; none of one that it does not have.
+pub fn samples(run: &Recording, channel: usize) -> &[f64] {
+    run.channel(CHANNELS[channel]).map_or(&[], |c| &c.samples)
 }
 
 /// Mean load of recordings, N.

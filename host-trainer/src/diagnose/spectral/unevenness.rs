@@ -4,10 +4,9 @@ use std::f64::consts::TAU;
 use std::sync::{Arc, OnceLock};
 
 use super::likelihood::spacing_shares;
-use super::observation::{Observation, Power, power};
+use super::observation::{Observation, Power, power, samples};
 use super::prediction::{Known, noise_free, noises_of};
 use super::settings::{FORMS, LikelihoodSettings};
-use crate::identify::likelihood::observed::CHANNELS;
 use crate::recording::Recording;
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::simulate::simulate_all;
@@ -128,7 +127,7 @@ struct Spectra {
 
 impl Spectra {
     fn new(even: &Recording) -> Self {
-        let signals = [0, 1].map(|channel| samples(even, channel));
+        let signals = [0, 1].map(|channel| samples(even, channel).to_vec());
         Self { power: signals.each_ref().map(|signal| power(signal)), signals }
     }
 
@@ -157,10 +156,6 @@ impl Spectra {
         added.iter_mut().for_each(counted);
         added
     }
-}
-
-fn samples(recording: &Recording, channel: usize) -> Vec<f64> {
-    recording.channel(CHANNELS[channel]).map_or_else(Vec::new, |c| c.samples.clone())
 }
 
 #[cfg(test)]
