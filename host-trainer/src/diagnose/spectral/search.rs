@@ -180,10 +180,7 @@ fn reshaped<'d, 'a>(candidate: Candidate<'d, 'a>, extended: &Hypothesis, null: &
     let shaped = SETTINGS.flanks.map(|flank| effect.clone().with_number(ParameterKey::Flank, flank));
     let ([least, greatest], steps) = SETTINGS.flank_widths;
     let widths = ladder(least * width, greatest * width, steps);
-    let of_width = |effect: &EffectEntry| {
-        widths.iter().map(|w| effect.clone().with_number(ParameterKey::WidthRad, *w)).collect::<Vec<_>>()
-    };
-    let starts = shaped.iter().flat_map(of_width).map(|start| (extended, start)).collect();
+    let starts = shaped.iter().flat_map(|effect| of_widths(effect, &widths)).map(|start| (extended, start)).collect();
     let searched = searched_from_best(extended, scores(null, starts, &SETTINGS.other_depths), null);
     searched.filter(|searched| searched.merit() > candidate.merit()).unwrap_or(candidate)
 }
@@ -214,7 +211,7 @@ fn restarted<'d, 'a>(
     } else if has_symmetry {
         other_symmetry(&effect, hypothesis.free[0])
     } else if let Some(width) = effect.number(ParameterKey::WidthRad) {
-        other_defects(&effect, width)
+        of_widths(&effect, &SETTINGS.other_widths.map(|share| share * width))
     } else {
         return candidate;
     };
@@ -247,7 +244,7 @@ fn other_modes(effect: &EffectEntry) -> Vec<EffectEntry> {
     MODE_SOURCES.into_iter().flat_map(of).collect()
 }
 
-/// Defects of other widths, of another place of the zeros in the lines' envelope.
-fn other_defects(effect: &EffectEntry, width: f64) -> Vec<EffectEntry> {
-    SETTINGS.other_widths.map(|share| effect.clone().with_number(ParameterKey::WidthRad, share * width)).to_vec()
+/// Defect with other widths, rad: the zeros in the lines' envelope are elsewhere.
+fn of_widths(effect: &EffectEntry, widths: &[f64]) -> Vec<EffectEntry> {
+    widths.iter().map(|width| effect.clone().with_number(ParameterKey::WidthRad, *width)).collect()
 }
