@@ -125,6 +125,55 @@ fn a_pit_in_the_last_recording_alone_is_named() {
     assert!(outcome.caveats.iter().any(|c| c.contains("alone")), "{:?}", outcome.caveats);
 }
 
+/// A fault that is ten times as strong in one recording is that of it, and of the others with numbers of their own.
+#[test]
+fn a_misalignment_that_grows_is_followed_from_recording_to_recording() {
+    let of = |force: f64| with(EffectKind::Misalignment, &[(ParameterKey::ForceN, force)]);
+    let outcome =
+        diagnosed(&nominal(), None, &recordings_of(&[of(10.0), of(100.0), of(40.0)], 17, |condition| condition), 17);
+    assert_eq!(names(&outcome)[0], "misalignment", "{:?}", outcome.diagnosis);
+    let said = outcome.caveats.iter().find(|c| c.contains("numbers of their own")).unwrap();
+    let forces = said.split("misalignment (force ").skip(1).map(|s| s.split(' ').next().unwrap().parse().unwrap());
+    let forces: Vec<f64> = forces.collect();
+    assert!(forces.len() == 2 && (forces[0] - 10.0).abs() < 1.0 && (forces[1] - 40.0).abs() < 2.0, "{said}");
+}
+
+/// What one recording shows is no cause where the others differ as much in another way.
+#[test]
+fn null_a_mode_of_another_frequency_in_each_recording_is_no_cause() {
+    let of = |hz: f64| {
+        let mode = [(ParameterKey::FrequencyHz, hz), (ParameterKey::DampingRatio, 0.02)];
+        let mode = EffectEntry::new(EffectKind::StructuralResonance, &mode);
+        nominal().with_effect(mode.with_text(ParameterKey::Channel, "ax"))
+    };
+    let rigs = [of(600.0), of(1100.0), of(2100.0)];
+    let outcome = diagnosed(&nominal(), None, &recordings_of(&rigs, 18, |condition| condition), 18);
+    assert_eq!(outcome.diagnosis.verdict, Verdict::Unexplained, "{:?}", outcome.diagnosis);
+}
+
+fn with_spikes(made: &mut [Recording]) {
+    for channel in made.iter_mut().flat_map(|recording| &mut recording.channels) {
+        channel.samples.iter_mut().skip(37).step_by(613).for_each(|v| *v += 0.5);
+    }
+}
+
+#[test]
+fn spikes_are_unexplained() {
+    let mut made = recordings(&nominal(), 19);
+    with_spikes(&mut made);
+    let outcome = diagnosed(&nominal(), None, &made, 19);
+    assert_eq!(outcome.diagnosis.verdict, Verdict::Unexplained, "{:?}", outcome.diagnosis);
+    assert!(outcome.caveats.iter().any(|c| c.contains("kurtosis")), "{:?}", outcome.caveats);
+}
+
+/// A rig that is given with a ball's pit strikes as its recordings do.
+#[test]
+fn null_a_rig_that_strikes_is_quiet() {
+    let pit = with(EffectKind::BallDefect, &[(ParameterKey::DepthM, 1.5e-6), (ParameterKey::WidthRad, 0.05)]);
+    let outcome = diagnosed(&pit, None, &recordings(&pit, 20), 20);
+    assert_eq!(outcome.diagnosis.verdict, Verdict::NoMismatch, "{:?} {:?}", outcome.diagnosis, outcome.caveats);
+}
+
 #[test]
 fn a_pit_is_named_and_proved() {
     let pit = [(ParameterKey::DepthM, 9e-7), (ParameterKey::WidthRad, 0.07), (ParameterKey::AngleRad, 1.7)];

@@ -49,10 +49,10 @@ pub fn probability(best: &Candidate, rivals: &[Candidate], is_second: bool) -> f
     (by_gain.max(0.0) * by_rank / (1.0 + others)).min(GATE.most_probable)
 }
 
-/// Trust in causes by what they leave, and by the converter.
+/// Trust in causes by what they leave, and by what else changes the level.
 #[derive(Clone, Copy, Debug)]
 pub struct Trust {
-    /// Whether the level of the signals is known: steps of a converter as great as the signal change it as a gain does.
+    /// Whether the level of the signals is known: steps of a converter as great as the signal, or spikes, change it as a gain does.
     pub is_level_known: bool,
     /// Share of the lack of fit that is left; 0 where that is within chance.
     pub share: f64,

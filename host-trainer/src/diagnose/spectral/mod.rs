@@ -5,6 +5,7 @@
 //! | `observation` | recordings as power spectra |
 //! | `prediction` | spectra that a rig predicts: noise and lines |
 //! | `unevenness` | lines of machines with unevenly spaced balls |
+//! | `unsteady` | spikes, a level that rises and falls, a tone that sweeps |
 //! | `likelihood` | their density, with all that a machine is beyond its drawing |
 //! | `cross` | what the phase between the channels adds |
 //! | `data` | recordings of a fit, and points in the space of its unknowns |
@@ -22,7 +23,6 @@
 //! | `selection` | causes, one after the other, by fitted and held-out recordings |
 //! | `tolerance` | what every machine has within its tolerances |
 //! | `lack` | what a prediction leaves |
-//! | `swing` | a level that rises and falls within a recording |
 //! | `pipeline` | from recordings to a result |
 //! | `subset` | causes of some of the recordings |
 //! | `causes` | causes and their numbers |
@@ -53,11 +53,11 @@ mod search;
 mod selection;
 mod settings;
 mod subset;
-mod swing;
 mod terms;
 mod text;
 mod tolerance;
 mod unevenness;
+mod unsteady;
 
 pub(crate) use baseline::calibrated;
 pub(crate) use subset::diagnose;

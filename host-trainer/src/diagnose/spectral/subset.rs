@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::data::Data;
 use super::lack::lack;
 use super::observation::Observation;
-use super::pipeline::{Whole, nominal, whole};
+use super::pipeline::{Lasting, Whole, nominal, whole};
 use super::settings::{FitSettings, GateSettings};
 use super::text;
 use super::unevenness::UnevenMachines;
@@ -25,20 +25,35 @@ const FIT: FitSettings = FitSettings::DEFAULT;
 /// Recordings without acceleration or speed; a rig that cannot run.
 pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<DiagnosisResult, DiagnoseError> {
     let machine = rig.bearing().ok_or(DiagnoseError::NotBearing { found: rig.model.kind().name() })?;
-    let Whole { result, searched } = whole(task, rig, progress)?;
+    let Whole { result, searched, .. } = whole(task, rig, progress)?;
     if result.diagnosis.verdict != Verdict::Unexplained || searched.len() < 2 {
         return Ok(result);
     }
     progress("searching for the recordings that differ most");
-    let lacks = own_lacks(rig, &searched, machine.bearing.geometry().orders())?;
+    let orders = machine.bearing.geometry().orders();
+    let lacks = own_lacks(rig, &searched, orders)?;
     let Some(differing) = Differing::of(&lacks) else { return Ok(result) };
     let chosen: Vec<Recording> = differing.recordings.iter().map(|n| task.recordings[*n].clone()).collect();
-    let Whole { result: mut own, .. } = whole(&Task { recordings: &chosen, ..*task }, rig, progress)?;
+    let Whole { result: mut own, lasting, .. } = whole(&Task { recordings: &chosen, ..*task }, rig, progress)?;
     if own.diagnosis.verdict != Verdict::Mismatch {
         return Ok(result);
     }
     let names: Vec<&str> = differing.recordings.iter().map(|n| searched[*n].name.as_str()).collect();
-    own.caveats.push(text::in_some(&names, differing.has_others_within_chance));
+    let refitted = (!differing.has_others_within_chance)
+        .then(|| {
+            progress("fitting what was found there to the other recordings");
+            let others =
+                (0..searched.len()).filter(|n| !differing.recordings.contains(n)).map(|n| (&searched[n], lacks[n]));
+            Refitted::of(&lasting, rig, &others.collect::<Vec<_>>(), orders)
+        })
+        .transpose()?;
+    if refitted.as_ref().is_some_and(|refitted| refitted.left > GATE.refitted_left) {
+        return Ok(result);
+    }
+    own.caveats.push(match &refitted {
+        None => text::in_some(&names),
+        Some(refitted) => text::in_all(&names, &refitted.numbers, refitted.left),
+    });
     let of_others = |n: &&Nuisance| !own.diagnosis.nuisance.iter().any(|own| own.recording == n.recording);
     let others: Vec<_> = result.diagnosis.nuisance.iter().filter(of_others).cloned().collect();
     own.diagnosis.nuisance.extend(others);
@@ -55,6 +70,37 @@ fn own_lacks(rig: &Rig, searched: &[Observation], orders: Orders) -> Result<Vec<
         Ok::<_, RigError>(lack(&data, &point).total())
     };
     searched.par_iter().map(of).collect()
+}
+
+/// Effects of one recording, fitted to others.
+struct Refitted {
+    /// Share of the others' lack of fit that they leave.
+    left: f64,
+    /// Effects of each recording with their numbers, in words.
+    numbers: Vec<String>,
+}
+
+impl Refitted {
+    /// Effects fitted to each of some recordings by itself, whose lack of fit without them is given. Those that cannot be there leave
+    /// all of it.
+    ///
+    /// # Errors
+    /// What the simulation of the rig refuses.
+    fn of(lasting: &Lasting, rig: &Rig, others: &[(&Observation, f64)], orders: Orders) -> Result<Self, RigError> {
+        let of = |(observation, before): &(&Observation, f64)| {
+            let one = std::slice::from_ref(*observation);
+            let data = Data::new(one, orders, UnevenMachines::new(rig, one, &orders)?);
+            let (left, numbers) = match lasting.refitted(&data) {
+                Ok((lack, numbers)) => (lack.total().min(*before), numbers),
+                Err(_) => (*before, Vec::new()),
+            };
+            Ok((left, format!("{} with {}", observation.name, numbers.join(" and "))))
+        };
+        let each = others.par_iter().map(of).collect::<Result<Vec<_>, RigError>>()?;
+        let before: f64 = others.iter().map(|(_, before)| before).sum();
+        let left = each.iter().map(|(left, _)| left).sum::<f64>() / before.max(1.0);
+        Ok(Self { left, numbers: each.into_iter().map(|(_, numbers)| numbers).collect() })
+    }
 }
 
 /// Recordings that differ from a rig more than others.

@@ -77,11 +77,11 @@ pub fn nameless(effect: &EffectEntry) -> String {
     )
 }
 
-/// Caveat of a level that swings, by the standard deviation of its logarithm.
-pub fn swing(swing: f64) -> String {
-    let decibels = 20.0 * std::f64::consts::LOG10_E * swing;
+/// Caveat of samples that differ from those around them as noise does not, by the kurtosis of these differences.
+pub fn unsteady(kurtosis: f64) -> String {
     format!(
-        "The level rises and falls within the recordings, by {decibels:.1} dB (standard deviation), as of a loose connector."
+        "What a sample differs by from those around it has a kurtosis of {kurtosis:.1}, where the noise of a rig has 3: there are spikes or \
+         impacts, as of a loose part or contact, or the level rises and falls. Power spectra show little of that."
     )
 }
 
@@ -126,12 +126,18 @@ pub fn tolerated(effect: &EffectEntry) -> String {
 }
 
 /// Caveat of causes that were found in some recordings alone.
-pub fn in_some(recordings: &[&str], has_others_within_chance: bool) -> String {
-    let names = recordings.join(", ");
-    match has_others_within_chance {
-        true => format!("What is found is in {names} alone: the other recordings are as the rig, within chance."),
-        false => format!(
-            "What is found is in {names} alone, which differs most from the rig: no cause of one strength explains all recordings."
-        ),
-    }
+pub fn in_some(recordings: &[&str]) -> String {
+    format!("What is found is in {} alone: the other recordings are as the rig, within chance.", recordings.join(", "))
+}
+
+/// Caveat of causes of one strength in some recordings, and of others in others: their numbers, and the share of the others' lack of
+/// fit that is left.
+pub fn in_all(recordings: &[&str], others: &[String], left: f64) -> String {
+    format!(
+        "What is stated is that of {}, which differs most from the rig: no cause of one strength explains all recordings. With \
+         numbers of their own the others have it as well ({}), which explains {:.0} % of what they differ by.",
+        recordings.join(", "),
+        others.join("; "),
+        100.0 * (1.0 - left)
+    )
 }

@@ -48,6 +48,11 @@ pub struct GateSettings {
     /// itself beyond chance. Chosen on `evaluate`, seeds 43 (`real`) and 44 (`exact`), every fourth case: right causes left at
     /// most 0.27, wrong ones 0.56 to 1, but for one of each.
     pub left_share: [f64; 2],
+    /// Share of the lack of fit of the other recordings up to which the effects of one, fitted to them anew, are causes. Effects that
+    /// grow tenfold over four simulated recordings left 0.07 to 0.25, effects without a name of `evaluate`, seed 62, 0.5 and 0.67.
+    pub refitted_left: f64,
+    /// Sizes over that of the one recording from which the fits to the others start as well. By hand.
+    pub refitted_sizes: [f64; 3],
     /// Trust of a local defect at least: its lines are at frequencies of their own, and its form is seldom that of the rig's.
     pub defect_trust: f64,
     /// Least probability of a cause that is stated.
@@ -82,6 +87,8 @@ impl GateSettings {
         doubt: 3.0,
         second_trust: 0.6,
         left_share: [0.3, 0.7],
+        refitted_left: 0.4,
+        refitted_sizes: [0.5, 0.25, 0.1],
         defect_trust: 0.5,
         least_probable: 0.3,
         most_probable: 0.97,

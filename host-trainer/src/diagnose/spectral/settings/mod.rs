@@ -9,8 +9,8 @@ mod lack;
 mod likelihood;
 mod mains;
 mod search;
-mod swing;
 mod tolerance;
+mod unsteady;
 
 pub use event::EventSettings;
 pub use fit::FitSettings;
@@ -21,8 +21,8 @@ pub use lack::LackSettings;
 pub use likelihood::{FORMS, LikelihoodSettings};
 pub use mains::MainsSettings;
 pub use search::SearchSettings;
-pub use swing::SwingSettings;
 pub use tolerance::ToleranceSettings;
+pub use unsteady::UnsteadySettings;
 
 use crate::diagnose::shown::ShownSettings;
 
@@ -37,7 +37,7 @@ pub fn document() -> serde_json::Value {
         "tolerance": ToleranceSettings::DEFAULT,
         "intervals": IntervalSettings::DEFAULT,
         "mains": MainsSettings::DEFAULT,
-        "swing": SwingSettings::DEFAULT,
+        "unsteady": UnsteadySettings::DEFAULT,
         "guess": GuessSettings::DEFAULT,
         "search": SearchSettings::DEFAULT,
         "shown": ShownSettings::DEFAULT,
