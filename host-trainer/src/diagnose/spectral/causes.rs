@@ -52,10 +52,16 @@ pub fn probability(best: &Candidate, rivals: &[Candidate], is_second: bool) -> f
 /// Trust in causes by what they leave, and by what else changes the level.
 #[derive(Clone, Copy, Debug)]
 pub struct Trust {
-    /// Whether the level of the signals is known: steps of a converter as great as the signal, or spikes, change it as a gain does.
+    /// Whether the level of the signals is known: steps of a converter as great as the signal, or spikes, change it, and the spectrum,
+    /// as a gain and a mode do.
     pub is_level_known: bool,
     /// Share of the lack of fit that is left; 0 where that is within chance.
     pub share: f64,
+}
+
+/// Whether an effect is between the machine and its recording: it changes levels and spectra, and strikes nothing.
+pub fn is_of_signal(kind: EffectKind) -> bool {
+    matches!(kind, EffectKind::SensorGain | EffectKind::StructuralResonance)
 }
 
 impl Trust {
@@ -67,7 +73,7 @@ impl Trust {
             EffectKind::OuterRaceDefect | EffectKind::InnerRaceDefect | EffectKind::BallDefect => {
                 trust.max(GATE.defect_trust)
             }
-            EffectKind::SensorGain if !self.is_level_known => 0.0,
+            _ if is_of_signal(kind) && !self.is_level_known => 0.0,
             _ => trust,
         }
     }

@@ -1,7 +1,9 @@
 //! Held-out recordings, and simulations of them before and after the correction.
 
+use super::data::Point;
 use super::events::Event;
-use super::likelihood::{Colour, hats};
+use super::imperfect::Imperfections;
+use super::likelihood::{Colour, colour_with, hats};
 use super::mains::Mains;
 use super::observation::{Observation, samples};
 use super::prediction::{Known, START_ANGLES_RAD, predictions};
@@ -13,46 +15,44 @@ use crate::rig::{Rig, RigError, Run, Start, simulate_many};
 use crate::signal::kinematics::Orders;
 use crate::signal::transform::{forward, inverse_plan};
 
-/// Rig with the colour of the noise that was fitted with it.
-pub struct Synthesis<'s> {
-    /// Rig.
-    pub rig: Rig,
-    /// Colours of the noise.
-    pub colour: &'s Colour,
+/// A recording that is simulated with what the last fit found there beside the rig.
+struct Synthesis<'s> {
+    observation: &'s Observation,
+    orders: &'s Orders,
+    colour: Colour,
+    imperfections: Imperfections,
+    start: Start,
 }
 
 impl Synthesis<'_> {
-    /// Samples of both channels of a run of `rig`, whose random part has the colours of the noise: as in the likelihood, its lines
-    /// have none.
+    /// Samples of both channels of a run of a rig, whose random part has the colours of the noise: as in the likelihood, its lines
+    /// have none. Nor is the random part delayed as the lines are.
     ///
     /// # Errors
     /// What the simulation refuses.
-    fn samples(
-        &self,
-        rig: &Rig,
-        observation: &Observation,
-        start: Start,
-        orders: &Orders,
-    ) -> Result<[Vec<f64>; 2], RigError> {
+    fn samples(&self, rig: &Rig) -> Result<[Vec<f64>; 2], RigError> {
         // One rig and one recording in, one result out.
         let prediction = predictions(
             &[(&Known::Nothing, rig)],
-            std::slice::from_ref(observation),
-            orders,
+            std::slice::from_ref(self.observation),
+            self.orders,
             &UnevenMachines::default(),
         )
         .swap_remove(0)?
         .swap_remove(0);
+        let start = self.imperfections.start(self.start);
         let quiet = Start { noise: false, velocity_covariance: Some(prediction.scatter), ..start };
-        let runs = [start, quiet].map(|start| Run { rig, condition: observation.condition, start });
-        let runs = simulate_many(&runs)?;
-        let hats = hats(observation);
+        let condition = self.imperfections.condition(rig, self.observation.condition);
+        let rig = &self.imperfections.rig(rig);
+        let runs = simulate_many(&[start, quiet].map(|start| Run { rig, condition, start }))?;
+        let hats = hats(self.observation);
         Ok([0, 1].map(|channel| {
             let [noisy, lines] = [0, 1].map(|run| samples(&runs[run], channel));
             let random = noisy.iter().zip(lines).map(|(noisy, line)| noisy - line).collect();
             let each = hats.iter().enumerate();
-            let gains = each.map(|(k, hat)| prediction.colouring(self.colour, channel, *hat, k).sqrt());
+            let gains = each.map(|(k, hat)| prediction.colouring(&self.colour, channel, *hat, k).sqrt());
             let mut out = filtered(random, &gains.collect::<Vec<_>>());
+            let lines = self.imperfections.delayed(lines, &condition, self.orders);
             out.iter_mut().zip(lines).for_each(|(out, line)| *out += line);
             out
         }))
@@ -71,6 +71,17 @@ pub struct Disturbed<'s> {
     pub first: usize,
 }
 
+/// Rigs before and after the correction, and the last fit to the held-out recordings: both are simulated with its colours and
+/// imperfections, so that they differ by the causes alone.
+pub struct Compared<'s> {
+    /// Rig as it was given, calibrated.
+    pub before: &'s Rig,
+    /// Rig with the causes.
+    pub after: &'s Rig,
+    /// Fit of what the held-out recordings have of their own.
+    pub machine: &'s Point,
+}
+
 /// Held-out recordings, which still have the electrical line, with simulations before and after the correction. Size and phase of
 /// the line are those of the recording.
 ///
@@ -78,8 +89,7 @@ pub struct Disturbed<'s> {
 /// What the simulation refuses.
 pub fn held_out(
     held: &[Observation],
-    before: &Synthesis,
-    after: &Synthesis,
+    compared: &Compared,
     disturbed: &Disturbed,
     orders: &Orders,
     seed: u64,
@@ -88,12 +98,17 @@ pub fn held_out(
     let mut out = Vec::new();
     for (n, o) in held.iter().enumerate() {
         let corrected = match disturbed.event.and_then(|e| e.effect_in(disturbed.first + n)) {
-            Some(effect) => after.rig.clone().with_effect(effect),
-            None => after.rig.clone(),
+            Some(effect) => compared.after.clone().with_effect(effect),
+            None => compared.after.clone(),
         };
-        let start = Start { cage_angle0_rad, shaft_angle0_rad, ..Start::of_series(seed, n) };
-        let [before, after] =
-            [before.samples(&before.rig, o, start, orders)?, after.samples(&corrected, o, start, orders)?];
+        let synthesis = Synthesis {
+            observation: o,
+            orders,
+            colour: colour_with(&compared.machine.colour, &compared.machine.own_colour[n]),
+            imperfections: Imperfections::of(compared.machine, n, seed),
+            start: Start { cage_angle0_rad, shaft_angle0_rad, ..Start::of_series(seed, n) },
+        };
+        let [before, after] = [synthesis.samples(compared.before)?, synthesis.samples(&corrected)?];
         for (channel, measured) in o.samples.iter().enumerate() {
             let Some(measured) = measured else { continue };
             let mut after = after[channel].clone();
@@ -147,10 +162,15 @@ mod tests {
         let (condition, start) = (condition(30.0, 500.0, 4096), Start::seeded(7));
         let run = simulate(&rig, &condition, &start).unwrap();
         let observation = Observation::new(&Observed::from_recording(&run).unwrap());
-        let orders = rig.bearing().unwrap().bearing.geometry().orders();
         let twice = 4f64.ln();
-        let colour = [[twice; KNOTS], [twice; KNOTS], [0.0; KNOTS]];
-        let loud = Synthesis { rig: rig.clone(), colour: &colour }.samples(&rig, &observation, start, &orders).unwrap();
+        let synthesis = Synthesis {
+            observation: &observation,
+            orders: &rig.bearing().unwrap().bearing.geometry().orders(),
+            colour: [[twice; KNOTS], [twice; KNOTS], [0.0; KNOTS]],
+            imperfections: Imperfections::of(&Point::default().in_recordings(1, 0), 0, 3),
+            start,
+        };
+        let loud = synthesis.samples(&rig).unwrap();
         let lines = simulate(&rig, &condition, &Start { noise: false, ..start }).unwrap();
         for (channel, loud) in loud.iter().enumerate() {
             let both = samples(&run, channel).iter().zip(samples(&lines, channel));

@@ -26,6 +26,7 @@
 //! | `pipeline` | from recordings to a result |
 //! | `subset` | causes of some of the recordings |
 //! | `causes` | causes and their numbers |
+//! | `imperfect` | what a run of a rig lacks of a machine |
 //! | `held_out` | simulations of held-out recordings |
 //! | `terms` | causes as curves |
 //! | `text` | sentences |
@@ -42,6 +43,7 @@ mod fit;
 mod guesses;
 mod held_out;
 mod hypotheses;
+mod imperfect;
 mod lack;
 mod likelihood;
 mod mains;

@@ -5,7 +5,7 @@ use super::causes::{self, Accepted, Intervals, Trust};
 use super::data::{Data, Point};
 use super::events::{Event, events, without_event};
 use super::fit::Model;
-use super::held_out::{Disturbed, Synthesis, held_out};
+use super::held_out::{Compared, Disturbed, held_out};
 use super::lack::{Lack, lack};
 use super::mains::Mains;
 use super::observation::{Observation, mean_load_n};
@@ -23,7 +23,6 @@ use crate::identify::likelihood::coordinate::{Coordinate, Scale};
 use crate::identify::likelihood::observed::Observed;
 use crate::recording::Recording;
 use crate::rig::config::{BearingRig, RigKey};
-use crate::rig::effect::EffectKind;
 use crate::rig::{Rig, RigError, Start, simulate};
 use crate::signal::kinematics::Orders;
 use crate::stats::units::in_words;
@@ -145,10 +144,10 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let doubtful = selection.rejected.iter().find(|c| c.gain > GATE.doubtful_gain).cloned();
     let is_beyond_chance = unexplained > chance || doubtful.is_some();
     // What strikes has pits or play for causes; the rig as it is given may rattle.
-    let is_of_sensors = selection.accepted.iter().all(|a| a.candidate.kind == EffectKind::SensorGain);
+    let strikes = selection.accepted.iter().any(|a| !causes::is_of_signal(a.candidate.kind));
     let run = || simulate(rig, &held.first()?.condition, &Start::of_series(task.seed, 0)).ok();
     let observed = [fitted.as_slice(), &held].concat();
-    let kurtosis = is_of_sensors.then(|| excess_kurtosis(&observed, run)).flatten();
+    let kurtosis = (!strikes).then(|| excess_kurtosis(&observed, run)).flatten();
     let is_nameless = coarse.is_some() || kurtosis.is_some() || !selection.nameless.is_empty();
     let share = left / (before.total() + held_before.total() + event.map_or(0.0, Event::gain)).max(1.0);
     let is_level_known = kurtosis.is_none() && coarse.is_none_or(|converter| converter.keeps_level());
@@ -170,11 +169,13 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let (causes, terms) = (found.causes(&acquired), found.terms(machine, mean_load_n(&all_fitted)));
 
     progress("simulating held-out recordings");
-    // Both have the noise's colours of the last fit, so that they differ by the causes alone.
-    let before_rig = Synthesis { rig: nominal.rig_at(&null.values)?, colour: &point.colour };
-    let after_rig = Synthesis { rig: corrected.clone(), colour: &point.colour };
+    let compared = Compared {
+        before: &nominal.rig_at(&null.values)?,
+        after: &corrected,
+        machine: &refit_nuisances(&held_data, model, point)?,
+    };
     let disturbed = Disturbed { acquired: &acquired, mains: mains.as_ref(), event, first: all_fitted.len() };
-    let signals = held_out(&recorded_held, &before_rig, &after_rig, &disturbed, &orders, task.seed)?;
+    let signals = held_out(&recorded_held, &compared, &disturbed, &orders, task.seed)?;
     let (mut fit, mut left) = shown::fit(&signals, split.describe(), task.seed);
     fit.p_value = if accepted.is_empty() && event.is_none() {
         acquired.faults().map(|f| f.p_value).reduce(f64::max).unwrap_or(1.0)
@@ -203,7 +204,8 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
         caveats.push(text::unexplained(unexplained, &most));
         caveats.extend(doubtful.map(|candidate| text::doubtful(&candidate)));
     }
-    caveats.extend(kurtosis.filter(|_| verdict == Verdict::Unexplained).map(text::unsteady));
+    let is_unsteady = verdict == Verdict::Unexplained && coarse.is_none();
+    caveats.extend(kurtosis.filter(|_| is_unsteady).map(text::unsteady));
     caveats.extend(selection.nameless.iter().map(text::nameless));
     caveats.extend(coarse.as_ref().map(text::coarse));
     caveats.extend((!selection.in_baseline.is_empty()).then(|| text::in_baseline(&selection.in_baseline)));

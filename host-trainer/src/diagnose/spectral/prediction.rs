@@ -366,7 +366,7 @@ fn skirts(lines: &Power, observation: &Observation) -> Power {
 
 /// Lines spread over a ball pass, as what the inner race modulates is by uneven balls.
 fn over_ball_pass(power: &[f64], observation: &Observation, orders: &Orders) -> Vec<f64> {
-    let reach = (0.25 * observation.bins_of(orders.bpfo)).round().max(1.0) as usize;
+    let reach = (0.5 * observation.bins_of(orders.bpfo)).round().max(1.0) as usize;
     mean_around(&mean_around(power, reach), reach)
 }
 

@@ -104,7 +104,7 @@ fn unevenness(rig: &Rig, observations: &[Observation], orders: &Orders) -> Resul
 }
 
 /// Rig whose races are out of round by an amplitude, of two or three lobes each.
-fn with_roundness(rig: &Rig, amplitude_m: f64, seed: u64) -> Rig {
+pub fn with_roundness(rig: &Rig, amplitude_m: f64, seed: u64) -> Rig {
     let lobes = |race: u64| (2 + (seed + race) % 2) as f64;
     let phase = |race: u64| TAU * ((0.618 * (2 * seed + race) as f64) % 1.0);
     let race = |(kind, race): (EffectKind, u64)| {
