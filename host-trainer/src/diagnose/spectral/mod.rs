@@ -25,6 +25,7 @@
 //! | `lack` | what a prediction leaves |
 //! | `pipeline` | from recordings to a result |
 //! | `subset` | causes of some of the recordings |
+//! | `growth` | effects of one recording in the others |
 //! | `causes` | causes and their numbers |
 //! | `imperfect` | what a run of a rig lacks of a machine |
 //! | `held_out` | simulations of held-out recordings |
@@ -40,6 +41,7 @@ mod data;
 mod events;
 mod expansion;
 mod fit;
+mod growth;
 mod guesses;
 mod held_out;
 mod hypotheses;

@@ -5,8 +5,9 @@ use super::causes::{self, Accepted, Intervals, Trust};
 use super::data::{Data, Point};
 use super::events::{Event, events, without_event};
 use super::fit::Model;
+use super::growth::Lasting;
 use super::held_out::{Compared, Disturbed, held_out};
-use super::lack::{Lack, lack};
+use super::lack::lack;
 use super::mains::Mains;
 use super::observation::{Observation, mean_load_n};
 use super::selection::{Selection, refit_nuisances, rejected_names};
@@ -19,13 +20,12 @@ use crate::diagnose::acquisition::{Acquired, Converter, Fault};
 use crate::diagnose::result::{Cause, Diagnosis, DiagnosisResult, Nuisance, SCHEMA, Term, Verdict};
 use crate::diagnose::{DiagnoseError, Task, evidence, locate, shown};
 use crate::identify::calibrate::split::Split;
-use crate::identify::likelihood::coordinate::{Coordinate, Scale};
+use crate::identify::likelihood::coordinate::Coordinate;
 use crate::identify::likelihood::observed::Observed;
 use crate::recording::Recording;
-use crate::rig::config::{BearingRig, RigKey};
-use crate::rig::{Rig, RigError, Start, simulate};
+use crate::rig::config::BearingRig;
+use crate::rig::{Rig, Start, simulate};
 use crate::signal::kinematics::Orders;
-use crate::stats::units::in_words;
 
 const GATE: GateSettings = GateSettings::DEFAULT;
 const FIT: FitSettings = FitSettings::DEFAULT;
@@ -36,60 +36,8 @@ pub struct Whole {
     pub result: DiagnosisResult,
     /// Recordings as they were searched, without faults of the acquisition, the electrical line and an event.
     pub searched: Vec<Observation>,
-    /// Lasting effects that were found.
+    /// Rig with the lasting effects that were found, as it was fitted.
     pub lasting: Lasting,
-}
-
-/// Lasting effects that were found, with the numbers that are fitted.
-pub struct Lasting {
-    /// Rig with the effects.
-    rig: Rig,
-    coordinates: Vec<Coordinate>,
-    /// As in a [`Model`].
-    guesses: Vec<f64>,
-}
-
-impl Lasting {
-    /// Lack of fit of other recordings, to which the numbers are fitted anew, and each effect with these in words.
-    ///
-    /// # Errors
-    /// What the simulation refuses.
-    pub fn refitted(&self, data: &Data) -> Result<(Lack, Vec<String>), RigError> {
-        let mut model = self.model_of(data, self.rig.clone());
-        let mut point = model.start()?;
-        // A search does not come down from lines that are far too strong.
-        let is_size = |c: &&Coordinate| matches!((c.key, c.scale), (RigKey::Effect { .. }, Scale::Log { .. }));
-        for c in self.coordinates.iter().filter(is_size) {
-            let value = model.rig.get(c.key).unwrap_or_default();
-            for share in GATE.refitted_sizes {
-                let mut rig = model.rig.clone();
-                let started = rig.set(c.key, share * value).and_then(|()| {
-                    let smaller = self.model_of(data, rig);
-                    Ok((smaller.start()?, smaller))
-                });
-                match started {
-                    Ok((start, smaller)) if start.objective() < point.objective() => (point, model) = (start, smaller),
-                    _ => {}
-                }
-            }
-        }
-        let point = model.search(point, FIT.nominal_steps)?;
-        let rig = model.rig_at(&point.values)?;
-        let words = |index: usize| {
-            let own = |c: &Coordinate| match c.key {
-                RigKey::Effect { index: of, key } if of == index => Some(in_words(key.name(), rig.get(c.key)?, None)),
-                _ => None,
-            };
-            let numbers: Vec<String> = model.coordinates.iter().filter_map(own).collect();
-            (!numbers.is_empty()).then(|| format!("{} ({})", rig.effects[index].kind, numbers.join(", ")))
-        };
-        Ok((lack(data, &point), (0..rig.effects.len()).filter_map(words).collect()))
-    }
-
-    fn model_of<'d, 'a>(&self, data: &'d Data<'a>, rig: Rig) -> Model<'d, 'a> {
-        let (coordinates, guesses) = (self.coordinates.clone(), self.guesses.clone());
-        Model { coordinates, guesses, ..Model::fixed(data, rig) }
-    }
 }
 
 /// Diagnoses recordings of a bearing rig of known structure, which all have the same causes; `rig` is calibrated to the baseline.
@@ -226,8 +174,7 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let settings = settings::document();
     let result =
         DiagnosisResult { diagnosis, rig: corrected_rig, held_out: signals, tests, fitted: numbers, caveats, settings };
-    let (coordinates, guesses) = (model.coordinates.clone(), model.guesses.clone());
-    let lasting = Lasting { rig: corrected, coordinates, guesses };
+    let lasting = Lasting::of(model, corrected);
     let searched = fitted.into_iter().chain(held).collect();
     Ok(Whole { result, searched, lasting })
 }

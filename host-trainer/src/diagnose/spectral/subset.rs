@@ -4,9 +4,10 @@
 use rayon::prelude::*;
 
 use super::data::Data;
+use super::growth::Refitted;
 use super::lack::lack;
 use super::observation::Observation;
-use super::pipeline::{Lasting, Whole, nominal, whole};
+use super::pipeline::{Whole, nominal, whole};
 use super::settings::{FitSettings, GateSettings};
 use super::text;
 use super::unevenness::UnevenMachines;
@@ -70,37 +71,6 @@ fn own_lacks(rig: &Rig, searched: &[Observation], orders: Orders) -> Result<Vec<
         Ok::<_, RigError>(lack(&data, &point).total())
     };
     searched.par_iter().map(of).collect()
-}
-
-/// Effects of one recording, fitted to others.
-struct Refitted {
-    /// Share of the others' lack of fit that they leave.
-    left: f64,
-    /// Effects of each recording with their numbers, in words.
-    numbers: Vec<String>,
-}
-
-impl Refitted {
-    /// Effects fitted to each of some recordings by itself, whose lack of fit without them is given. Those that cannot be there leave
-    /// all of it.
-    ///
-    /// # Errors
-    /// What the simulation of the rig refuses.
-    fn of(lasting: &Lasting, rig: &Rig, others: &[(&Observation, f64)], orders: Orders) -> Result<Self, RigError> {
-        let of = |(observation, before): &(&Observation, f64)| {
-            let one = std::slice::from_ref(*observation);
-            let data = Data::new(one, orders, UnevenMachines::new(rig, one, &orders)?);
-            let (left, numbers) = match lasting.refitted(&data) {
-                Ok((lack, numbers)) => (lack.total().min(*before), numbers),
-                Err(_) => (*before, Vec::new()),
-            };
-            Ok((left, format!("{} with {}", observation.name, numbers.join(" and "))))
-        };
-        let each = others.par_iter().map(of).collect::<Result<Vec<_>, RigError>>()?;
-        let before: f64 = others.iter().map(|(_, before)| before).sum();
-        let left = each.iter().map(|(left, _)| left).sum::<f64>() / before.max(1.0);
-        Ok(Self { left, numbers: each.into_iter().map(|(_, numbers)| numbers).collect() })
-    }
 }
 
 /// Recordings that differ from a rig more than others.

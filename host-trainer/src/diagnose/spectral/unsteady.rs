@@ -21,8 +21,9 @@ const NORMAL: f64 = 3.0;
 pub fn excess_kurtosis(observations: &[Observation], run: impl FnOnce() -> Option<Recording>) -> Option<f64> {
     let of = |channel: usize| {
         let each = observations.iter().filter_map(|o| o.samples[channel].as_deref());
-        let (mut all, mut chance): (Vec<f64>, Vec<f64>) =
-            each.map(|s| (interpolated_kurtosis(s), (24.0 / s.len() as f64).sqrt())).unzip();
+        let of_each = each.map(|s| (interpolated_kurtosis(s), (24.0 / s.len() as f64).sqrt()));
+        // A constant signal has none.
+        let (mut all, mut chance): (Vec<f64>, Vec<f64>) = of_each.filter(|(found, _)| found.is_finite()).unzip();
         Some((median(&mut all)?, median(&mut chance)?))
     };
     let (found, chance) = [0, 1].into_iter().filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0))?;
