@@ -151,16 +151,12 @@ fn null_a_mode_of_another_frequency_in_each_recording_is_no_cause() {
     assert_eq!(outcome.diagnosis.verdict, Verdict::Unexplained, "{:?}", outcome.diagnosis);
 }
 
-fn with_spikes(made: &mut [Recording]) {
-    for channel in made.iter_mut().flat_map(|recording| &mut recording.channels) {
-        channel.samples.iter_mut().skip(37).step_by(613).for_each(|v| *v += 0.5);
-    }
-}
-
 #[test]
 fn spikes_are_unexplained() {
     let mut made = recordings(&nominal(), 19);
-    with_spikes(&mut made);
+    for channel in made.iter_mut().flat_map(|recording| &mut recording.channels) {
+        channel.samples.iter_mut().skip(37).step_by(613).for_each(|v| *v += 0.5);
+    }
     let outcome = diagnosed(&nominal(), None, &made, 19);
     assert_eq!(outcome.diagnosis.verdict, Verdict::Unexplained, "{:?}", outcome.diagnosis);
     assert!(outcome.caveats.iter().any(|c| c.contains("kurtosis")), "{:?}", outcome.caveats);

@@ -35,9 +35,14 @@ pub struct Model<'d, 'a> {
 }
 
 impl<'d, 'a> Model<'d, 'a> {
+    /// Model of a rig with coordinates and their guesses.
+    pub fn new(data: &'d Data<'a>, rig: Rig, coordinates: &[Coordinate], guesses: &[f64]) -> Self {
+        Self { data, rig, coordinates: coordinates.to_vec(), guesses: guesses.to_vec(), known: Known::Nothing }
+    }
+
     /// Model of a rig without anything to fit but what each recording has of its own.
     pub fn fixed(data: &'d Data<'a>, rig: Rig) -> Self {
-        Self { data, rig, coordinates: Vec::new(), guesses: Vec::new(), known: Known::Nothing }
+        Self::new(data, rig, &[], &[])
     }
 
     /// Model of a rig with unknown numbers, whose own values are guesses.

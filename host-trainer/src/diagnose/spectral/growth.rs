@@ -37,7 +37,7 @@ impl Lasting {
     /// # Errors
     /// What the simulation refuses.
     fn refitted(&self, data: &Data) -> Result<(Lack, Vec<String>), RigError> {
-        let mut model = self.model_of(data, self.rig.clone());
+        let mut model = Model::new(data, self.rig.clone(), &self.coordinates, &self.guesses);
         let mut point = model.start()?;
         // A search does not come down from lines that are far too strong.
         let is_size = |c: &&Coordinate| matches!((c.key, c.scale), (RigKey::Effect { .. }, Scale::Log { .. }));
@@ -46,7 +46,7 @@ impl Lasting {
             for share in GATE.refitted_sizes {
                 let mut rig = model.rig.clone();
                 let started = rig.set(c.key, share * value).and_then(|()| {
-                    let smaller = self.model_of(data, rig);
+                    let smaller = Model::new(data, rig, &self.coordinates, &self.guesses);
                     Ok((smaller.start()?, smaller))
                 });
                 match started {
@@ -67,19 +67,14 @@ impl Lasting {
         };
         Ok((lack(data, &point), (0..rig.effects.len()).filter_map(words).collect()))
     }
-
-    fn model_of<'d, 'a>(&self, data: &'d Data<'a>, rig: Rig) -> Model<'d, 'a> {
-        let (coordinates, guesses) = (self.coordinates.clone(), self.guesses.clone());
-        Model { coordinates, guesses, ..Model::fixed(data, rig) }
-    }
 }
 
 /// Effects of one recording, fitted to others.
 pub struct Refitted {
     /// Share of the others' lack of fit that they leave.
     pub left: f64,
-    /// Effects of each recording with their numbers, in words.
-    pub numbers: Vec<String>,
+    /// Each recording with the effects and their numbers, in words.
+    pub said: Vec<String>,
 }
 
 impl Refitted {
@@ -92,15 +87,15 @@ impl Refitted {
         let of = |(observation, before): &(&Observation, f64)| {
             let one = std::slice::from_ref(*observation);
             let data = Data::new(one, orders, UnevenMachines::new(rig, one, &orders)?);
-            let (left, numbers) = match lasting.refitted(&data) {
-                Ok((lack, numbers)) => (lack.total().min(*before), numbers),
+            let (left, effects) = match lasting.refitted(&data) {
+                Ok((lack, effects)) => (lack.total().min(*before), effects),
                 Err(_) => (*before, Vec::new()),
             };
-            Ok((left, format!("{} with {}", observation.name, numbers.join(" and "))))
+            Ok((left, format!("{} with {}", observation.name, effects.join(" and "))))
         };
         let each = others.par_iter().map(of).collect::<Result<Vec<_>, RigError>>()?;
         let before: f64 = others.iter().map(|(_, before)| before).sum();
         let left = each.iter().map(|(left, _)| left).sum::<f64>() / before.max(1.0);
-        Ok(Self { left, numbers: each.into_iter().map(|(_, numbers)| numbers).collect() })
+        Ok(Self { left, said: each.into_iter().map(|(_, said)| said).collect() })
     }
 }

@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use super::data::Point;
+use super::likelihood::Stretch;
 use super::prediction::is_inner;
 use super::settings::{FORMS, LikelihoodSettings};
 use super::unevenness::with_roundness;
@@ -18,7 +19,8 @@ const SETTINGS: LikelihoodSettings = LikelihoodSettings::DEFAULT;
 /// Tones of a wandering rotation.
 const TONES: usize = 16;
 
-/// Imperfections of a machine in a recording, of the sizes that a fit has found there, drawn by a seed.
+/// Imperfections of a machine in a recording, of the sizes that a fit has found there. A seed draws all but the balls' diameters, which
+/// follow from that of the run.
 #[derive(Clone, Debug)]
 pub struct Imperfections {
     /// Standard deviation of the time of a ball pass, s.
@@ -27,19 +29,19 @@ pub struct Imperfections {
     spacing_rad: f64,
     /// Standard deviation of the balls' diameters and amplitude of the races' roundness, m.
     form_m: [f64; FORMS],
-    /// Frequencies over those of the stated speed, less 1, of the outer and the inner race.
-    stretch: [f64; 2],
+    /// Stretch of the lines.
+    stretch: Stretch,
     seed: u64,
 }
 
 impl Imperfections {
-    /// Imperfections at a point in one of its recordings; the machine, which is that of all recordings, is drawn by the seed.
+    /// Imperfections at a point in one of its recordings.
     pub fn of(point: &Point, recording: usize, seed: u64) -> Self {
         Self {
             jitter_s: SETTINGS.jitter_s[point.jitter[recording]],
             spacing_rad: SETTINGS.spacing_rad[point.spacing],
             form_m: std::array::from_fn(|form| SETTINGS.form_m[form][point.form[form]]),
-            stretch: [point.stretch[recording].outer, point.stretch[recording].inner],
+            stretch: point.stretch[recording],
             seed,
         }
     }
@@ -56,9 +58,9 @@ impl Imperfections {
         Start { ball_std_m, ..start }
     }
 
-    /// Condition at the speed that gives the lines of the rig their frequencies.
+    /// Condition at the speed that gives the lines of a rig their frequencies; the rig is the one without imperfections.
     pub fn condition(&self, rig: &Rig, condition: OperatingCondition) -> OperatingCondition {
-        let [outer, inner] = self.stretch;
+        let Stretch { outer, inner } = self.stretch;
         let stretch = if rig.effects.iter().any(is_inner) { inner } else { outer };
         OperatingCondition { shaft_hz: (1.0 + stretch) * condition.shaft_hz, ..condition }
     }
@@ -110,7 +112,8 @@ mod tests {
         let tone: Vec<f64> = (0..condition.samples).map(|n| turns(n).cos()).collect();
         let coherent = |jitter_s: f64, spacing_rad: f64| {
             let of = |seed: u64| {
-                let made = Imperfections { jitter_s, spacing_rad, form_m: [0.0; FORMS], stretch: [0.0; 2], seed };
+                let made =
+                    Imperfections { jitter_s, spacing_rad, form_m: [0.0; FORMS], stretch: Stretch::default(), seed };
                 let made = made.delayed(&tone, &condition, &orders);
                 let sum = |wave: fn(f64) -> f64| made.iter().enumerate().map(|(n, v)| wave(turns(n)) * v).sum::<f64>();
                 (2.0 / tone.len() as f64).powi(2) * (sum(f64::cos).powi(2) + sum(f64::sin).powi(2))

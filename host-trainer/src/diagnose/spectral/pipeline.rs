@@ -15,7 +15,7 @@ use super::settings::{self, FitSettings, GateSettings};
 use super::terms::term;
 use super::text;
 use super::unevenness::UnevenMachines;
-use super::unsteady::excess_kurtosis;
+use super::unsteady::unsteady_kurtosis;
 use crate::diagnose::acquisition::{Acquired, Converter, Fault};
 use crate::diagnose::result::{Cause, Diagnosis, DiagnosisResult, Nuisance, SCHEMA, Term, Verdict};
 use crate::diagnose::{DiagnoseError, Task, evidence, locate, shown};
@@ -84,8 +84,8 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
         baseline,
         progress,
     )?;
-    let left = lack(&data, &selection.point).total()
-        + lack(&held_data, &refit_nuisances(&held_data, &selection.model, &selection.point)?).total();
+    let mut held_point = refit_nuisances(&held_data, &selection.model, &selection.point)?;
+    let left = lack(&data, &selection.point).total() + lack(&held_data, &held_point).total();
     let is_corrected = !(selection.tolerated.is_empty() && selection.in_baseline.is_empty());
     let unexplained = if is_corrected { left } else { before.total() + held_before.total() };
     let chance = GATE.lack * (fitted.len() + held.len()) as f64;
@@ -94,14 +94,16 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     // What strikes has pits or play for causes; the rig as it is given may rattle.
     let strikes = selection.accepted.iter().any(|a| !causes::is_of_signal(a.candidate.kind));
     let run = || simulate(rig, &held.first()?.condition, &Start::of_series(task.seed, 0)).ok();
-    let observed = [fitted.as_slice(), &held].concat();
-    let kurtosis = (!strikes).then(|| excess_kurtosis(&observed, run)).flatten();
+    let observed: Vec<&Observation> = fitted.iter().chain(&held).collect();
+    let kurtosis = (!strikes).then(|| unsteady_kurtosis(&observed, run)).flatten();
     let is_nameless = coarse.is_some() || kurtosis.is_some() || !selection.nameless.is_empty();
     let share = left / (before.total() + held_before.total() + event.map_or(0.0, Event::gain)).max(1.0);
     let is_level_known = kurtosis.is_none() && coarse.is_none_or(|converter| converter.keeps_level());
     let trust = Trust { is_level_known, share: if left > chance { share } else { 0.0 } };
     let event = event.filter(|e| trust.states(GATE.event_probability, e.effect.kind));
-    selection.judge(trust);
+    if selection.judge(trust) {
+        held_point = refit_nuisances(&held_data, &selection.model, &selection.point)?;
+    }
     let Selection { model, point, accepted, rejected, .. } = &selection;
 
     let is_named = !accepted.is_empty() || event.is_some() || acquired.faults().next().is_some();
@@ -117,11 +119,7 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let (causes, terms) = (found.causes(&acquired), found.terms(machine, mean_load_n(&all_fitted)));
 
     progress("simulating held-out recordings");
-    let compared = Compared {
-        before: &nominal.rig_at(&null.values)?,
-        after: &corrected,
-        machine: &refit_nuisances(&held_data, model, point)?,
-    };
+    let compared = Compared { before: &nominal.rig_at(&null.values)?, after: &corrected, machine: &held_point };
     let disturbed = Disturbed { acquired: &acquired, mains: mains.as_ref(), event, first: all_fitted.len() };
     let signals = held_out(&recorded_held, &compared, &disturbed, &orders, task.seed)?;
     let (mut fit, mut left) = shown::fit(&signals, split.describe(), task.seed);

@@ -134,15 +134,17 @@ impl<'d, 'a> Selection<'d, 'a> {
         Ok(self)
     }
 
-    /// Lowers the probability of the causes by what they leave; none is one if the most probable leaves too much.
-    pub fn judge(&mut self, trust: Trust) {
+    /// Lowers the probability of the causes by what they leave; none is one if the most probable leaves too much. Whether the model
+    /// is that without causes again.
+    pub fn judge(&mut self, trust: Trust) -> bool {
         let is_stated = self.accepted.iter().any(|a| trust.states(a.probability, a.candidate.kind));
-        if is_stated {
-            self.accepted.iter_mut().for_each(|a| a.probability *= trust.of(a.candidate.kind));
-        } else if !self.accepted.is_empty() {
+        let is_taken_back = !is_stated && !self.accepted.is_empty();
+        if is_taken_back {
             (self.model, self.point) = self.uncaused.clone();
             self.rejected.splice(0..0, self.accepted.drain(..).map(|a| a.candidate));
         }
+        self.accepted.iter_mut().for_each(|a| a.probability *= trust.of(a.candidate.kind));
+        is_taken_back
     }
 
     /// Fits the unevenness of the balls in the rotation that a cause has changed; −ln of the held-out recordings.
@@ -186,8 +188,7 @@ fn is_in(held_data: &Data, held_null: f64, held_out: f64, candidate: &Candidate)
 /// # Errors
 /// What the simulation refuses.
 fn refit(data: &Data, model: &Model, point: &Point) -> Result<Point, RigError> {
-    let (coordinates, guesses) = (model.coordinates.clone(), model.guesses.clone());
-    let other = Model { coordinates, guesses, ..Model::fixed(data, model.rig_at(&point.values)?) };
+    let other = Model::new(data, model.rig_at(&point.values)?, &model.coordinates, &model.guesses);
     other.search(other.start_from(&nuisances_from(data, point))?, FIT.held_out_steps)
 }
 

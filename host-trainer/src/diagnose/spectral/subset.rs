@@ -53,7 +53,7 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     }
     own.caveats.push(match &refitted {
         None => text::in_some(&names),
-        Some(refitted) => text::in_all(&names, &refitted.numbers, refitted.left),
+        Some(refitted) => text::in_all(&names, &refitted.said, refitted.left),
     });
     let of_others = |n: &&Nuisance| !own.diagnosis.nuisance.iter().any(|own| own.recording == n.recording);
     let others: Vec<_> = result.diagnosis.nuisance.iter().filter(of_others).cloned().collect();

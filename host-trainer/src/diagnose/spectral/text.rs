@@ -130,8 +130,8 @@ pub fn in_some(recordings: &[&str]) -> String {
     format!("What is found is in {} alone: the other recordings are as the rig, within chance.", recordings.join(", "))
 }
 
-/// Caveat of causes of one strength in some recordings, and of others in others: their numbers, and the share of the others' lack of
-/// fit that is left.
+/// Caveat of causes that are those of some recordings, and that the others, with their effects and numbers in words, have as well but
+/// for a share of their lack of fit that is left.
 pub fn in_all(recordings: &[&str], others: &[String], left: f64) -> String {
     format!(
         "What is stated is that of {}, which differs most from the rig: no cause of one strength explains all recordings. With \

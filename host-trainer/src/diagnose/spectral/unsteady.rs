@@ -18,7 +18,7 @@ const SETTINGS: UnsteadySettings = UnsteadySettings::DEFAULT;
 const NORMAL: f64 = 3.0;
 
 /// Kurtosis of what the samples differ by from those around them, where it is beyond that of the noise of a rig and of a run of the rig.
-pub fn excess_kurtosis(observations: &[Observation], run: impl FnOnce() -> Option<Recording>) -> Option<f64> {
+pub fn unsteady_kurtosis(observations: &[&Observation], run: impl FnOnce() -> Option<Recording>) -> Option<f64> {
     let of = |channel: usize| {
         let each = observations.iter().filter_map(|o| o.samples[channel].as_deref());
         let of_each = each.map(|s| (interpolated_kurtosis(s), (24.0 / s.len() as f64).sqrt()));
