@@ -4,7 +4,7 @@ use super::candidate::Candidate;
 use super::data::{Data, Point};
 use super::fit::Model;
 use super::observation::{Observation, duration_s};
-use super::selection::refit_nuisances;
+use super::selection::{objective_of, refit_nuisances};
 use super::settings::{FitSettings, GateSettings};
 use super::unevenness::UnevenMachines;
 use crate::diagnose::DiagnoseError;
@@ -54,16 +54,48 @@ impl<'d, 'a> Baseline<'d, 'a> {
 
     /// Whether a candidate fits the baseline nearly as well as no effect does, so that it corrects the calibration and is no
     /// change since: an effect that is new would cost there what it gains now.
-    ///
-    /// # Errors
-    /// What the simulation refuses.
-    pub fn shows(&mut self, candidate: &Candidate) -> Result<bool, RigError> {
-        let now = refit_nuisances(self.data, &candidate.model, &candidate.point)?.objective();
+    pub fn shows(&mut self, candidate: &Candidate) -> bool {
+        let now = objective_of(self.data, &candidate.model, &candidate.point);
         let share = duration_s(self.data.observations) / duration_s(candidate.model.data.observations);
         let shows = now - self.null < GATE.baseline_nats + GATE.baseline_share * share * candidate.gain;
         if shows {
             self.null = now;
         }
-        Ok(shows)
+        shows
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::spectral::candidate::NullFit;
+    use crate::diagnose::spectral::guesses::Guesses;
+    use crate::diagnose::spectral::hypotheses::all;
+    use crate::diagnose::spectral::observation::mean_load_n;
+    use crate::rig::effect::{EffectKind, ParameterKey};
+    use crate::rig::test_support::{condition, nominal};
+    use crate::rig::{Start, simulate};
+
+    /// A spring that softens beyond its range under the baseline's load is no error that ends the diagnosis.
+    #[test]
+    fn null_a_rig_that_cannot_run_under_the_load_of_the_baseline_is_not_in_it() {
+        let rig = nominal();
+        let orders = rig.bearing().unwrap().bearing.geometry().orders();
+        let observed = |load_n: f64| {
+            let run = simulate(&rig, &condition(30.0, load_n, 8192), &Start::seeded(3)).unwrap();
+            [Observation::new(&Observed::from_recording(&run).unwrap())]
+        };
+        let (light, heavy) = (observed(200.0), observed(2000.0));
+        let [data, healthy] =
+            [&light, &heavy].map(|observations| Data::new(observations, orders, UnevenMachines::default()));
+        let model = Model::fixed(&data, rig.clone());
+        let point = model.start().unwrap();
+        let mut baseline = Baseline::new(&healthy, &model, &point).unwrap();
+        let null = NullFit::new(&model, &point);
+        let hypotheses = all(&rig, mean_load_n(&light), &Guesses::new(&data, &point));
+        let softening = hypotheses.iter().find(|h| h.kind == EffectKind::SofteningStiffness).unwrap();
+        let soft = softening.starts[0].clone().with_number(ParameterKey::CubicNPerM3, -1e15);
+        let candidate = null.started(softening, &[soft]).swap_remove(0);
+        assert!(!baseline.shows(&Candidate { gain: 1e6, ..candidate }));
     }
 }

@@ -99,8 +99,7 @@ impl<'d, 'a> Selection<'d, 'a> {
                 break;
             }
             let best = found.remove(load_error_or_first(&found, observations));
-            // A rig that cannot run under the conditions of the held-out recordings does not explain them.
-            let judged = refit_nuisances(held_data, &best.model, &best.point).map_or(f64::INFINITY, |p| p.objective());
+            let judged = objective_of(held_data, &best.model, &best.point);
             let held_out = held_now - judged;
             if best.gain < asked || !is_no_tone(&best) || !is_in(held_data, held_now, held_out, &best) {
                 self.rejected.push(best);
@@ -116,7 +115,7 @@ impl<'d, 'a> Selection<'d, 'a> {
                 self.tolerated.push(effect);
                 continue;
             }
-            if baseline.as_mut().map_or(Ok(false), |baseline| baseline.shows(&best))? {
+            if baseline.as_mut().is_some_and(|baseline| baseline.shows(&best)) {
                 self.in_baseline.push(best.kind);
                 continue;
             }
@@ -199,6 +198,12 @@ fn refit(data: &Data, model: &Model, point: &Point) -> Result<Point, RigError> {
 pub fn refit_nuisances(data: &Data, model: &Model, point: &Point) -> Result<Point, RigError> {
     let other = Model::fixed(data, model.rig_at(&point.values)?);
     other.search(other.start_from(&nuisances_from(data, point))?, FIT.held_out_steps)
+}
+
+/// −ln of likelihood and prior of a fitted model on other recordings, of which only the nuisances are fitted; infinite if the rig
+/// cannot run under their conditions, as it does not explain them.
+pub fn objective_of(data: &Data, model: &Model, point: &Point) -> f64 {
+    refit_nuisances(data, model, point).map_or(f64::INFINITY, |point| point.objective())
 }
 
 /// Nuisances of a machine as a start for other recordings of it.
