@@ -13,13 +13,13 @@ use super::likelihood::{
 use super::observation::Observation;
 use super::prediction::Prediction;
 use super::settings::{FORMS, LikelihoodSettings};
+use super::sidebands::{Shares, Sidebands, balls, numbers};
 use super::unevenness::UnevenMachines;
 use crate::signal::kinematics::Orders;
 
 const LIKELIHOOD: LikelihoodSettings = LikelihoodSettings::DEFAULT;
 /// Levels of a sensor's noise to either side that are tried, half a standard deviation apart.
 const NOISE_LEVELS: i32 = 8;
-
 /// Recordings with what a fit needs of them.
 pub struct Data<'a> {
     /// Recordings.
@@ -37,6 +37,8 @@ pub struct Data<'a> {
     jitter: Vec<Vec<Vec<f64>>>,
     /// Shares that uneven balls take.
     spacing: Vec<Vec<Vec<f64>>>,
+    /// Number of the order of the cage from the nearest line, of each bin of each recording.
+    cage_orders: Vec<Vec<usize>>,
 }
 
 impl<'a> Data<'a> {
@@ -58,6 +60,7 @@ impl<'a> Data<'a> {
             hats: observations.iter().map(hats).collect(),
             jitter: observations.par_iter().map(jitter).collect(),
             spacing: observations.par_iter().map(spacing).collect(),
+            cage_orders: observations.iter().map(|o| numbers(o, &orders)).collect(),
         }
     }
 
@@ -71,6 +74,8 @@ impl<'a> Data<'a> {
             stretch: point.stretch[recording],
             jitter: &self.jitter[recording][point.jitter[recording]],
             spacing: &self.spacing[recording][point.spacing],
+            cage_orders: &self.cage_orders[recording],
+            sidebands: &point.sidebands,
             form: std::array::from_fn(|f| (LIKELIHOOD.form_m[f][point.form[f]] / LIKELIHOOD.drawn_form_m[f]).powi(2)),
             channel,
         }
@@ -87,6 +92,25 @@ impl<'a> Data<'a> {
     pub fn neg_log_likelihoods(&self, point: &Point) -> Vec<f64> {
         let of = |n: usize| (0..2).map(|c| self.channel(point, n, c).neg_log_likelihood()).sum();
         (0..self.observations.len()).into_par_iter().map(of).collect()
+    }
+
+    /// Weights of the orders of the cage nearer to those that the recordings show.
+    pub fn sidebands_towards(&self, point: &Point) -> Sidebands {
+        let mut shares: Shares = vec![[0.0; 2]; balls(&self.orders) / 2];
+        let of = |piece: usize| {
+            let channel = self.channel(point, piece / 2, piece % 2);
+            let of_bin = |expected: Expected| {
+                let (order, part) = channel.sideband(expected.k)?;
+                let (share, ratio) = (part / expected.mean(), expected.power / expected.mean());
+                Some((order, [share * ratio.min(LIKELIHOOD.most_sideband_ratio), share]))
+            };
+            channel.bins().filter_map(of_bin).collect::<Vec<_>>()
+        };
+        let pieces: Vec<_> = (0..2 * self.observations.len()).into_par_iter().map(of).collect();
+        for (order, share) in pieces.into_iter().flatten() {
+            shares[order - 1].iter_mut().zip(share).for_each(|(sum, share)| *sum += share);
+        }
+        point.sidebands.towards(&shares)
     }
 
     /// Gain of a point's errors of form over none.
@@ -199,6 +223,8 @@ pub struct Point {
     pub jitter: Vec<usize>,
     /// Index of the unevenness of the balls in the settings.
     pub spacing: usize,
+    /// Weights of the orders of the cage beside a line.
+    pub sidebands: Sidebands,
     /// Index of each error of form in the settings.
     pub form: [usize; FORMS],
     /// Predictions of each recording.

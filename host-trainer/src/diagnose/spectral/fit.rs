@@ -11,6 +11,7 @@ use super::expansion::Expansion;
 use super::likelihood::Stretch;
 use super::prediction::{Known, Prediction, predictions};
 use super::settings::{FitSettings, LikelihoodSettings};
+use super::sidebands::Sidebands;
 use crate::identify::likelihood::coordinate::Coordinate;
 use crate::rig::effect::EffectKind;
 use crate::rig::{Rig, RigError};
@@ -107,7 +108,13 @@ impl<'d, 'a> Model<'d, 'a> {
         let mut is_usual = false;
         for [jitter, spacing] in LIKELIHOOD.usual {
             let of_each = point.clone().in_recordings(point.jitter.len(), jitter);
-            let mut usual = Point { colour: Default::default(), stretch: point.stretch.clone(), spacing, ..of_each };
+            let mut usual = Point {
+                colour: Default::default(),
+                stretch: point.stretch.clone(),
+                spacing,
+                sidebands: Sidebands::default(),
+                ..of_each
+            };
             self.weigh(&mut usual);
             if usual.objective() < point.objective() {
                 (point, is_usual) = (usual, true);
@@ -122,6 +129,13 @@ impl<'d, 'a> Model<'d, 'a> {
     /// Point with other predictions and the nuisances of `from`.
     pub fn with_predictions(&self, from: &Point, predictions: Vec<Prediction>) -> Point {
         let mut point = Point { predictions: Arc::new(predictions), ..from.clone() };
+        self.weigh(&mut point);
+        point
+    }
+
+    /// Point of the same rig with the nuisances of another fit.
+    pub fn with_nuisances(&self, own: &Point, of: &Point) -> Point {
+        let mut point = Point { values: own.values.clone(), predictions: Arc::clone(&own.predictions), ..of.clone() };
         self.weigh(&mut point);
         point
     }
@@ -165,6 +179,7 @@ impl<'d, 'a> Model<'d, 'a> {
         point.prior = self.data.colour_prior(&point.colour)
             + self.data.own_colour_prior(&point.own_colour)
             + self.data.stretch_prior(point)
+            + point.sidebands.prior()
             + point.jitter.iter().map(jitter).sum::<f64>()
             + unknown.sum::<f64>();
     }
@@ -218,10 +233,18 @@ impl<'d, 'a> Model<'d, 'a> {
             let stepped = |index: usize, count: usize| (index as i64 + by).clamp(0, count as i64 - 1) as usize;
             let spacing = stepped(point.spacing, LIKELIHOOD.spacing_rad.len());
             self.move_machine(point, |to| to.spacing = spacing);
+            // With as much beside the lines.
+            let [from, to] = [point.spacing, spacing].map(|index| LIKELIHOOD.spacing_rad[index]);
+            let sidebands = point.sidebands.scaled((from / to).powi(2));
+            self.move_machine(point, |to| (to.spacing, to.sidebands) = (spacing, sidebands));
             for (form, values) in LIKELIHOOD.form_m.iter().enumerate() {
                 let index = stepped(point.form[form], values.len());
                 self.move_machine(point, |to| to.form[form] = index);
             }
+        }
+        for _ in 0..SETTINGS.sideband_steps {
+            let sidebands = self.data.sidebands_towards(point);
+            self.move_machine(point, |to| to.sidebands = sidebands);
         }
     }
 
@@ -229,7 +252,8 @@ impl<'d, 'a> Model<'d, 'a> {
     fn move_machine(&self, point: &mut Point, change: impl FnOnce(&mut Point)) {
         let mut moved = point.clone();
         change(&mut moved);
-        if (moved.spacing, moved.form) == (point.spacing, point.form) {
+        let machine = |of: &Point| (of.spacing, of.form, of.sidebands.clone());
+        if machine(&moved) == machine(point) {
             return;
         }
         self.weigh(&mut moved);

@@ -4,12 +4,12 @@ use std::f64::consts::TAU;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
 
 use super::data::Point;
 use super::likelihood::Stretch;
 use super::prediction::is_inner;
 use super::settings::{FORMS, LikelihoodSettings};
+use super::sidebands::{Sidebands, balls};
 use super::unevenness::with_roundness;
 use crate::rig::{OperatingCondition, Rig, Start};
 use crate::signal::interpolate::{Interpolator, held};
@@ -27,6 +27,8 @@ pub struct Imperfections {
     jitter_s: f64,
     /// Standard deviation of a ball's place in the cage, rad.
     spacing_rad: f64,
+    /// Weights of the orders of the cage in the balls' places.
+    sidebands: Sidebands,
     /// Standard deviation of the balls' diameters and amplitude of the races' roundness, m.
     form_m: [f64; FORMS],
     /// Stretch of the lines.
@@ -40,6 +42,7 @@ impl Imperfections {
         Self {
             jitter_s: SETTINGS.jitter_s[point.jitter[recording]],
             spacing_rad: SETTINGS.spacing_rad[point.spacing],
+            sidebands: point.sidebands.clone(),
             form_m: std::array::from_fn(|form| SETTINGS.form_m[form][point.form[form]]),
             stretch: point.stretch[recording],
             seed,
@@ -75,8 +78,16 @@ impl Imperfections {
         let OperatingCondition { shaft_hz, sample_rate_hz, .. } = *condition;
         let cage_hz = (orders.ftf * shaft_hz).max(f64::MIN_POSITIVE);
         let place_s = self.spacing_rad / (TAU * cage_hz);
-        let balls = (orders.bpfo / orders.ftf).round().max(1.0) as usize;
-        let places: Vec<f64> = (0..balls).map(|_| place_s * random.sample::<f64, _>(StandardNormal)).collect();
+        let balls = balls(orders);
+        // Their Fourier series around the cage.
+        let cosine = |share: f64| (place_s * (2.0 * share).sqrt(), TAU * random.random::<f64>());
+        let cosines: Vec<(f64, f64)> = self.sidebands.of_turns(balls).map(cosine).collect();
+        let place = |ball: usize| -> f64 {
+            let turn = TAU * ball as f64 / balls as f64;
+            let each = (1..).zip(&cosines);
+            each.map(|(turns, (size, phase))| size * (f64::from(turns) * turn + phase).cos()).sum()
+        };
+        let places: Vec<f64> = (0..balls).map(place).collect();
         let tones: [[f64; 2]; TONES] =
             std::array::from_fn(|_| [SETTINGS.wander_hz * random.random::<f64>(), TAU * random.random::<f64>()]);
         let amplitude_s = self.jitter_s * (2.0 / TONES as f64).sqrt();
@@ -112,8 +123,8 @@ mod tests {
         let tone: Vec<f64> = (0..condition.samples).map(|n| turns(n).cos()).collect();
         let coherent = |jitter_s: f64, spacing_rad: f64| {
             let of = |seed: u64| {
-                let made =
-                    Imperfections { jitter_s, spacing_rad, form_m: [0.0; FORMS], stretch: Stretch::default(), seed };
+                let (form_m, stretch, sidebands) = ([0.0; FORMS], Stretch::default(), Sidebands::default());
+                let made = Imperfections { jitter_s, spacing_rad, sidebands, form_m, stretch, seed };
                 let made = made.delayed(&tone, &condition, &orders);
                 let sum = |wave: fn(f64) -> f64| made.iter().enumerate().map(|(n, v)| wave(turns(n)) * v).sum::<f64>();
                 (2.0 / tone.len() as f64).powi(2) * (sum(f64::cos).powi(2) + sum(f64::sin).powi(2))

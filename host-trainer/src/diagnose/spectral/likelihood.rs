@@ -15,6 +15,7 @@ use statrs::function::gamma::ln_gamma;
 use super::observation::{Observation, Power};
 use super::prediction::{Lines, Prediction};
 use super::settings::{FORMS, LikelihoodSettings};
+use super::sidebands::Sidebands;
 use crate::identify::likelihood::observed::CHANNELS;
 
 const SETTINGS: LikelihoodSettings = LikelihoodSettings::DEFAULT;
@@ -224,6 +225,10 @@ pub struct Channel<'a> {
     pub jitter: &'a [f64],
     /// Share that uneven balls take; empty if they are even.
     pub spacing: &'a [f64],
+    /// Number of the order of the cage from the nearest line, of each bin; empty where these are not told apart.
+    pub cage_orders: &'a [usize],
+    /// Weights of these orders.
+    pub sidebands: &'a Sidebands,
     /// Power of the lines of each error of form, over that of the simulated machines.
     pub form: [f64; FORMS],
     /// Index of the channel.
@@ -255,7 +260,21 @@ impl Channel<'_> {
 
     /// The same of the rig, whose form has no errors.
     pub fn rig_line(&self, k: usize) -> f64 {
-        self.spread(&self.prediction.outer, self.stretch.outer, k)
+        let place = Place::new(k, self.stretch.outer);
+        let weight = self.cage_order(place).map_or(1.0, |order| self.sidebands.weight(order));
+        self.spread(&self.prediction.outer, place, weight, k)
+    }
+
+    /// Number of the order of the cage beside a line at a bin, and what uneven balls put there.
+    pub fn sideband(&self, k: usize) -> Option<(usize, f64)> {
+        let place = Place::new(k, self.stretch.outer);
+        let order = self.cage_order(place).filter(|order| *order > 0)?;
+        let spaced = place.of(&self.prediction.outer.spaced[self.channel]);
+        Some((order, self.spacing.get(k)? * self.sidebands.weight(order) * spaced))
+    }
+
+    fn cage_order(&self, place: Place) -> Option<usize> {
+        self.cage_orders.get(place.lower).copied()
     }
 
     /// Power of what errors of form add.
@@ -268,18 +287,18 @@ impl Channel<'_> {
 
     /// Power of what these add.
     pub fn inner_line(&self, k: usize) -> f64 {
-        self.prediction.inner.as_ref().map_or(0.0, |lines| self.spread(lines, self.stretch.inner, k))
+        let place = Place::new(k, self.stretch.inner);
+        self.prediction.inner.as_ref().map_or(0.0, |lines| self.spread(lines, place, 1.0, k))
     }
 
-    fn spread(&self, lines: &Lines, stretch: f64, k: usize) -> f64 {
-        let place = Place::new(k, stretch);
+    fn spread(&self, lines: &Lines, place: Place, weight: f64, k: usize) -> f64 {
         let spread = |power: f64, to: &Power, share: f64| power + share * (place.of(&to[self.channel]) - power);
         let mut line = place.of(&lines.power[self.channel]);
         if let Some(share) = self.jitter.get(k) {
             line = spread(line, &lines.skirts, *share);
         }
         if let Some(share) = self.spacing.get(k) {
-            line = spread(line, &lines.spaced, *share);
+            line += share * (weight * place.of(&lines.spaced[self.channel]) - line);
         }
         line
     }

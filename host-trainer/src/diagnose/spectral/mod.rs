@@ -56,6 +56,7 @@ mod screening;
 mod search;
 mod selection;
 mod settings;
+mod sidebands;
 mod subset;
 mod terms;
 mod text;

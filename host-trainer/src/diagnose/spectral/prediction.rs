@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::observation::{Observation, Power, power};
 use super::settings::{FORMS, LikelihoodSettings};
+use super::sidebands::cage_bins;
 use super::unevenness::{UnevenMachines, Unevenness};
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::identify::likelihood::whittle;
@@ -373,15 +374,14 @@ fn over_ball_pass(power: &[f64], observation: &Observation, orders: &Orders) -> 
 /// Lines spread over the orders of the cage within a ball pass: balls that pass unevenly put a line's power there. Where the lines
 /// of an uneven machine are known, only what an effect adds to them is spread.
 fn spaced(lines: &Power, unevenness: Option<&Unevenness>, observation: &Observation, orders: &Orders) -> Power {
-    let period = observation.bins_of(orders.ftf);
+    let comb = cage_bins(observation, orders);
     let lobe = |away: f64| (1.0 - (away / SETTINGS.lobe_bins).powi(2)).max(0.0);
-    // A lobe's integral over all bins.
-    let scale = period / (4.0 / 3.0 * SETTINGS.lobe_bins);
-    let weight = |k: usize| {
+    let weight = |k: usize, period: f64| {
         let place = k as f64 / period;
+        // A lobe's integral over all bins.
+        let scale = period / (4.0 / 3.0 * SETTINGS.lobe_bins);
         scale * lobe((place - place.round()) * period)
     };
-    let is_comb = period > 4.0 * SETTINGS.lobe_bins;
     [0, 1].map(|c| {
         let beyond = |(power, even): (&f64, &f64)| (power - even).max(0.0);
         let mut spread = match unevenness {
@@ -391,8 +391,8 @@ fn spaced(lines: &Power, unevenness: Option<&Unevenness>, observation: &Observat
             }
             None => over_ball_pass(&lines[c], observation, orders),
         };
-        if is_comb {
-            spread.iter_mut().enumerate().for_each(|(k, p)| *p *= weight(k));
+        if let Some(period) = comb {
+            spread.iter_mut().enumerate().for_each(|(k, p)| *p *= weight(k, period));
         }
         if let Some(known) = unevenness {
             spread.iter_mut().zip(&known.added[c]).for_each(|(p, added)| *p += added);

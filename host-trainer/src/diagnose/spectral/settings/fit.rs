@@ -23,6 +23,8 @@ pub struct FitSettings {
     pub most_damping: f64,
     /// Gain that moves jitter or spacing by a step.
     pub least_gain: f64,
+    /// Steps of the weights of the orders of the cage beside a line, each time the machine is refined. By hand: for the computing time.
+    pub sideband_steps: usize,
     /// Steps of the stretch within which it is refined.
     pub near_steps: f64,
     /// Range of the stretch of a speed that drifts over the usual range.
@@ -51,6 +53,7 @@ impl FitSettings {
         },
         most_damping: 1e6,
         least_gain: 0.5,
+        sideband_steps: 2,
         near_steps: 4.0,
         drift_reach: 4.0,
         nominal_steps: 10,

@@ -62,6 +62,12 @@ pub struct LikelihoodSettings {
     pub drawn_form_m: [f64; FORMS],
     /// Half width of a line in bins, by the tapers.
     pub lobe_bins: f64,
+    /// Half widths of a line from one order of the cage to the next from which these are told apart. By hand: lines at 2 are one.
+    pub cage_lobes: f64,
+    /// Power over its mean that the weight of an order of the cage follows at most. By hand: a line of another source is no ball.
+    pub most_sideband_ratio: f64,
+    /// Least weight of an order of the cage: what the balls do not put there, other lines do. By hand.
+    pub least_sideband: f64,
     /// Jitter and spacing of machines that turn evenly and unevenly, by their places in these lists.
     pub usual: [[usize; 2]; 2],
     /// Median of the jitter over all machines, s, and standard deviation of its logarithm.
@@ -109,6 +115,9 @@ impl LikelihoodSettings {
         form_m: [[0.0, 2e-8, 4e-8, 8e-8, 1.6e-7, 3.2e-7], [0.0, 5e-8, 1e-7, 2e-7, 3.5e-7, 5e-7]],
         drawn_form_m: [8e-8, 2e-7],
         lobe_bins: 2.2,
+        cage_lobes: 2.5,
+        most_sideband_ratio: 20.0,
+        least_sideband: 1e-3,
         usual: [[2, 2], [6, 3]],
         usual_jitter: [1e-5, 1.5],
         slip_std: 0.0015,
