@@ -148,10 +148,13 @@ pub fn verdict(outcome: &DiagnosisResult) -> (Tone, String) {
                     numbers[0], numbers[2]
                 )
             } else {
-                format!(
-                    "No mismatch: the residual of held-out recordings is within chance (error {}, noise floor {}, {chance}).",
-                    numbers[0], numbers[2]
-                )
+                let why = if fit.before < SETTINGS.near_noise * fit.noise_floor {
+                    "the residual of held-out recordings is within chance"
+                } else {
+                    "what held-out recordings have beyond the sensor's noise is a random force, or within the tolerance of what \
+                     is stated"
+                };
+                format!("No mismatch: {why} (error {}, noise floor {}).", numbers[0], numbers[2])
             };
             (Tone::Good, machine::quiet(&outcome.rig, fit.before).unwrap_or(text))
         }

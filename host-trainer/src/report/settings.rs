@@ -3,6 +3,8 @@
 /// Segment lengths, windows and limits of lists in the reports.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReportSettings {
+    /// Error over the noise floor up to which it is within chance. By hand.
+    pub near_noise: f64,
     /// Samples in a segment of Welch's method in pictures of a recording and its simulation. Not tuned: chosen by hand.
     pub segment: usize,
     /// Highest harmonic of the BPFO in the narrow spectrum of a calibration. Not tuned: chosen by hand.
@@ -42,6 +44,7 @@ pub struct ReportSettings {
 impl ReportSettings {
     /// Settings of all reports.
     pub const DEFAULT: Self = Self {
+        near_noise: 2.0,
         segment: 2048,
         ball_pass_harmonics: 6.0,
         turns: 3.0,

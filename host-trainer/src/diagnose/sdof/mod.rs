@@ -7,6 +7,7 @@
 //! | `library`, `terms`, `flexible` | columns of a regression: terms with a name, and others without |
 //! | `table`, `select` | cross-validated models of them; none, one, two, seldom three |
 //! | `causes`, `validate` | effects of the vocabulary, fitted by simulation and judged on what they were not fitted to |
+//! | `repeating` | tones, and forces that repeat along the travel, in what a model leaves |
 //! | `verdict`, `held_out` | the gate that every cause passes, on held-out stretches |
 //! | `report`, `text`, `curve` | what stands, and in which words |
 //! | `settings` | thresholds, lengths and counts |
@@ -19,6 +20,7 @@ mod flexible;
 mod held_out;
 mod library;
 mod nominal;
+mod repeating;
 mod report;
 mod select;
 mod settings;

@@ -115,6 +115,13 @@ impl Nominal {
         }
     }
 
+    /// Force that the rig without its input lacks at a state, N.
+    pub fn balance(&self, q: f64, v: f64, a: f64) -> f64 {
+        use Parameter::{Damping, Gravity, Mass, Stiffness};
+        let of = |parameter: Parameter| parameter.value_in(&self.machine) * self.unit_force(parameter, q, v, a);
+        -[Mass, Damping, Stiffness, Gravity].map(of).iter().sum::<f64>()
+    }
+
     /// Changes a parameter by an estimate of its difference, within its domain.
     pub fn add(&mut self, parameter: Parameter, change: f64) {
         let value = parameter.value_in(&self.machine) + change;

@@ -61,6 +61,14 @@ pub struct SdofSettings {
     /// Share of the held-out error that a flexible model must take away for a mismatch without a name. Chosen on synthetic
     /// cases (seeds 1 to 3).
     pub unexplained: f64,
+    /// Periods in the longest recording, or over the travel, from which something repeats: up to there it is a flexible column.
+    pub repeats_at_least: usize,
+    /// Cells of the travel in which a force that repeats along it is sought. Not tuned: chosen by hand.
+    pub cells: usize,
+    /// Bins beside a line of the input that are the line's, by a Hann window over half of the transform. By hand.
+    pub near_bins: usize,
+    /// Bins to either side over whose median a line stands. Not tuned: chosen by hand.
+    pub floor_bins: usize,
     /// Error of a simulation over the motion's spread from which the rig explains nothing of it, and share of the spread below
     /// which what an autoregression leaves says that there is a motion to explain. By hand.
     pub explains_nothing: [f64; 2],
@@ -122,6 +130,10 @@ impl SdofSettings {
         flexible_columns: 8,
         flexible_worth: 0.004,
         explains: 0.6,
+        repeats_at_least: 4,
+        cells: 4096,
+        near_bins: 4,
+        floor_bins: 128,
         explains_nothing: [0.5, 0.3],
         unexplained: 0.05,
         at_noise: 1.1,

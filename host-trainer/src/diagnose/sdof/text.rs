@@ -1,12 +1,14 @@
 //! Sentences of a diagnosis of the rig of one degree of freedom.
 
 use super::causes::Cause;
+use super::repeating::{Repeating, Repeats};
 use super::select::{Selection, Trial};
 use super::settings::SdofSettings;
 use super::table::{Table, TermModel};
 use super::verdict::{Case, Judged};
 use crate::diagnose::result::{Rejected, Verdict};
 use crate::rig::effect::EffectKind;
+use crate::stats::units::in_words;
 
 const SETTINGS: SdofSettings = SdofSettings::DEFAULT;
 
@@ -68,6 +70,18 @@ pub fn rejected(table: &Table, judged: &Judged) -> Vec<Rejected> {
     singles.map(|t| Rejected { name: table.library.terms[t.term].kind.to_string(), why: why(t) }).collect()
 }
 
+/// What repeats in what is left.
+fn repeating(found: &Repeating) -> String {
+    let (what, key) = match found.what {
+        Repeats::Force => ("a force in time that is not the input", "frequency_hz"),
+        Repeats::Stiffness => ("a stiffness that swings in time", "frequency_hz"),
+        Repeats::Damping => ("a damping that swings in time", "frequency_hz"),
+        Repeats::AlongPosition => ("a force along the position", "pitch_m"),
+    };
+    let often = in_words(key, found.often, None);
+    format!("Of the forces that are left {:.0} % repeat: {what}, {often}.", 100.0 * found.share)
+}
+
 /// Caveats, a sentence each.
 pub fn caveats(case: &Case, judged: &Judged) -> Vec<String> {
     let mut out = case.acquired.notes.clone();
@@ -80,6 +94,9 @@ pub fn caveats(case: &Case, judged: &Judged) -> Vec<String> {
              outside the vocabulary.",
             100.0 * explained
         ));
+    }
+    if let Some(found) = judged.repeating {
+        out.push(repeating(&found));
     }
     let unknown: Vec<&str> = case.nominal.unknown.iter().map(|p| p.key().name()).collect();
     if !unknown.is_empty() && case.task.baseline.is_none() {

@@ -4,6 +4,7 @@ use super::acquire::Acquired;
 use super::causes::{self, Cause};
 use super::faults::Fault;
 use super::nominal::Nominal;
+use super::repeating::{self, Repeating};
 use super::select::Selection;
 use super::settings::SdofSettings;
 use super::table::{Table, TermModel};
@@ -39,6 +40,8 @@ pub struct Judged {
     pub verdict: Verdict,
     /// Selection behind it.
     pub selection: Selection,
+    /// What repeats in what the selection leaves.
+    pub repeating: Option<Repeating>,
     /// Causes that stand, as fitted by the regression.
     pub causes: Vec<Cause>,
     /// Faults that stand.
@@ -126,7 +129,8 @@ impl Case<'_> {
                 selection = fewer;
                 continue;
             }
-            let verdict = self.verdict(&selection, &causes, &faults, before.as_ref());
+            let repeating = repeating::strongest(self.table, self.acquired, &selection.rich);
+            let verdict = self.verdict(&selection, &causes, &faults, before.as_ref(), repeating.is_some());
             let stand = verdict == Verdict::Mismatch;
             return Judged {
                 verdict,
@@ -138,6 +142,7 @@ impl Case<'_> {
                 windows,
                 stretches,
                 selection,
+                repeating,
                 one_step_ahead: overdamped,
             };
         }
@@ -149,6 +154,7 @@ impl Case<'_> {
         causes: &[Cause],
         faults: &[Fault],
         before: Option<&SimulatedFit>,
+        repeats: bool,
     ) -> Verdict {
         // What a simulation of the rig leaves is numerical, or the sensor's noise.
         let spread = self.acquired.spread();
@@ -156,8 +162,9 @@ impl Case<'_> {
         let nothing = selection.nothing.total();
         let share = (selection.chosen.total() - selection.rich.total()) / nothing;
         let structured = selection.rich_p_value < selection.level && share > SETTINGS.unexplained && !clean;
-        match (causes.is_empty(), structured && !self.is_within_tolerance(before)) {
-            (false, true) if selection.explained() < SETTINGS.explains => Verdict::Unexplained,
+        let is_beyond_tolerance = !self.is_within_tolerance(before);
+        match (causes.is_empty(), (structured || repeats && !clean) && is_beyond_tolerance) {
+            (false, true) if structured && selection.explained() < SETTINGS.explains => Verdict::Unexplained,
             (false, _) if !clean => Verdict::Mismatch,
             (true, true) if faults.is_empty() => Verdict::Unexplained,
             (true, false) if faults.is_empty() && self.explains_nothing(before) => Verdict::Unexplained,
@@ -240,8 +247,9 @@ impl Case<'_> {
     fn unsimulated(&self, selection: Selection, faults: Vec<Fault>, windows: Windows) -> Judged {
         let share = (selection.nothing.total() - selection.rich.total()) / selection.nothing.total();
         let structured = selection.rich_p_value < selection.level && share > SETTINGS.unexplained;
+        let repeating = repeating::strongest(self.table, self.acquired, &selection.rich);
         Judged {
-            verdict: if structured { Verdict::Unexplained } else { Verdict::NoMismatch },
+            verdict: if structured || repeating.is_some() { Verdict::Unexplained } else { Verdict::NoMismatch },
             causes: Vec::new(),
             faults,
             before: None,
@@ -250,6 +258,7 @@ impl Case<'_> {
             windows,
             stretches: Vec::new(),
             selection,
+            repeating,
             one_step_ahead: false,
         }
     }

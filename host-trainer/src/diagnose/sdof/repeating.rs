@@ -1,0 +1,294 @@
+//! What repeats in what a model leaves: a force that is a tone or repeats along the travel, or a stiffness or damping that swings.
+//!
+//! No flexible column (`flexible`) follows it: a tone begins at another phase in each recording, and a force may repeat many times over
+//! the travel. It is sought as a line: where the residuals r are white, the power |Σ r w e^{−iωx}|²/Σ (r w)² at a frequency of the time
+//! or the position x has an exponential distribution of mean 1, for any weight w of the states (R. A. Fisher, Proc. R. Soc. A 125
+//! (1929) 54–59).
+
+use std::f64::consts::LN_2;
+
+use super::acquire::{Acquired, Track};
+use super::nominal::Nominal;
+use super::settings::SdofSettings;
+use super::table::{RIDGE, Table, TermModel};
+use crate::identify::force_balance::gram::Rows;
+use crate::signal::lines::floor;
+use crate::signal::transform::{forward, hann};
+
+const SETTINGS: SdofSettings = SdofSettings::DEFAULT;
+/// Kinds of what repeats.
+const KINDS: f64 = 4.0;
+/// Length of the transform of the travel over its cells.
+const PADDED: usize = 8;
+
+/// What repeats.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Repeats {
+    /// A force in time.
+    Force,
+    /// A stiffness in time: what is left is in proportion to the position.
+    Stiffness,
+    /// A damping in time.
+    Damping,
+    /// A force along the position.
+    AlongPosition,
+}
+
+/// What repeats, how often, and how much it takes of what is left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Repeating {
+    /// What repeats.
+    pub what: Repeats,
+    /// Frequency, Hz, or pitch, m.
+    pub often: f64,
+    /// Share of the squared residuals.
+    pub share: f64,
+}
+
+/// Residuals of a recording, 0 at samples without one, and the weights of a line in them.
+struct Series {
+    residual: Vec<f64>,
+    weight: Vec<f64>,
+}
+
+/// Powers of lines at the bins of a transform, each with the mean 1 and `recordings` degrees of freedom if there is none.
+struct Lines {
+    powers: Vec<f64>,
+    shares: Vec<f64>,
+    recordings: usize,
+}
+
+/// Strongest of what repeats beyond chance and takes more of what a model leaves than a mismatch without a name must.
+pub fn strongest(table: &Table, acquired: &Acquired, model: &TermModel) -> Option<Repeating> {
+    let residual = table.residual(model);
+    let mut rows = residual.iter();
+    let mut tracks = Vec::new();
+    for track in &acquired.tracks {
+        let of = |bad: &bool| if *bad { 0.0 } else { rows.next().copied().unwrap_or_default() };
+        let residual: Vec<f64> = track.bad.iter().map(of).collect();
+        // Frequencies of other rates are not the same bins.
+        if !track.healthy && track.sample_rate_hz == acquired.tracks[0].sample_rate_hz {
+            tracks.push((track, residual));
+        }
+    }
+    let longest = tracks.iter().map(|(track, _)| track.len()).max()?;
+    let length = (2 * longest).next_power_of_two();
+    let [known, multiples] = known_lines(&tracks, length, acquired.driven);
+    let first = SETTINGS.repeats_at_least * length / longest;
+    let in_time = |what: Repeats| {
+        let series =
+            tracks.iter().map(|(track, residual)| Series { residual: residual.clone(), weight: weights(track, what) });
+        // A swing of a stiffness is at no line of the input.
+        let known = if what == Repeats::Force { &known } else { &multiples };
+        let (bin, share) = Lines::new(series, length).most(|bin| bin > first && !known[bin])?;
+        Some(Repeating { what, often: bin as f64 * tracks[0].0.sample_rate_hz / length as f64, share })
+    };
+    let all = [Repeats::Force, Repeats::Stiffness, Repeats::Damping].into_iter().filter_map(in_time);
+    all.chain(along_position(table, model)).max_by(|a, b| a.share.total_cmp(&b.share))
+}
+
+/// Pitch of a force along the position, m, that stands out most of the forces that a rig leaves, which are summed over cells of the
+/// travel; `None` without a travel.
+pub fn pitch_m(nominal: &Nominal, acquired: &Acquired) -> Option<f64> {
+    let places = || acquired.under_test().flat_map(|track| &track.states.position);
+    let low = places().copied().fold(f64::INFINITY, f64::min);
+    let travel = places().copied().fold(f64::NEG_INFINITY, f64::max) - low;
+    if !(travel > 0.0 && travel.is_finite()) {
+        return None;
+    }
+    let cells = SETTINGS.cells;
+    // Padded to many bins a period over the travel: a pitch that is off shifts the phase along it.
+    let (mut sums, mut squares) = (vec![0.0; PADDED * cells], 0.0);
+    for track in acquired.under_test() {
+        let input = track.grid_input(acquired.interpolation);
+        let left = track.signal(|q, v, a| nominal.balance(q, v, a));
+        for ((position, left), input) in track.states.position.iter().zip(left).zip(input) {
+            let left = left - nominal.machine.input_gain_n_per_unit * input;
+            let cell = ((position - low) / travel * cells as f64) as usize;
+            sums[cell.min(cells - 1)] += left;
+            squares += left * left;
+        }
+    }
+    let powers = forward(&mut sums).iter().map(|bin| bin.norm_sqr() / squares).collect();
+    let lines = Lines { powers, shares: Vec::new(), recordings: 1 }.whitened();
+    let bin = lines.strongest(|bin| bin > PADDED * SETTINGS.repeats_at_least)?;
+    Some(PADDED as f64 * travel / bin as f64)
+}
+
+/// What the pair of columns of the library's pitch takes of what a model leaves.
+fn along_position(table: &Table, model: &TermModel) -> Option<Repeating> {
+    let (pitch_m, columns) = table.library.along?;
+    let wider = [model.columns.as_slice(), &columns].concat();
+    let values = table.gram.solve(&wider, &[], Rows::All, RIDGE)?;
+    let [wide, narrow] = [(&wider, &values), (&model.columns, &model.values)]
+        .map(|(columns, values)| table.gram.left_in(columns, values, Rows::All));
+    let share = 1.0 - wide / narrow;
+    let rows: usize = table.library.rows.iter().sum();
+    // The pitch is that of the greatest of as many powers.
+    let p_value = KINDS * SETTINGS.cells as f64 * (-0.5 * share * rows as f64).exp();
+    let is_found = p_value < SETTINGS.significance && share > SETTINGS.unexplained;
+    is_found.then_some(Repeating { what: Repeats::AlongPosition, often: pitch_m, share })
+}
+
+/// Weights of a line in the samples of a recording: 1, or a state less its mean.
+fn weights(track: &Track, what: Repeats) -> Vec<f64> {
+    let states = match what {
+        Repeats::Stiffness => &track.states.position,
+        Repeats::Damping => &track.states.velocity,
+        Repeats::Force | Repeats::AlongPosition => return vec![1.0; track.len()],
+    };
+    let of: Vec<f64> = (0..track.len()).map(|k| states[k * track.fine]).collect();
+    let mean = of.iter().sum::<f64>() / of.len().max(1) as f64;
+    of.into_iter().map(|state| state - mean).collect()
+}
+
+/// Bins at which the input, or a free motion, has lines of its own, where a rig that is right within its tolerances errs; and the
+/// multiples of one that is most of it.
+fn known_lines(tracks: &[(&Track, Vec<f64>)], length: usize, driven: bool) -> [Vec<bool>; 2] {
+    let of = |track: &Track| {
+        let motion = if driven { track.input.clone() } else { weights(track, Repeats::Stiffness) };
+        let shape = hann(motion.len());
+        let residual = motion.iter().zip(shape).map(|(x, shape)| x * shape).collect();
+        Series { residual, weight: vec![1.0; motion.len()] }
+    };
+    let lines = Lines::new(tracks.iter().map(|(track, _)| of(track)), length);
+    let bins = lines.powers.len();
+    let near = |all: &mut Vec<bool>, bin: usize| {
+        all[bin.saturating_sub(SETTINGS.near_bins)..=(bin + SETTINGS.near_bins).min(bins - 1)].fill(true);
+    };
+    let (mut own, mut multiples) = (vec![false; bins], vec![false; bins]);
+    let is_line = |bin: &usize| lines.p_value(lines.powers[*bin]) < SETTINGS.significance;
+    (1..bins).filter(is_line).for_each(|bin| near(&mut own, bin));
+    // Half of the power of a tone is in the middle bin of a Hann window's three.
+    if let Some(tone) = lines.strongest(|bin| bin > SETTINGS.near_bins).filter(|bin| lines.shares[*bin] > 0.5) {
+        (0..bins).step_by(tone).for_each(|bin| near(&mut multiples, bin));
+    }
+    multiples.iter().zip(&mut own).for_each(|(multiple, own)| *own |= multiple);
+    [own, multiples]
+}
+
+impl Lines {
+    fn new(series: impl Iterator<Item = Series>, length: usize) -> Self {
+        let bins = length / 2 + 1;
+        let (mut powers, mut explained) = (vec![0.0; bins], vec![0.0; bins]);
+        let (mut recordings, mut squares) = (0, 0.0);
+        for Series { residual, weight } in series {
+            let square = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>();
+            let mut product: Vec<f64> = residual.iter().zip(&weight).map(|(r, w)| r * w).collect();
+            let [of_product, of_weight] = [square(&product), square(&weight)];
+            if of_product == 0.0 {
+                continue;
+            }
+            product.resize(length, 0.0);
+            for (bin, x) in forward(&mut product).into_iter().enumerate() {
+                powers[bin] += x.norm_sqr() / of_product;
+                explained[bin] += 2.0 * x.norm_sqr() / of_weight;
+            }
+            recordings += 1;
+            squares += square(&residual);
+        }
+        let shares = explained.into_iter().map(|part| part / squares).collect();
+        Self { powers, shares, recordings }.whitened()
+    }
+
+    /// Powers over those around, which no colour of the residuals makes a line.
+    fn whitened(mut self) -> Self {
+        // Median of a sum of exponential powers, over that of one.
+        let usual = (self.recordings as f64 - 1.0) / LN_2 + 1.0;
+        let floor = floor(&self.powers, SETTINGS.floor_bins);
+        self.powers.iter_mut().zip(floor).for_each(|(power, floor)| *power *= (usual / floor).min(1.0));
+        self
+    }
+
+    /// Probability of a power somewhere among the bins by chance.
+    fn p_value(&self, power: f64) -> f64 {
+        let terms = (1..self.recordings).scan(1.0, |term, n| {
+            *term *= power / n as f64;
+            Some(*term)
+        });
+        let tail = (-power).exp() * (1.0 + terms.sum::<f64>());
+        (self.powers.len() as f64 * tail).min(1.0)
+    }
+
+    fn strongest(&self, is_asked: impl Fn(usize) -> bool) -> Option<usize> {
+        let asked = (0..self.powers.len()).filter(|bin| is_asked(*bin));
+        asked.max_by(|a, b| self.powers[*a].total_cmp(&self.powers[*b]))
+    }
+
+    /// Bin and share of the line of most power among some bins, if it is one beyond chance and takes enough.
+    fn most(&self, is_asked: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
+        let bin = self.strongest(is_asked)?;
+        let is_line = self.p_value(self.powers[bin]) < SETTINGS.significance / KINDS;
+        (is_line && self.shares[bin] > SETTINGS.unexplained).then_some((bin, self.shares[bin]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use crate::diagnose::Task;
+    use crate::diagnose::result::{DiagnosisResult, Verdict};
+    use crate::identify::force_balance::testing;
+
+    /// Diagnosis of the linear rig from four recordings of it with a force of position, velocity, sample and recording, N.
+    fn diagnosed(force: impl Fn(f64, f64, f64, u64) -> f64) -> DiagnosisResult {
+        const STEPS: usize = 4;
+        let rig = testing::rig(testing::LINEAR);
+        let run = |index: u64| {
+            let input = testing::multisine(index, 1.0, 3000);
+            let (mut q, mut v, step) = (0.0, 0.0, 1.0 / testing::RATE / STEPS as f64);
+            let mut positions = Vec::new();
+            for (k, input) in input.iter().enumerate() {
+                positions.push(q);
+                for part in 0..STEPS {
+                    let sample = k as f64 + part as f64 / STEPS as f64;
+                    let slope = |q: f64, v: f64| (3.0 * input - 4.0 * v - 800.0 * q + force(q, v, sample, index)) / 2.0;
+                    // Second order: at the middle of the step.
+                    let (middle_q, middle_v) = (q + 0.5 * step * v, v + 0.5 * step * slope(q, v));
+                    (q, v) = (q + step * middle_v, v + step * slope(middle_q, middle_v));
+                }
+            }
+            let noise = testing::white(index + 50, 1e-6, positions.len());
+            positions.iter_mut().zip(noise).for_each(|(q, noise)| *q += noise);
+            testing::recording(&format!("r{index}"), input, "q", positions)
+        };
+        let recordings: Vec<_> = (0..4).map(run).collect();
+        super::super::diagnose(&Task { rig: &rig, baseline: None, recordings: &recordings, seed: 1 }, &|_| ()).unwrap()
+    }
+
+    fn assert_unexplained(found: &DiagnosisResult, what: &str) {
+        assert_eq!(found.diagnosis.verdict, Verdict::Unexplained, "{:?}", found.diagnosis);
+        assert!(found.caveats.iter().any(|c| c.contains("repeat") && c.contains(what)), "{:?}", found.caveats);
+    }
+
+    #[test]
+    fn a_force_in_time_that_is_not_the_input_is_unexplained() {
+        let tone = |_: f64, _: f64, sample: f64, n: u64| 0.5 * (TAU * 7.8 * sample / testing::RATE + n as f64).sin();
+        assert_unexplained(&diagnosed(tone), "a force in time that is not the input, frequency 7.8");
+    }
+
+    #[test]
+    fn a_stiffness_that_swings_is_unexplained() {
+        let swing =
+            |q: f64, _: f64, sample: f64, n: u64| 80.0 * q * (TAU * 5.0 * sample / testing::RATE + n as f64).sin();
+        assert_unexplained(&diagnosed(swing), "a stiffness that swings in time, frequency ");
+    }
+
+    #[test]
+    fn a_force_that_repeats_along_the_position_is_unexplained() {
+        let cogging = |q: f64, _: f64, _: f64, _: u64| 0.6 * (TAU * q / 1.5e-3).sin();
+        assert_unexplained(&diagnosed(cogging), "a force along the position, pitch 1.5");
+    }
+
+    /// Neither a rig without a mismatch nor a random force repeats.
+    #[test]
+    fn null_noise_and_a_random_force_do_not_repeat() {
+        let noise: Vec<Vec<f64>> = (0..4).map(|n| testing::white(n + 90, 0.5, 3000)).collect();
+        let random = |_: f64, _: f64, sample: f64, n: u64| noise[n as usize][sample as usize];
+        for found in [diagnosed(|_, _, _, _| 0.0), diagnosed(random)] {
+            assert_eq!(found.diagnosis.verdict, Verdict::NoMismatch, "{:?}", found.diagnosis);
+            assert!(found.caveats.iter().all(|c| !c.contains("repeat")), "{:?}", found.caveats);
+        }
+    }
+}
