@@ -151,12 +151,26 @@ fn null_a_mode_of_another_frequency_in_each_recording_is_no_cause() {
     assert_eq!(outcome.diagnosis.verdict, Verdict::Unexplained, "{:?}", outcome.diagnosis);
 }
 
+/// A spike among others is neither a shock nor a step of the load.
+#[test]
+fn null_spikes_of_one_recording_are_no_event() {
+    let mut made = recordings(&nominal(), 19);
+    made.last_mut().into_iter().for_each(with_spikes);
+    let outcome = diagnosed(&nominal(), None, &made, 19);
+    assert_eq!(outcome.diagnosis.verdict, Verdict::Unexplained, "{:?}", outcome.diagnosis);
+    assert!(outcome.caveats.iter().any(|c| c.contains("kurtosis")), "{:?}", outcome.caveats);
+}
+
+fn with_spikes(recording: &mut Recording) {
+    for channel in &mut recording.channels {
+        channel.samples.iter_mut().skip(37).step_by(613).for_each(|v| *v += 0.5);
+    }
+}
+
 #[test]
 fn spikes_are_unexplained() {
     let mut made = recordings(&nominal(), 19);
-    for channel in made.iter_mut().flat_map(|recording| &mut recording.channels) {
-        channel.samples.iter_mut().skip(37).step_by(613).for_each(|v| *v += 0.5);
-    }
+    made.iter_mut().for_each(with_spikes);
     let outcome = diagnosed(&nominal(), None, &made, 19);
     assert_eq!(outcome.diagnosis.verdict, Verdict::Unexplained, "{:?}", outcome.diagnosis);
     assert!(outcome.caveats.iter().any(|c| c.contains("kurtosis")), "{:?}", outcome.caveats);

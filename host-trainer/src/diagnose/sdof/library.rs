@@ -57,7 +57,7 @@ pub struct Library {
     pub deviations: Vec<f64>,
     /// What each flexible column depends on, in words.
     pub about: Vec<&'static str>,
-    /// Pitch of a force along the position, m, and the columns of its cosine and sine.
+    /// Pitch of a force along the position, in its unit, and the columns of its cosine and sine.
     pub along: Option<(f64, [usize; 2])>,
     /// Knots and columns of the splines of position and of velocity.
     pub splines: [Vec<(f64, usize)>; 2],
@@ -211,14 +211,14 @@ impl<'a> Builder<'a> {
                 library.columns.push(column);
             }
         }
-        library.along = super::repeating::pitch_m(self.nominal, self.acquired).map(|pitch_m| {
+        library.along = super::repeating::pitch(self.nominal, self.acquired).map(|pitch| {
             let from = library.columns.len();
             let waves: [fn(f64) -> f64; 2] = [f64::cos, f64::sin];
             for wave in waves {
-                let force = move |t: &Track| t.signal(|q, _, _| wave(TAU * q / pitch_m));
+                let force = move |t: &Track| t.signal(|q, _, _| wave(TAU * q / pitch));
                 library.columns.push(self.column(&Source::Force(Box::new(force)), false));
             }
-            (pitch_m, [from, from + 1])
+            (pitch, [from, from + 1])
         });
         library
     }

@@ -39,7 +39,7 @@ pub enum Repeats {
 pub struct Repeating {
     /// What repeats.
     pub what: Repeats,
-    /// Frequency, Hz, or pitch, m.
+    /// Frequency, Hz, or pitch in the unit of the position.
     pub often: f64,
     /// Share of the squared residuals.
     pub share: f64,
@@ -87,9 +87,9 @@ pub fn strongest(table: &Table, acquired: &Acquired, model: &TermModel) -> Optio
     all.chain(along_position(table, model)).max_by(|a, b| a.share.total_cmp(&b.share))
 }
 
-/// Pitch of a force along the position, m, that stands out most of the forces that a rig leaves, which are summed over cells of the
+/// Pitch of a force along the position, in the position's unit, that stands out most of the forces that a rig leaves, which are summed over cells of the
 /// travel; `None` without a travel.
-pub fn pitch_m(nominal: &Nominal, acquired: &Acquired) -> Option<f64> {
+pub fn pitch(nominal: &Nominal, acquired: &Acquired) -> Option<f64> {
     let places = || acquired.under_test().flat_map(|track| &track.states.position);
     let low = places().copied().fold(f64::INFINITY, f64::min);
     let travel = places().copied().fold(f64::NEG_INFINITY, f64::max) - low;
@@ -117,7 +117,7 @@ pub fn pitch_m(nominal: &Nominal, acquired: &Acquired) -> Option<f64> {
 
 /// What the pair of columns of the library's pitch takes of what a model leaves.
 fn along_position(table: &Table, model: &TermModel) -> Option<Repeating> {
-    let (pitch_m, columns) = table.library.along?;
+    let (pitch, columns) = table.library.along?;
     let wider = [model.columns.as_slice(), &columns].concat();
     let values = table.gram.solve(&wider, &[], Rows::All, RIDGE)?;
     let [wide, narrow] = [(&wider, &values), (&model.columns, &model.values)]
@@ -127,7 +127,7 @@ fn along_position(table: &Table, model: &TermModel) -> Option<Repeating> {
     // The pitch is that of the greatest of as many powers.
     let p_value = KINDS * SETTINGS.cells as f64 * (-0.5 * share * rows as f64).exp();
     let is_found = p_value < SETTINGS.significance && share > SETTINGS.unexplained;
-    is_found.then_some(Repeating { what: Repeats::AlongPosition, often: pitch_m, share })
+    is_found.then_some(Repeating { what: Repeats::AlongPosition, often: pitch, share })
 }
 
 /// Weights of a line in the samples of a recording: 1, or a state less its mean.
@@ -159,7 +159,7 @@ fn known_lines(tracks: &[(&Track, Vec<f64>)], length: usize, driven: bool) -> [V
     let (mut own, mut multiples) = (vec![false; bins], vec![false; bins]);
     let is_line = |bin: &usize| lines.p_value(lines.powers[*bin]) < SETTINGS.significance;
     (1..bins).filter(is_line).for_each(|bin| near(&mut own, bin));
-    // Half of the power of a tone is in the middle bin of a Hann window's three.
+    // Of a tone at most two thirds of the power are in the middle bin of a Hann window's three.
     if let Some(tone) = lines.strongest(|bin| bin > SETTINGS.near_bins).filter(|bin| lines.shares[*bin] > 0.5) {
         (0..bins).step_by(tone).for_each(|bin| near(&mut multiples, bin));
     }

@@ -7,6 +7,7 @@ use super::settings::SdofSettings;
 use super::table::{Table, TermModel};
 use super::verdict::{Case, Judged};
 use crate::diagnose::result::{Rejected, Verdict};
+use crate::rig::config::Restoring;
 use crate::rig::effect::EffectKind;
 use crate::stats::units::in_words;
 
@@ -71,11 +72,12 @@ pub fn rejected(table: &Table, judged: &Judged) -> Vec<Rejected> {
 }
 
 /// What repeats in what is left.
-fn repeating(found: &Repeating) -> String {
+fn repeating(found: &Repeating, restoring: Restoring) -> String {
     let (what, key) = match found.what {
         Repeats::Force => ("a force in time that is not the input", "frequency_hz"),
         Repeats::Stiffness => ("a stiffness that swings in time", "frequency_hz"),
         Repeats::Damping => ("a damping that swings in time", "frequency_hz"),
+        Repeats::AlongPosition if restoring == Restoring::Pendulum => ("a force along the angle", "pitch_rad"),
         Repeats::AlongPosition => ("a force along the position", "pitch_m"),
     };
     let often = in_words(key, found.often, None);
@@ -96,7 +98,7 @@ pub fn caveats(case: &Case, judged: &Judged) -> Vec<String> {
         ));
     }
     if let Some(found) = judged.repeating {
-        out.push(repeating(&found));
+        out.push(repeating(&found, case.nominal.machine.restoring));
     }
     let unknown: Vec<&str> = case.nominal.unknown.iter().map(|p| p.key().name()).collect();
     if !unknown.is_empty() && case.task.baseline.is_none() {

@@ -101,7 +101,8 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let share = left / (before.total() + held_before.total() + event.map_or(0.0, Event::gain)).max(1.0);
     let is_level_known = kurtosis.is_none() && coarse.is_none_or(|converter| converter.keeps_level());
     let trust = Trust { is_level_known, share: if left > chance { share } else { 0.0 } };
-    let event = event.filter(|e| trust.states(GATE.event_probability, e.effect.kind));
+    // One spike among others is no event.
+    let event = event.filter(|e| kurtosis.is_none() && trust.states(GATE.event_probability, e.effect.kind));
     if selection.judge(trust) {
         held_point = refit_nuisances(&held_data, &selection.model, &selection.point)?;
     }

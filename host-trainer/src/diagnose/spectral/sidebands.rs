@@ -38,13 +38,22 @@ impl Sidebands {
             // Less than a bin says little.
             if *expected < 1.0 { now } else { (now * observed / (expected + now)).max(SETTINGS.least_sideband) }
         };
-        Self { weights: shares.iter().enumerate().map(of).collect() }
+        Self::within(shares.iter().enumerate().map(of).collect())
     }
 
-    /// Weights that are all `by` times as great; the same if that is no number above 0.
+    /// Weights that are all `by` times as great, as far as they may be; the same if that is no number above 0.
     pub fn scaled(&self, by: f64) -> Self {
         let by = if by.is_normal() { by } else { 1.0 };
-        Self { weights: self.weights.iter().map(|weight| by * weight).collect() }
+        Self::within(self.weights.iter().map(|weight| by * weight).collect())
+    }
+
+    /// Weights whose mean is within its range: what uneven balls take from a line is beside it.
+    fn within(mut weights: Vec<f64>) -> Self {
+        let [least, most] = SETTINGS.mean_sideband;
+        let mean = weights.iter().sum::<f64>() / weights.len().max(1) as f64;
+        let by = mean.clamp(least, most) / mean.max(f64::MIN_POSITIVE);
+        weights.iter_mut().for_each(|weight| *weight *= by);
+        Self { weights }
     }
 
     /// Shares of the variance of the balls' places in the cosines of one turn of the cage, of two, ….

@@ -17,16 +17,13 @@ const SETTINGS: UnsteadySettings = UnsteadySettings::DEFAULT;
 /// Kurtosis of a normal distribution.
 const NORMAL: f64 = 3.0;
 
-/// Kurtosis of what the samples differ by from those around them, where it is beyond that of the noise of a rig and of a run of the rig.
+/// Greatest kurtosis in a recording of what the samples differ by from those around them, where it is beyond that of the noise of a rig
+/// and of a run of the rig.
 pub fn unsteady_kurtosis(observations: &[&Observation], run: impl FnOnce() -> Option<Recording>) -> Option<f64> {
-    let of = |channel: usize| {
-        let each = observations.iter().filter_map(|o| o.samples[channel].as_deref());
-        let of_each = each.map(|s| (interpolated_kurtosis(s), (24.0 / s.len() as f64).sqrt()));
-        // A constant signal has none.
-        let (mut all, mut chance): (Vec<f64>, Vec<f64>) = of_each.filter(|(found, _)| found.is_finite()).unzip();
-        Some((median(&mut all)?, median(&mut chance)?))
-    };
-    let (found, chance) = [0, 1].into_iter().filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let all = observations.iter().flat_map(|o| o.samples.iter().flatten());
+    let of_each = all.map(|s| (interpolated_kurtosis(s), (24.0 / s.len() as f64).sqrt()));
+    // A constant signal has none.
+    let (found, chance) = of_each.filter(|(found, _)| found.is_finite()).max_by(|a, b| a.0.total_cmp(&b.0))?;
     let excess = |found: f64| found - NORMAL;
     if excess(found) < SETTINGS.kurtosis.max(SETTINGS.standard_errors * chance) {
         return None;

@@ -68,6 +68,8 @@ pub struct LikelihoodSettings {
     pub most_sideband_ratio: f64,
     /// Least weight of an order of the cage: what the balls do not put there, other lines do. By hand.
     pub least_sideband: f64,
+    /// Least and greatest mean of these weights: from one standard deviation of a ball's place to the next, that is a factor of 4.
+    pub mean_sideband: [f64; 2],
     /// Jitter and spacing of machines that turn evenly and unevenly, by their places in these lists.
     pub usual: [[usize; 2]; 2],
     /// Median of the jitter over all machines, s, and standard deviation of its logarithm.
@@ -118,6 +120,7 @@ impl LikelihoodSettings {
         cage_lobes: 2.5,
         most_sideband_ratio: 20.0,
         least_sideband: 1e-3,
+        mean_sideband: [0.5, 2.0],
         usual: [[2, 2], [6, 3]],
         usual_jitter: [1e-5, 1.5],
         slip_std: 0.0015,
