@@ -110,9 +110,10 @@ pub fn burst(acquired: &mut Acquired, rig: &Rig, table: &Table, model: &TermMode
     let (index, at, _) = found?;
     let time_s = at as f64 * acquired.tracks[index].step_s();
     let name = acquired.tracks[index].name.clone();
-    let fault = if jumps(acquired, rig, index, at) == Some(true) {
-        let track = &acquired.tracks[index];
-        let samples = lost(&track.sensed, at, super::acquire::frequency_hz(&track.states) * track.step_s());
+    let track = &acquired.tracks[index];
+    let samples = lost(&track.sensed, at, super::acquire::frequency_hz(&track.states) * track.step_s());
+    // A force that begins there moves the position by less than a sample's motion.
+    let fault = if samples >= 1.0 && jumps(acquired, rig, index, at) == Some(true) {
         let numbers = [(ParameterKey::TimeS, time_s), (ParameterKey::Count, samples)];
         Fault {
             entry: EffectEntry::new(EffectKind::DroppedSamples, &numbers),
@@ -306,7 +307,7 @@ fn lost_samples(acquired: &mut Acquired) -> Option<Fault> {
             continue;
         }
         let (time_s, name) = (at as f64 * track.step_s(), track.name.clone());
-        let samples = lost(&track.sensed, at, super::acquire::frequency_hz(&track.states) * track.step_s());
+        let samples = lost(&track.sensed, at, super::acquire::frequency_hz(&track.states) * track.step_s()).max(1.0);
         if cut(acquired, index, at) {
             let numbers = [(ParameterKey::TimeS, time_s), (ParameterKey::Count, samples)];
             fault = Some(Fault {
@@ -337,12 +338,28 @@ fn largest_jump(signal: &[f64]) -> (usize, f64, f64, f64) {
     (largest.0, largest.1, usual.max(f64::MIN_POSITIVE), elsewhere.max(f64::MIN_POSITIVE))
 }
 
-/// Count of samples lost at a jump, by the slopes over a tenth of the fastest period before and after.
+/// Count of samples lost at a jump, 0 if there is none, by the slopes over a tenth of the fastest period before and after.
 fn lost(signal: &[f64], at: usize, band: f64) -> f64 {
     let width = ((0.1 / band.max(1e-9)) as usize).clamp(3, 40);
     let (before, after) = (at.saturating_sub(width), (at + width).min(signal.len() - 1));
     let slope = |from: usize, to: usize| (signal[to] - signal[from]) / (to - from).max(1) as f64;
     let mean = 0.5 * (slope(before, at - 1) + slope(at, after));
     let jump = signal[at] - signal[at - 1];
-    if mean == 0.0 { 1.0 } else { (jump / mean - 1.0).abs().round().clamp(1.0, 1e6) }
+    if mean == 0.0 { 1.0 } else { (jump / mean - 1.0).abs().round().min(1e6) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A force that begins within a motion of 1 mm a sample has moved the position by far less at the next one.
+    #[test]
+    fn null_a_force_that_begins_has_lost_no_samples() {
+        let motion = |k: f64| 1e-3 * k;
+        let forced: Vec<f64> =
+            (0..60).map(|k| motion(f64::from(k)) + 2e-6 * f64::from((k - 29).max(0)).powi(2)).collect();
+        assert_eq!(lost(&forced, 30, 0.01), 0.0);
+        let two_lost: Vec<f64> = (0..60).map(|k| motion(f64::from(if k < 30 { k } else { k + 2 }))).collect();
+        assert_eq!(lost(&two_lost, 30, 0.01), 2.0);
+    }
 }

@@ -127,9 +127,17 @@ mod tests {
     fn invariant_the_orders_of_the_cage_have_the_weights_of_the_balls_places() {
         let made = Sidebands { weights: vec![3.0, 0.1, 0.1, 0.1] };
         let found = fitted(3, &made);
-        let [first, second] = [1, 2].map(|order| found.sidebands.weight(order));
-        assert_eq!(found.spacing, 3, "{:?}", found.sidebands);
-        assert!((2.0..5.0).contains(&first) && first > 10.0 * second, "{:?}", found.sidebands);
+        let beside = |spacing: usize, sidebands: &Sidebands, order: usize| {
+            SETTINGS.spacing_rad[spacing].powi(2) * sidebands.weight(order)
+        };
+        let [first, second] = [1, 2].map(|order| beside(found.spacing, &found.sidebands, order));
+        let share = first / beside(3, &made, 1);
+        assert!(
+            (0.5..2.0).contains(&share) && first > 10.0 * second,
+            "{share} {} {:?}",
+            found.spacing,
+            found.sidebands
+        );
     }
 
     #[test]
