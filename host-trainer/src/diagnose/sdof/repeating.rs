@@ -43,6 +43,8 @@ pub struct Repeating {
     pub often: f64,
     /// Share of the squared residuals.
     pub share: f64,
+    /// Probability of as much by chance.
+    pub p_value: f64,
 }
 
 /// Residuals of a recording, 0 at samples without one, and the weights of a line in them.
@@ -80,11 +82,15 @@ pub fn strongest(table: &Table, acquired: &Acquired, model: &TermModel) -> Optio
             tracks.iter().map(|(track, residual)| Series { residual: residual.clone(), weight: weights(track, what) });
         // A swing of a stiffness is at no line of the input.
         let known = if what == Repeats::Force { &known } else { &multiples };
-        let (bin, share) = Lines::new(series, length).most(|bin| bin > first && !known[bin])?;
-        Some(Repeating { what, often: bin as f64 * tracks[0].0.sample_rate_hz / length as f64, share })
+        let lines = Lines::new(series, length);
+        let bin = lines.strongest(|bin| bin > first && !known[bin])?;
+        let often = bin as f64 * tracks[0].0.sample_rate_hz / length as f64;
+        let p_value = KINDS * lines.p_value(lines.powers[bin]);
+        Some(Repeating { what, often, share: lines.shares[bin], p_value })
     };
     let all = [Repeats::Force, Repeats::Stiffness, Repeats::Damping].into_iter().filter_map(in_time);
-    all.chain(along_position(table, model)).max_by(|a, b| a.share.total_cmp(&b.share))
+    let is_found = |found: &Repeating| found.p_value < SETTINGS.significance && found.share > SETTINGS.unexplained;
+    all.chain(along_position(table, model)).filter(is_found).max_by(|a, b| a.share.total_cmp(&b.share))
 }
 
 /// Pitch of a force along the position, in the position's unit, that stands out most of the forces that a rig leaves, which are summed over cells of the
@@ -126,8 +132,7 @@ fn along_position(table: &Table, model: &TermModel) -> Option<Repeating> {
     let rows: usize = table.library.rows.iter().sum();
     // The pitch is that of the greatest of as many powers.
     let p_value = KINDS * SETTINGS.cells as f64 * (-0.5 * share * rows as f64).exp();
-    let is_found = p_value < SETTINGS.significance && share > SETTINGS.unexplained;
-    is_found.then_some(Repeating { what: Repeats::AlongPosition, often: pitch, share })
+    Some(Repeating { what: Repeats::AlongPosition, often: pitch, share, p_value })
 }
 
 /// Weights of a line in the samples of a recording: 1, or a state less its mean.
@@ -210,16 +215,10 @@ impl Lines {
         (self.powers.len() as f64 * tail).min(1.0)
     }
 
+    /// Bin of the line of most power among some bins.
     fn strongest(&self, is_asked: impl Fn(usize) -> bool) -> Option<usize> {
         let asked = (0..self.powers.len()).filter(|bin| is_asked(*bin));
         asked.max_by(|a, b| self.powers[*a].total_cmp(&self.powers[*b]))
-    }
-
-    /// Bin and share of the line of most power among some bins, if it is one beyond chance and takes enough.
-    fn most(&self, is_asked: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
-        let bin = self.strongest(is_asked)?;
-        let is_line = self.p_value(self.powers[bin]) < SETTINGS.significance / KINDS;
-        (is_line && self.shares[bin] > SETTINGS.unexplained).then_some((bin, self.shares[bin]))
     }
 }
 

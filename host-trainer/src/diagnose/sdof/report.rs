@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use super::causes::Cause;
 use super::curve;
 use super::faults::Fault;
-use super::select::{Selection, gain_p};
+use super::select::gain_p;
 use super::settings::SdofSettings;
-use super::table::{Table, TermModel};
-use super::text::{caveats, evidence, rejected};
+use super::table::TermModel;
+use super::text::{caveats, evidence, rejected, repeating};
 use super::validate::SimulatedFit;
 use super::verdict::{Case, Judged, Stretch};
 use crate::diagnose::result::{
@@ -71,7 +71,7 @@ pub fn result(case: &Case, judged: Judged) -> DiagnosisResult {
     DiagnosisResult {
         diagnosis,
         held_out: held_out(case, &stretches),
-        tests: tests(case.table, &judged.selection, channel),
+        tests: tests(case, &judged, channel),
         fitted: own(fitted),
         caveats: caveats(case, &judged),
         settings: super::settings::document(),
@@ -127,7 +127,8 @@ fn fault(fault: &Fault, blocks: usize) -> Reported {
     }
 }
 
-fn tests(table: &Table, selection: &Selection, channel: &'static str) -> Vec<Test> {
+fn tests(case: &Case, judged: &Judged, channel: &'static str) -> Vec<Test> {
+    let (table, selection) = (case.table, &judged.selection);
     let nothing = &selection.nothing;
     let test = |what: String, model: &TermModel| (what, paired_z(&nothing.left, &model.left), gain_p(nothing, model));
     let singles = selection.singles.iter().filter_map(|trial| {
@@ -135,7 +136,12 @@ fn tests(table: &Table, selection: &Selection, channel: &'static str) -> Vec<Tes
         Some(test(format!("force of {name}"), trial.model.as_ref()?))
     });
     let any = test("any force of position, speed and time".into(), &selection.rich);
-    let mut found: Vec<(String, f64, f64)> = std::iter::once(any).chain(singles).collect();
+    let repeating = judged.repeating.map(|found| {
+        let p_value = found.p_value.max(1e-300);
+        // Of a normal distribution's tail, nearly.
+        (repeating(&found, case.nominal.machine.restoring), (-2.0 * p_value.ln()).sqrt(), p_value)
+    });
+    let mut found: Vec<(String, f64, f64)> = std::iter::once(any).chain(singles).chain(repeating).collect();
     found.sort_by(|a, b| a.2.total_cmp(&b.2).then(b.1.total_cmp(&a.1)));
     let p_values: Vec<f64> = found.iter().map(|t| t.2).collect();
     let rates = false_discovery_rates(&p_values);

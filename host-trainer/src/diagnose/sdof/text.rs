@@ -71,8 +71,8 @@ pub fn rejected(table: &Table, judged: &Judged) -> Vec<Rejected> {
     singles.map(|t| Rejected { name: table.library.terms[t.term].kind.to_string(), why: why(t) }).collect()
 }
 
-/// What repeats in what is left.
-fn repeating(found: &Repeating, restoring: Restoring) -> String {
+/// What repeats, and how often.
+pub fn repeating(found: &Repeating, restoring: Restoring) -> String {
     let (what, key) = match found.what {
         Repeats::Force => ("a force in time that is not the input", "frequency_hz"),
         Repeats::Stiffness => ("a stiffness that swings in time", "frequency_hz"),
@@ -80,8 +80,7 @@ fn repeating(found: &Repeating, restoring: Restoring) -> String {
         Repeats::AlongPosition if restoring == Restoring::Pendulum => ("a force along the angle", "pitch_rad"),
         Repeats::AlongPosition => ("a force along the position", "pitch_m"),
     };
-    let often = in_words(key, found.often, None);
-    format!("Of the forces that are left {:.0} % repeat: {what}, {often}.", 100.0 * found.share)
+    format!("{what}, {}", in_words(key, found.often, None))
 }
 
 /// Caveats, a sentence each.
@@ -98,7 +97,8 @@ pub fn caveats(case: &Case, judged: &Judged) -> Vec<String> {
         ));
     }
     if let Some(found) = judged.repeating {
-        out.push(repeating(&found, case.nominal.machine.restoring));
+        let what = repeating(&found, case.nominal.machine.restoring);
+        out.push(format!("Of the forces that are left {:.0} % repeat: {what}.", 100.0 * found.share));
     }
     let unknown: Vec<&str> = case.nominal.unknown.iter().map(|p| p.key().name()).collect();
     if !unknown.is_empty() && case.task.baseline.is_none() {
