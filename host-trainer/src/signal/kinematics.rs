@@ -49,6 +49,11 @@ impl Geometry {
 }
 
 impl Orders {
+    /// Number of balls: the outer race is passed by each once a turn of the cage.
+    pub fn balls(&self) -> usize {
+        (self.bpfo / self.ftf).round().max(1.0) as usize
+    }
+
     /// Strikes of a defect on a ball, inner and outer race in turn: 2 × BSF.
     pub fn ball_strikes(&self) -> f64 {
         2.0 * self.bsf

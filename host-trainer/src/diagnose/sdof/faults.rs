@@ -111,7 +111,7 @@ pub fn burst(acquired: &mut Acquired, rig: &Rig, table: &Table, model: &TermMode
     let time_s = at as f64 * acquired.tracks[index].step_s();
     let name = acquired.tracks[index].name.clone();
     let track = &acquired.tracks[index];
-    let samples = lost(&track.sensed, at, super::acquire::frequency_hz(&track.states) * track.step_s());
+    let samples = lost_at(track, at);
     // A force that begins there moves the position by less than a sample's motion.
     let fault = if samples >= 1.0 && jumps(acquired, rig, index, at) == Some(true) {
         let numbers = [(ParameterKey::TimeS, time_s), (ParameterKey::Count, samples)];
@@ -307,7 +307,7 @@ fn lost_samples(acquired: &mut Acquired) -> Option<Fault> {
             continue;
         }
         let (time_s, name) = (at as f64 * track.step_s(), track.name.clone());
-        let samples = lost(&track.sensed, at, super::acquire::frequency_hz(&track.states) * track.step_s()).max(1.0);
+        let samples = lost_at(track, at).max(1.0);
         if cut(acquired, index, at) {
             let numbers = [(ParameterKey::TimeS, time_s), (ParameterKey::Count, samples)];
             fault = Some(Fault {
@@ -338,7 +338,12 @@ fn largest_jump(signal: &[f64]) -> (usize, f64, f64, f64) {
     (largest.0, largest.1, usual.max(f64::MIN_POSITIVE), elsewhere.max(f64::MIN_POSITIVE))
 }
 
-/// Count of samples lost at a jump, 0 if there is none, by the slopes over a tenth of the fastest period before and after.
+/// Count of samples lost at a jump of a recording, 0 if there is none.
+fn lost_at(track: &Track, at: usize) -> f64 {
+    lost(&track.sensed, at, super::acquire::frequency_hz(&track.states) * track.step_s())
+}
+
+/// The same of a signal, by the slopes over a tenth of the fastest period, in samples of 1/`band`, before and after; 1 where it stands.
 fn lost(signal: &[f64], at: usize, band: f64) -> f64 {
     let width = ((0.1 / band.max(1e-9)) as usize).clamp(3, 40);
     let (before, after) = (at.saturating_sub(width), (at + width).min(signal.len() - 1));

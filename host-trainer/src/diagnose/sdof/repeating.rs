@@ -47,21 +47,25 @@ pub struct Repeating {
     pub p_value: f64,
 }
 
-/// Residuals of a recording, 0 at samples without one, and the weights of a line in them.
+/// Weights of a line in the samples of a recording.
+type Weights = fn(&Track) -> Vec<f64>;
+
+/// Values of a recording, 0 at samples without one, and the weights of a line in them.
 struct Series {
-    residual: Vec<f64>,
-    weight: Vec<f64>,
+    values: Vec<f64>,
+    weights: Vec<f64>,
 }
 
-/// Powers of lines at the bins of a transform, each with the mean 1 and `recordings` degrees of freedom if there is none.
+/// Powers of lines at the bins of a transform over those around, gamma distributed with as many degrees of freedom as recordings if
+/// there is none, and their shares of the squared values.
 struct Lines {
     powers: Vec<f64>,
     shares: Vec<f64>,
     recordings: usize,
 }
 
-/// Strongest of what repeats beyond chance and takes more of what a model leaves than a mismatch without a name must.
-pub fn strongest(table: &Table, acquired: &Acquired, model: &TermModel) -> Option<Repeating> {
+/// What repeats most, beyond chance, and takes more of what a model leaves than a mismatch without a name must.
+pub fn find(table: &Table, acquired: &Acquired, model: &TermModel) -> Option<Repeating> {
     let residual = table.residual(model);
     let mut rows = residual.iter();
     let mut tracks = Vec::new();
@@ -77,24 +81,29 @@ pub fn strongest(table: &Table, acquired: &Acquired, model: &TermModel) -> Optio
     let length = (2 * longest).next_power_of_two();
     let [known, multiples] = known_lines(&tracks, length, acquired.driven);
     let first = SETTINGS.repeats_at_least * length / longest;
-    let in_time = |what: Repeats| {
+    let in_time = |(what, weights): (Repeats, Weights)| {
         let series =
-            tracks.iter().map(|(track, residual)| Series { residual: residual.clone(), weight: weights(track, what) });
+            tracks.iter().map(|(track, residual)| Series { values: residual.clone(), weights: weights(track) });
         // A swing of a stiffness is at no line of the input.
         let known = if what == Repeats::Force { &known } else { &multiples };
         let lines = Lines::new(series, length);
-        let bin = lines.strongest(|bin| bin > first && !known[bin])?;
+        let bin = greatest(&lines.powers, |bin| bin > first && !known[bin])?;
         let often = bin as f64 * tracks[0].0.sample_rate_hz / length as f64;
-        let p_value = KINDS * lines.p_value(lines.powers[bin]);
+        let p_value = (KINDS * lines.p_value(lines.powers[bin])).min(1.0);
         Some(Repeating { what, often, share: lines.shares[bin], p_value })
     };
-    let all = [Repeats::Force, Repeats::Stiffness, Repeats::Damping].into_iter().filter_map(in_time);
+    let kinds: [(Repeats, Weights); 3] = [
+        (Repeats::Force, |track| vec![1.0; track.len()]),
+        (Repeats::Stiffness, |track| centred(track, &track.states.position)),
+        (Repeats::Damping, |track| centred(track, &track.states.velocity)),
+    ];
+    let all = kinds.into_iter().filter_map(in_time);
     let is_found = |found: &Repeating| found.p_value < SETTINGS.significance && found.share > SETTINGS.unexplained;
     all.chain(along_position(table, model)).filter(is_found).max_by(|a, b| a.share.total_cmp(&b.share))
 }
 
-/// Pitch of a force along the position, in the position's unit, that stands out most of the forces that a rig leaves, which are summed over cells of the
-/// travel; `None` without a travel.
+/// Pitch of a force along the position, in the position's unit, that stands out most of the forces that a rig leaves, which are summed
+/// over cells of the travel; `None` without a travel.
 pub fn pitch(nominal: &Nominal, acquired: &Acquired) -> Option<f64> {
     let places = || acquired.under_test().flat_map(|track| &track.states.position);
     let low = places().copied().fold(f64::INFINITY, f64::min);
@@ -115,9 +124,8 @@ pub fn pitch(nominal: &Nominal, acquired: &Acquired) -> Option<f64> {
             squares += left * left;
         }
     }
-    let powers = forward(&mut sums).iter().map(|bin| bin.norm_sqr() / squares).collect();
-    let lines = Lines { powers, shares: Vec::new(), recordings: 1 }.whitened();
-    let bin = lines.strongest(|bin| bin > PADDED * SETTINGS.repeats_at_least)?;
+    let powers = whitened(forward(&mut sums).iter().map(|bin| bin.norm_sqr() / squares).collect(), 1);
+    let bin = greatest(&powers, |bin| bin > PADDED * SETTINGS.repeats_at_least)?;
     Some(PADDED as f64 * travel / bin as f64)
 }
 
@@ -135,13 +143,8 @@ fn along_position(table: &Table, model: &TermModel) -> Option<Repeating> {
     Some(Repeating { what: Repeats::AlongPosition, often: pitch, share, p_value })
 }
 
-/// Weights of a line in the samples of a recording: 1, or a state less its mean.
-fn weights(track: &Track, what: Repeats) -> Vec<f64> {
-    let states = match what {
-        Repeats::Stiffness => &track.states.position,
-        Repeats::Damping => &track.states.velocity,
-        Repeats::Force | Repeats::AlongPosition => return vec![1.0; track.len()],
-    };
+/// State of a recording on the grid at each sample, less its mean.
+fn centred(track: &Track, states: &[f64]) -> Vec<f64> {
     let of: Vec<f64> = (0..track.len()).map(|k| states[k * track.fine]).collect();
     let mean = of.iter().sum::<f64>() / of.len().max(1) as f64;
     of.into_iter().map(|state| state - mean).collect()
@@ -151,10 +154,11 @@ fn weights(track: &Track, what: Repeats) -> Vec<f64> {
 /// multiples of one that is most of it.
 fn known_lines(tracks: &[(&Track, Vec<f64>)], length: usize, driven: bool) -> [Vec<bool>; 2] {
     let of = |track: &Track| {
-        let motion = if driven { track.input.clone() } else { weights(track, Repeats::Stiffness) };
-        let shape = hann(motion.len());
-        let residual = motion.iter().zip(shape).map(|(x, shape)| x * shape).collect();
-        Series { residual, weight: vec![1.0; motion.len()] }
+        let motion = if driven { track.input.clone() } else { centred(track, &track.states.position) };
+        Series {
+            values: motion.iter().zip(hann(motion.len())).map(|(x, shape)| x * shape).collect(),
+            weights: vec![1.0; motion.len()],
+        }
     };
     let lines = Lines::new(tracks.iter().map(|(track, _)| of(track)), length);
     let bins = lines.powers.len();
@@ -165,7 +169,8 @@ fn known_lines(tracks: &[(&Track, Vec<f64>)], length: usize, driven: bool) -> [V
     let is_line = |bin: &usize| lines.p_value(lines.powers[*bin]) < SETTINGS.significance;
     (1..bins).filter(is_line).for_each(|bin| near(&mut own, bin));
     // Of a tone at most two thirds of the power are in the middle bin of a Hann window's three.
-    if let Some(tone) = lines.strongest(|bin| bin > SETTINGS.near_bins).filter(|bin| lines.shares[*bin] > 0.5) {
+    let strongest = greatest(&lines.powers, |bin| bin > SETTINGS.near_bins);
+    if let Some(tone) = strongest.filter(|bin| lines.shares[*bin] > 0.5) {
         (0..bins).step_by(tone).for_each(|bin| near(&mut multiples, bin));
     }
     multiples.iter().zip(&mut own).for_each(|(multiple, own)| *own |= multiple);
@@ -177,32 +182,23 @@ impl Lines {
         let bins = length / 2 + 1;
         let (mut powers, mut explained) = (vec![0.0; bins], vec![0.0; bins]);
         let (mut recordings, mut squares) = (0, 0.0);
-        for Series { residual, weight } in series {
+        for Series { values, weights } in series {
             let square = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>();
-            let mut product: Vec<f64> = residual.iter().zip(&weight).map(|(r, w)| r * w).collect();
-            let [of_product, of_weight] = [square(&product), square(&weight)];
+            let mut product: Vec<f64> = values.iter().zip(&weights).map(|(r, w)| r * w).collect();
+            let [of_product, of_weights] = [square(&product), square(&weights)];
             if of_product == 0.0 {
                 continue;
             }
             product.resize(length, 0.0);
             for (bin, x) in forward(&mut product).into_iter().enumerate() {
                 powers[bin] += x.norm_sqr() / of_product;
-                explained[bin] += 2.0 * x.norm_sqr() / of_weight;
+                explained[bin] += 2.0 * x.norm_sqr() / of_weights;
             }
             recordings += 1;
-            squares += square(&residual);
+            squares += square(&values);
         }
         let shares = explained.into_iter().map(|part| part / squares).collect();
-        Self { powers, shares, recordings }.whitened()
-    }
-
-    /// Powers over those around, which no colour of the residuals makes a line.
-    fn whitened(mut self) -> Self {
-        // Median of a sum of exponential powers, over that of one.
-        let usual = (self.recordings as f64 - 1.0) / LN_2 + 1.0;
-        let floor = floor(&self.powers, SETTINGS.floor_bins);
-        self.powers.iter_mut().zip(floor).for_each(|(power, floor)| *power *= (usual / floor).min(1.0));
-        self
+        Self { powers: whitened(powers, recordings), shares, recordings }
     }
 
     /// Probability of a power somewhere among the bins by chance.
@@ -214,12 +210,21 @@ impl Lines {
         let tail = (-power).exp() * (1.0 + terms.sum::<f64>());
         (self.powers.len() as f64 * tail).min(1.0)
     }
+}
 
-    /// Bin of the line of most power among some bins.
-    fn strongest(&self, is_asked: impl Fn(usize) -> bool) -> Option<usize> {
-        let asked = (0..self.powers.len()).filter(|bin| is_asked(*bin));
-        asked.max_by(|a, b| self.powers[*a].total_cmp(&self.powers[*b]))
-    }
+/// Powers over those around, as far as these are above the usual: no colour of the values makes a line.
+fn whitened(mut powers: Vec<f64>, recordings: usize) -> Vec<f64> {
+    // Median of a sum of exponential powers, over that of one.
+    let usual = (recordings as f64 - 1.0) / LN_2 + 1.0;
+    let floor = floor(&powers, SETTINGS.floor_bins);
+    powers.iter_mut().zip(floor).for_each(|(power, floor)| *power *= (usual / floor).min(1.0));
+    powers
+}
+
+/// Bin of the greatest power among some bins.
+fn greatest(powers: &[f64], is_asked: impl Fn(usize) -> bool) -> Option<usize> {
+    let asked = (0..powers.len()).filter(|bin| is_asked(*bin));
+    asked.max_by(|a, b| powers[*a].total_cmp(&powers[*b]))
 }
 
 #[cfg(test)]

@@ -129,7 +129,7 @@ impl Case<'_> {
                 selection = fewer;
                 continue;
             }
-            let repeating = repeating::strongest(self.table, self.acquired, &selection.rich);
+            let repeating = repeating::find(self.table, self.acquired, &selection.rich);
             let verdict = self.verdict(&selection, &causes, &faults, before.as_ref(), repeating.is_some());
             let stand = verdict == Verdict::Mismatch;
             return Judged {
@@ -247,7 +247,7 @@ impl Case<'_> {
     fn unsimulated(&self, selection: Selection, faults: Vec<Fault>, windows: Windows) -> Judged {
         let share = (selection.nothing.total() - selection.rich.total()) / selection.nothing.total();
         let structured = selection.rich_p_value < selection.level && share > SETTINGS.unexplained;
-        let repeating = repeating::strongest(self.table, self.acquired, &selection.rich);
+        let repeating = repeating::find(self.table, self.acquired, &selection.rich);
         Judged {
             verdict: if structured || repeating.is_some() { Verdict::Unexplained } else { Verdict::NoMismatch },
             causes: Vec::new(),

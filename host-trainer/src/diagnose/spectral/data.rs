@@ -13,13 +13,14 @@ use super::likelihood::{
 use super::observation::Observation;
 use super::prediction::Prediction;
 use super::settings::{FORMS, LikelihoodSettings};
-use super::sidebands::{Shares, Sidebands, balls, numbers};
+use super::sidebands::{Shares, Sidebands, numbers};
 use super::unevenness::UnevenMachines;
 use crate::signal::kinematics::Orders;
 
 const LIKELIHOOD: LikelihoodSettings = LikelihoodSettings::DEFAULT;
 /// Levels of a sensor's noise to either side that are tried, half a standard deviation apart.
 const NOISE_LEVELS: i32 = 8;
+
 /// Recordings with what a fit needs of them.
 pub struct Data<'a> {
     /// Recordings.
@@ -96,7 +97,7 @@ impl<'a> Data<'a> {
 
     /// Weights of the orders of the cage nearer to those that the recordings show.
     pub fn sidebands_towards(&self, point: &Point) -> Sidebands {
-        let mut shares: Shares = vec![[0.0; 2]; balls(&self.orders) / 2];
+        let mut shares: Shares = vec![[0.0; 2]; self.orders.balls() / 2];
         let of = |piece: usize| {
             let channel = self.channel(point, piece / 2, piece % 2);
             let of_bin = |expected: Expected| {

@@ -233,7 +233,7 @@ impl<'d, 'a> Model<'d, 'a> {
             let stepped = |index: usize, count: usize| (index as i64 + by).clamp(0, count as i64 - 1) as usize;
             let spacing = stepped(point.spacing, LIKELIHOOD.spacing_rad.len());
             self.move_machine(point, |to| to.spacing = spacing);
-            // With as much beside the lines.
+            // With as much beside the lines as before.
             let [from, to] = [point.spacing, spacing].map(|index| LIKELIHOOD.spacing_rad[index]);
             let sidebands = point.sidebands.scaled((from / to).powi(2));
             self.move_machine(point, |to| (to.spacing, to.sidebands) = (spacing, sidebands));
@@ -252,8 +252,8 @@ impl<'d, 'a> Model<'d, 'a> {
     fn move_machine(&self, point: &mut Point, change: impl FnOnce(&mut Point)) {
         let mut moved = point.clone();
         change(&mut moved);
-        let machine = |of: &Point| (of.spacing, of.form, of.sidebands.clone());
-        if machine(&moved) == machine(point) {
+        let is_same_form = (moved.spacing, moved.form) == (point.spacing, point.form);
+        if is_same_form && moved.sidebands == point.sidebands {
             return;
         }
         self.weigh(&mut moved);

@@ -9,7 +9,7 @@ use super::data::Point;
 use super::likelihood::Stretch;
 use super::prediction::is_inner;
 use super::settings::{FORMS, LikelihoodSettings};
-use super::sidebands::{Sidebands, balls};
+use super::sidebands::Sidebands;
 use super::unevenness::with_roundness;
 use crate::rig::{OperatingCondition, Rig, Start};
 use crate::signal::interpolate::{Interpolator, held};
@@ -78,7 +78,7 @@ impl Imperfections {
         let OperatingCondition { shaft_hz, sample_rate_hz, .. } = *condition;
         let cage_hz = (orders.ftf * shaft_hz).max(f64::MIN_POSITIVE);
         let place_s = self.spacing_rad / (TAU * cage_hz);
-        let balls = balls(orders);
+        let balls = orders.balls();
         // Their Fourier series around the cage.
         let cosine = |share: f64| (place_s * (2.0 * share).sqrt(), TAU * random.random::<f64>());
         let cosines: Vec<(f64, f64)> = self.sidebands.of_turns(balls).map(cosine).collect();
@@ -104,6 +104,34 @@ impl Imperfections {
         let of =
             |n: usize| interpolator.at(n as f64 + sample_rate_hz * delay_s(n as f64 / sample_rate_hz), held(lines));
         (0..lines.len()).map(of).collect()
+    }
+}
+
+#[cfg(test)]
+pub mod testing {
+    use super::*;
+    use crate::diagnose::spectral::observation::Observation;
+    use crate::identify::likelihood::observed::Observed;
+    use crate::rig::effect::{EffectKind, ParameterKey};
+    use crate::rig::test_support::{condition, nominal};
+    use crate::rig::{EffectEntry, simulate};
+
+    /// Nominal rig with a pit in its outer race.
+    pub fn pitted() -> Rig {
+        let pit = [(ParameterKey::DepthM, 1e-6), (ParameterKey::WidthRad, 0.04), (ParameterKey::AngleRad, 1.5)];
+        nominal().with_effect(EffectEntry::new(EffectKind::OuterRaceDefect, &pit))
+    }
+
+    /// Recording of a rig, 1 s, whose balls pass as a point of one recording says.
+    pub fn observed(rig: &Rig, load_n: f64, point: &Point) -> Observation {
+        let condition = condition(30.0, load_n, 25_600);
+        let orders = rig.bearing().unwrap().bearing.geometry().orders();
+        let mut run = simulate(rig, &condition, &Start::seeded(load_n as u64)).unwrap();
+        let imperfections = Imperfections::of(point, 0, 5);
+        for channel in &mut run.channels {
+            channel.samples = imperfections.delayed(&channel.samples, &condition, &orders);
+        }
+        Observation::new(&Observed::from_recording(&run).unwrap())
     }
 }
 

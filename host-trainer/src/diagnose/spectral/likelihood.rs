@@ -292,13 +292,13 @@ impl Channel<'_> {
     }
 
     fn spread(&self, lines: &Lines, place: Place, weight: f64, k: usize) -> f64 {
-        let spread = |power: f64, to: &Power, share: f64| power + share * (place.of(&to[self.channel]) - power);
+        let spread = |power: f64, to: f64, share: f64| power + share * (to - power);
         let mut line = place.of(&lines.power[self.channel]);
         if let Some(share) = self.jitter.get(k) {
-            line = spread(line, &lines.skirts, *share);
+            line = spread(line, place.of(&lines.skirts[self.channel]), *share);
         }
         if let Some(share) = self.spacing.get(k) {
-            line += share * (weight * place.of(&lines.spaced[self.channel]) - line);
+            line = spread(line, weight * place.of(&lines.spaced[self.channel]), *share);
         }
         line
     }

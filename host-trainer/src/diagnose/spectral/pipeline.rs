@@ -87,8 +87,9 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let mut held_point = refit_nuisances(&held_data, &selection.model, &selection.point)?;
     let left = lack(&data, &selection.point).total() + lack(&held_data, &held_point).total();
     let is_corrected = !(selection.tolerated.is_empty() && selection.in_baseline.is_empty());
-    let is_uncaused = is_corrected || selection.accepted.is_empty();
-    let unexplained = if is_uncaused { left } else { before.total() + held_before.total() };
+    // What causes take is counted too, in case that none is stated.
+    let has_causes = !selection.accepted.is_empty() && !is_corrected;
+    let unexplained = if has_causes { before.total() + held_before.total() } else { left };
     let chance = GATE.lack * (fitted.len() + held.len()) as f64;
     let doubtful = selection.rejected.iter().find(|c| c.gain > GATE.doubtful_gain).cloned();
     let is_beyond_chance = unexplained > chance || doubtful.is_some();

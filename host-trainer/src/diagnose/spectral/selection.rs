@@ -99,9 +99,9 @@ impl<'d, 'a> Selection<'d, 'a> {
                 break;
             }
             let mut best = found.remove(load_error_or_first(&found, observations));
-            let idle = self.without(&best)?;
-            if idle > 0.0 {
-                found.iter_mut().chain([&mut best]).for_each(|candidate| candidate.gain -= idle);
+            let of_machine = self.refit_without(&best)?;
+            if of_machine > 0.0 {
+                found.iter_mut().chain([&mut best]).for_each(|candidate| candidate.gain -= of_machine);
                 held_now = held_now.min(objective_of(held_data, &self.model, &self.point));
             }
             let judged = objective_of(held_data, &best.model, &best.point);
@@ -140,7 +140,7 @@ impl<'d, 'a> Selection<'d, 'a> {
 
     /// Moves the fit to what a candidate's fit found of the machine beside the effect, if that is better without the effect too: a
     /// search may have ended before it. The gain of that.
-    fn without(&mut self, candidate: &Candidate) -> Result<f64, RigError> {
+    fn refit_without(&mut self, candidate: &Candidate) -> Result<f64, RigError> {
         let moved = self.model.with_nuisances(&self.point, &candidate.point);
         let point = self.model.search(moved, FIT.held_out_steps)?;
         let gain = self.point.objective() - point.objective();
@@ -247,26 +247,15 @@ pub fn rejected_names(accepted: &[Accepted], rejected: &[Candidate], causes: &[C
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::spectral::imperfect::Imperfections;
-    use crate::diagnose::spectral::observation::Observation;
+    use crate::diagnose::spectral::imperfect::testing::{observed, pitted};
     use crate::diagnose::spectral::unevenness::UnevenMachines;
-    use crate::identify::likelihood::observed::Observed;
-    use crate::rig::test_support::{condition, nominal};
-    use crate::rig::{EffectEntry, Start, simulate};
 
     /// A machine of a wandering speed, whose fit has not found that, and a candidate whose fit has.
     #[test]
     fn null_what_a_fit_found_of_the_machine_beside_an_effect_is_no_gain_of_the_effect() {
-        let pit = [(ParameterKey::DepthM, 1e-6), (ParameterKey::WidthRad, 0.04), (ParameterKey::AngleRad, 1.5)];
-        let rig = nominal().with_effect(EffectEntry::new(EffectKind::OuterRaceDefect, &pit));
+        let rig = pitted();
         let orders = rig.bearing().unwrap().bearing.geometry().orders();
-        let condition = condition(30.0, 500.0, 25_600);
-        let mut run = simulate(&rig, &condition, &Start::seeded(1)).unwrap();
-        let wandering = Imperfections::of(&Point::default().in_recordings(1, 5), 0, 3);
-        for channel in &mut run.channels {
-            channel.samples = wandering.delayed(&channel.samples, &condition, &orders);
-        }
-        let observations = [Observation::new(&Observed::from_recording(&run).unwrap())];
+        let observations = [observed(&rig, 500.0, &Point::default().in_recordings(1, 5))];
         let data = Data::new(&observations, orders, UnevenMachines::default());
         let model = Model::fixed(&data, rig);
         let early = model.start().unwrap();
@@ -275,8 +264,8 @@ mod tests {
         let (kind, place) = (EffectKind::ViscousFriction, String::new());
         let candidate = Candidate { kind, place, model: model.clone(), point: late, gain: gained, phase: 0.0 };
         let mut selection = Selection::new(&model, &early, None);
-        let idle = selection.without(&candidate).unwrap();
-        assert!(gained > 25.0 && idle > gained - 1.0, "{gained} {idle}");
-        assert!(selection.without(&candidate).unwrap() < 1.0);
+        let of_machine = selection.refit_without(&candidate).unwrap();
+        assert!(gained > 25.0 && of_machine > gained - 1.0, "{gained} {of_machine}");
+        assert!(selection.refit_without(&candidate).unwrap() < 1.0);
     }
 }

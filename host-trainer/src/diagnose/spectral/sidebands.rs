@@ -12,7 +12,7 @@ const SETTINGS: LikelihoodSettings = LikelihoodSettings::DEFAULT;
 pub type Shares = Vec<[f64; 2]>;
 
 /// Power of each order of the cage beside a line, from the nearest to the middle between two lines, over that of all alike; theory
-/// (94).
+/// (130).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sidebands {
     /// Weights; none if all are alike.
@@ -66,11 +66,6 @@ impl Sidebands {
     }
 }
 
-/// Number of the balls.
-pub fn balls(orders: &Orders) -> usize {
-    (orders.bpfo / orders.ftf).round().max(1.0) as usize
-}
-
 /// Bins from one order of the cage to the next; `None` where they are not told apart.
 pub fn cage_bins(observation: &Observation, orders: &Orders) -> Option<f64> {
     let bins = observation.bins_of(orders.ftf);
@@ -80,7 +75,7 @@ pub fn cage_bins(observation: &Observation, orders: &Orders) -> Option<f64> {
 /// Number of the order of the cage from the nearest line, of each bin, 0 at a line. Empty where the orders are not told apart.
 pub fn numbers(observation: &Observation, orders: &Orders) -> Vec<usize> {
     let Some(period) = cage_bins(observation, orders) else { return Vec::new() };
-    let balls = balls(orders);
+    let balls = orders.balls();
     let of = |k: usize| {
         let order = (k as f64 / period).round() as usize % balls;
         order.min(balls - order)
@@ -93,32 +88,21 @@ mod tests {
     use super::*;
     use crate::diagnose::spectral::data::{Data, Point};
     use crate::diagnose::spectral::fit::Model;
-    use crate::diagnose::spectral::imperfect::Imperfections;
+    use crate::diagnose::spectral::imperfect::testing::{observed, pitted};
     use crate::diagnose::spectral::unevenness::UnevenMachines;
     use crate::identify::likelihood::observed::Observed;
-    use crate::rig::effect::{EffectKind, ParameterKey};
     use crate::rig::test_support::{condition, nominal};
-    use crate::rig::{EffectEntry, Rig, Start, simulate};
+    use crate::rig::{Start, simulate};
 
-    /// Rig with a pit, and a fit of it to its recordings, whose balls have places of a spacing and weights, with a standard deviation at
-    /// an index of the settings.
+    /// Fit of a rig with a pit to its recordings, whose balls have places of a standard deviation, by its index in the settings, and of
+    /// weights.
     fn fitted(spacing: usize, sidebands: &Sidebands) -> Point {
-        let pit = [(ParameterKey::DepthM, 1e-6), (ParameterKey::WidthRad, 0.04), (ParameterKey::AngleRad, 1.5)];
-        let rig = nominal().with_effect(EffectEntry::new(EffectKind::OuterRaceDefect, &pit));
+        let rig = pitted();
         let orders = rig.bearing().unwrap().bearing.geometry().orders();
-        let point = Point { spacing, sidebands: sidebands.clone(), ..Point::default() }.in_recordings(2, 0);
-        let observed = |n: u64| {
-            let (condition, start) = (condition(30.0, 500.0 + 100.0 * n as f64, 25_600), Start::seeded(n));
-            let mut run = simulate(&rig, &condition, &start).unwrap();
-            let imperfections = Imperfections::of(&point, 0, 5);
-            for channel in &mut run.channels {
-                channel.samples = imperfections.delayed(&channel.samples, &condition, &orders);
-            }
-            Observation::new(&Observed::from_recording(&run).unwrap())
-        };
-        let observations = [1, 2].map(observed);
+        let point = Point { spacing, sidebands: sidebands.clone(), ..Point::default() }.in_recordings(1, 0);
+        let observations = [600.0, 700.0].map(|load_n| observed(&rig, load_n, &point));
         let data = Data::new(&observations, orders, UnevenMachines::default());
-        let model = Model::fixed(&data, Rig::clone(&rig));
+        let model = Model::fixed(&data, rig);
         model.search(model.start().unwrap(), 8).unwrap()
     }
 
