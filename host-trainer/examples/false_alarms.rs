@@ -163,9 +163,9 @@ fn runs_to_failure() -> Result<(), Box<dyn std::error::Error>> {
         return Ok(());
     };
     println!(
-        "\n| bearing | channel | healthy | limit, factor | first alarm | share of life | cleared | RMS 3σ | kurtosis 3σ | RMS 5σ |"
+        "\n| solver | bearing | channel | healthy | limit, factor | first alarm | share of life | cleared | RMS 3σ | kurtosis 3σ | RMS 5σ |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
     let text = |at: Option<usize>| at.map_or("-".to_owned(), |at| at.to_string());
     let bearings = [
         ("Bearing3_3", &[40, 60, 80, 100][..]),
@@ -179,11 +179,14 @@ fn runs_to_failure() -> Result<(), Box<dyn std::error::Error>> {
             let loaded = ballrace::load(&[folder.join(bearing)], &options)?;
             let input = Input::from_recordings(&loaded.recordings, Some(channel))?;
             let (rms, kurtosis) = features(&input);
-            for healthy in counts {
+            let solvers = [("stlsq", Solver::Stlsq(StlsqConfig::default())), ("sindy-nn", FitConfig::default().solver)];
+            for ((name, solver), healthy) in solvers.iter().flat_map(|s| counts.iter().map(move |healthy| (s, healthy)))
+            {
                 let config = FitConfig {
-                    solver: Solver::Stlsq(StlsqConfig::default()),
+                    solver: solver.clone(),
                     null_fits: 0,
                     causal: false,
+                    trainings: 1,
                     interval_s: input.interval_s,
                     ..FitConfig::default()
                 };
@@ -192,7 +195,7 @@ fn runs_to_failure() -> Result<(), Box<dyn std::error::Error>> {
                 let (first, cleared) = course(&run);
                 let share = first.map_or("-".into(), |f| format!("{:.0} %", 100.0 * f as f64 / rms.len() as f64));
                 println!(
-                    "| {bearing} | {channel} | {healthy} | {:.2} | {} | {share} | {} | {} | {} | {} |",
+                    "| {name} | {bearing} | {channel} | {healthy} | {:.2} | {} | {share} | {} | {} | {} | {} |",
                     fitted.report.monitor.limit.log_power.exp(),
                     text(first),
                     text(cleared),

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use ballrace::model::samples::Samples;
+use ballrace::model::sindy_nn::config::TrainConfig;
 use ballrace::model::sindy_nn::layout::Layout;
-use ballrace::model::sindy_nn::train::{Sets, TrainConfig, train};
+use ballrace::model::sindy_nn::train::{Sets, train};
 use ballrace_core::library::Library;
 
 use super::floor::Floor;
@@ -23,11 +24,11 @@ pub fn run(floor: &Floor, with_peer: bool) -> Result<(), Box<dyn std::error::Err
     let layout = Layout::new(&[128, 64, 32, 3], &[3, 32, 64, 128], library).ok_or("layout")?;
     let samples = samples();
     let config = TrainConfig {
-        epochs: EPOCHS,
-        max_steps: usize::MAX,
+        epochs: Some(EPOCHS),
+        max_steps: Some(usize::MAX),
         threshold: Some(0.0),
         patience: 0,
-        ..TrainConfig::default()
+        ..TrainConfig::PAPER
     };
     println!("\nLorenz, {} samples of {INPUTS}, seconds an epoch, medians of {RUNS} in turn", samples.len());
     println!("{:12}{:>10}{:>10}{:>10}{:>10}{:>10}", "threads", "ours s", "floor s", "of floor", "torch s", "ratio");

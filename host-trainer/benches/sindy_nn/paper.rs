@@ -4,10 +4,11 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use ballrace::model::samples::Samples;
+use ballrace::model::sindy_nn::config::TrainConfig;
 use ballrace::model::sindy_nn::engine::Engine;
 use ballrace::model::sindy_nn::gradient::Lambdas;
 use ballrace::model::sindy_nn::layout::Layout;
-use ballrace::model::sindy_nn::train::{Sets, TrainConfig, train};
+use ballrace::model::sindy_nn::train::{Sets, train};
 use ballrace::model::states::{Scales, rows};
 use ballrace::recording::{LoadOptions, load, reference_data};
 use ballrace_core::library::Library;
@@ -24,8 +25,9 @@ pub fn run(floor: &Floor, with_peer: bool) -> Result<(), Box<dyn std::error::Err
     let file = femto.join(RECORDING);
     let layout = Layout::new(&[8, 256, 8], &[8, 256, 8], Library::new(8, 2, 2).ok_or("library")?).ok_or("layout")?;
     // As the peer: no thresholding, no early stop.
-    let config = TrainConfig { threshold: Some(0.0), patience: 0, ..TrainConfig::default() };
-    println!("\npaper's settings, {RECORDING}, {} epochs, {THREADS} threads, medians of {RUNS} in turn", config.epochs);
+    let config = TrainConfig { threshold: Some(0.0), patience: 0, ..TrainConfig::PAPER };
+    let epochs = config.epochs.ok_or("epochs")?;
+    println!("\npaper's settings, {RECORDING}, {epochs} epochs, {THREADS} threads, medians of {RUNS} in turn");
     println!(
         "{:12}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>9}",
         "alignment", "ours s", "floor s", "of floor", "torch s", "ratio", "loss", "R²"
@@ -58,7 +60,7 @@ pub fn run(floor: &Floor, with_peer: bool) -> Result<(), Box<dyn std::error::Err
                 their_scores.push(score);
             }
         }
-        let least = floor.seconds(&layout, (config.epochs * samples.len()) as f64, THREADS);
+        let least = floor.seconds(&layout, (epochs * samples.len()) as f64, THREADS);
         let ours = median(ours);
         print!("{name:12}{ours:>10.3}{least:>10.3}{:>9.0}%", 100.0 * least / ours);
         if with_peer {

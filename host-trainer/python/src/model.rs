@@ -164,7 +164,7 @@ pub fn fit(
         ("stlsq", solver) => *solver = Solver::Stlsq(StlsqConfig::default()),
         ("sindy-nn", Solver::SindyNn { hidden: widths, train }) => {
             *widths = hidden.unwrap_or_else(|| widths.clone());
-            train.max_steps = max_steps.unwrap_or(train.max_steps);
+            train.max_steps = max_steps.or(train.max_steps);
         }
         (found, _) => return Err(input(format!("solver: found `{found}`, expected sindy-nn or stlsq"))),
     }

@@ -16,8 +16,9 @@ use crate::model::budget::within::{CycleLimit, fit_within};
 use crate::model::file;
 use crate::model::fit::choice::{AlignmentKind, ArithmeticKind, EstimatorKind, SolverKind};
 use crate::model::fit::{FitConfig, Fitted, Solver, Stage, fit, terms, text};
+use crate::model::sindy_nn::config::TrainConfig;
 use crate::model::sindy_nn::gradient::{Lambdas, SparsityNorm};
-use crate::model::sindy_nn::train::TrainConfig;
+use crate::model::sindy_nn::schedule::Schedule;
 use crate::model::stlsq::StlsqConfig;
 use crate::report;
 use crate::signal::surrogate::SurrogateKind;
@@ -100,18 +101,22 @@ pub struct Args {
     /// Norm of the coefficients that λ3 weighs
     #[arg(long, value_enum, default_value_t = SparsityNorm::default())]
     sparsity: SparsityNorm,
-    /// Adam's learning rate
-    #[arg(long, default_value_t = 1e-3)]
-    learning_rate: f32,
+    /// Adam's learning rate, where the schedule begins [default: 0.01, of a constant one 0.001]
+    #[arg(long, value_name = "RATE")]
+    learning_rate: Option<f32>,
+    /// Learning rate over the steps
+    #[arg(long, value_enum, default_value_t)]
+    schedule: Schedule,
     /// Samples in a batch
     #[arg(long, default_value_t = 1024)]
     batch: usize,
-    /// Maximum number of epochs
-    #[arg(long, default_value_t = 500)]
-    epochs: usize,
-    /// Maximum number of gradient steps
-    #[arg(long, default_value_t = 3000)]
-    max_steps: usize,
+    /// Maximum number of epochs [default: 500, with fewer than 256 hidden units up to 12 times as many; none with --max-steps]
+    #[arg(long, value_name = "N")]
+    epochs: Option<usize>,
+    /// Maximum number of gradient steps [default: 2000, with fewer than 256 hidden units up to 12 times as many; none with
+    /// --epochs; at a constant rate 6000]
+    #[arg(long, value_name = "N")]
+    max_steps: Option<usize>,
     /// Share of power below which a term is removed [default: chosen on validation recordings, for
     /// stlsq per equation]
     #[arg(long, value_name = "SHARE")]
@@ -172,8 +177,8 @@ impl Args {
             ("batch", self.batch, 1),
             ("hold-out", self.hold_out, 2),
             ("trainings", self.trainings, 1),
-            ("epochs", self.epochs, 1),
-            ("max-steps", self.max_steps, 1),
+            ("epochs", self.epochs.unwrap_or(1), 1),
+            ("max-steps", self.max_steps.unwrap_or(1), 1),
         ] {
             if found < least {
                 return refuse(option, found.to_string(), &format!("at least {least}"));
@@ -187,8 +192,8 @@ impl Args {
         if self.lambda.len() != 3 || self.lambda.iter().any(|l| !(l.is_finite() && *l >= 0.0)) {
             return refuse("lambda", format!("{:?}", self.lambda), "three numbers that are not negative");
         }
-        if !(self.learning_rate.is_finite() && self.learning_rate > 0.0) {
-            return refuse("learning-rate", self.learning_rate.to_string(), "a positive number");
+        if let Some(rate) = self.learning_rate.filter(|rate| !(rate.is_finite() && *rate > 0.0)) {
+            return refuse("learning-rate", rate.to_string(), "a positive number");
         }
         if !(self.false_alarms_per_day.is_finite() && self.false_alarms_per_day > 0.0) {
             return refuse("false-alarms-per-day", self.false_alarms_per_day.to_string(), "a positive number");
@@ -238,16 +243,20 @@ impl Args {
             SolverKind::SindyNn => {
                 let [derivative, latent, sparsity] =
                     std::array::from_fn(|i| self.lambda.get(i).copied().unwrap_or(0.0));
+                let base = match self.schedule {
+                    Schedule::Cosine => TrainConfig::default(),
+                    Schedule::Constant => TrainConfig::PAPER,
+                };
                 Solver::SindyNn {
                     hidden: self.hidden.clone(),
                     train: TrainConfig {
                         lambdas: Lambdas { derivative, latent, sparsity, norm: self.sparsity },
-                        learning_rate: self.learning_rate,
+                        learning_rate: self.learning_rate.unwrap_or(base.learning_rate),
                         batch: self.batch,
-                        epochs: self.epochs,
-                        max_steps: self.max_steps,
+                        epochs: self.epochs.or(base.epochs),
+                        max_steps: self.max_steps.or(base.max_steps),
                         threshold: self.threshold,
-                        ..TrainConfig::default()
+                        ..base
                     },
                 }
             }

@@ -11,8 +11,8 @@ use super::method::Method;
 use crate::model::fit::choice::{AlignmentKind, EstimatorKind};
 use crate::model::fit::report::CREATED_BY;
 use crate::model::fit::{FitConfig, FitError, ScoredModel, Solver, Split, score_fit};
+use crate::model::sindy_nn::config::TrainConfig;
 use crate::model::sindy_nn::gradient::{Lambdas, SparsityNorm};
-use crate::model::sindy_nn::train::TrainConfig;
 use crate::model::stlsq::StlsqConfig;
 use crate::recording::input::Series;
 use crate::rivals::{self, BothScores, Rival};
@@ -85,7 +85,7 @@ impl Default for Job {
             null: 1,
             null_kind: SurrogateKind::default(),
             causal: true,
-            epochs: TrainConfig::default().epochs,
+            epochs: TrainConfig::PAPER.epochs.unwrap_or_default(),
             samples: String::new(),
             program: CREATED_BY.into(),
         }
@@ -240,8 +240,8 @@ impl Job {
         let [derivative, latent, sparsity] = self.lambda;
         let train = TrainConfig {
             lambdas: Lambdas { derivative, latent, sparsity, norm: self.sparsity },
-            epochs: self.epochs,
-            ..TrainConfig::default()
+            epochs: Some(self.epochs),
+            ..TrainConfig::PAPER
         };
         let defaults = FitConfig::default();
         let solver = match (self.solver, &defaults.solver) {

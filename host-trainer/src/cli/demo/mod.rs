@@ -24,7 +24,7 @@ use ballrace_core::network::Arithmetic;
 use ballrace_core::states::{Alignment, Estimator, Orders, StateSpec};
 
 use crate::model::fit::{FitConfig, FitError, Solver};
-use crate::model::sindy_nn::train::TrainConfig;
+use crate::model::sindy_nn::config::TrainConfig;
 use crate::signal::surrogate::SurrogateKind;
 use generator::Scenario;
 use job::Job;
@@ -45,7 +45,7 @@ impl Config {
     /// Causal states, so that the prediction is one of the next sample; more than four do not improve the model of the
     /// nominal rig.
     pub fn new(seed: u64) -> Self {
-        let train = TrainConfig { max_steps: 2500, batch: 1024, learning_rate: 3e-3, ..TrainConfig::default() };
+        let train = TrainConfig { max_steps: Some(2500), ..TrainConfig::default() };
         Self {
             scenario: Scenario { recordings: 60, seconds: 0.25, sample_rate_hz: 25_600.0, gain: 4.0, seed },
             job: Job {

@@ -23,7 +23,7 @@ use ballrace_core::network::{Arithmetic, FixedError};
 use ballrace_core::states::{Alignment, Estimator, MAX_DIMENSION, Orders, SpecError, StateSpec};
 
 use crate::model::OwnedModel;
-use crate::model::sindy_nn::train::TrainConfig;
+use crate::model::sindy_nn::config::TrainConfig;
 use crate::model::stlsq::{StlsqConfig, noise_terms};
 use crate::recording::input::Series;
 use crate::signal::surrogate::SurrogateKind;
@@ -352,8 +352,8 @@ fn check_split(split: &Split, config: &FitConfig) -> Result<(), FitError> {
 }
 
 impl Default for FitConfig {
-    /// The paper's best model, Machines 2026, 14(6), 620, tables 2 and 3: n_D = 2, n_MD = 8, n_F = 2, one hidden layer
-    /// of 256 units; five surrogates.
+    /// The sizes of the paper's best model, Machines 2026, 14(6), 620, tables 2 and 3: n_D = 2, n_MD = 8, n_F = 2, one hidden
+    /// layer of 256 units; five surrogates.
     fn default() -> Self {
         Self {
             spec: StateSpec {

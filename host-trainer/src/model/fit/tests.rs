@@ -43,7 +43,7 @@ fn stlsq() -> Solver {
 }
 
 fn quick_network() -> Solver {
-    let train = TrainConfig { max_steps: 150, batch: 256, ..TrainConfig::default() };
+    let train = TrainConfig { max_steps: Some(150), batch: 256, ..TrainConfig::default() };
     Solver::SindyNn { hidden: vec![16], train }
 }
 

@@ -6,58 +6,18 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::adam::Adam;
+use super::config::TrainConfig;
 use super::engine::Engine;
 use super::gradient::{Lambdas, Losses};
 use super::layout::Layout;
 use super::prune::prune;
+use super::schedule::Schedule;
 use super::settings::{PruneSettings, RunSettings};
 use crate::model::path::{PathPoint, last_within_one_standard_error};
 use crate::model::samples::Samples;
 use crate::stats::cancel;
 
 const SETTINGS: RunSettings = RunSettings::DEFAULT;
-
-/// Options of a training.
-///
-/// [`TrainConfig::default`] is the paper's Table 2 with two differences: a limit on the gradient steps, and thresholds as in
-/// Champion et al. 2019, but of what a term's removal costs instead of a coefficient's absolute size.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TrainConfig {
-    /// Weights of the losses.
-    pub lambdas: Lambdas,
-    /// Adam's learning rate.
-    pub learning_rate: f32,
-    /// Samples in a batch.
-    pub batch: usize,
-    /// Epoch limit, refinement not counted.
-    pub epochs: usize,
-    /// Limit of the gradient steps, refinement not counted: bounds the time on long recordings.
-    pub max_steps: usize,
-    /// Share of the power of ẋ that a term must be worth, theory (16); 0 keeps all, `None`: chosen on validation recordings.
-    pub threshold: Option<f64>,
-    /// Steps of the refinement after each threshold, with the zeros frozen and without L_reg, as a share of the planned steps.
-    pub refine: f64,
-    /// Checks of the validation loss without improvement that end the training with all terms; 0 never.
-    pub patience: usize,
-    /// Seed of initial weights and shuffles.
-    pub seed: u64,
-}
-
-impl Default for TrainConfig {
-    fn default() -> Self {
-        Self {
-            lambdas: Lambdas::PAPER,
-            learning_rate: 1e-3,
-            batch: 1024,
-            epochs: 500,
-            max_steps: 6000,
-            threshold: None,
-            refine: 0.05,
-            patience: 8,
-            seed: 0,
-        }
-    }
-}
 
 /// Result of a training.
 #[derive(Clone, Debug, PartialEq)]
@@ -166,7 +126,7 @@ pub fn train(
         steps: 0,
     };
     let per_epoch = train.len().div_ceil(config.batch.max(1));
-    let planned = config.epochs.saturating_mul(per_epoch).min(config.max_steps);
+    let planned = config.planned_steps(layout, train.len());
     let thresholds = thresholds(config.threshold, others.validation.is_empty());
     let refine = if thresholds.is_empty() { 0 } else { ((planned as f64 * config.refine) as usize).max(1) };
     let of = planned + thresholds.len() * refine;
@@ -181,7 +141,7 @@ pub fn train(
         if path.last().is_none_or(|last| last.terms != run.active()) {
             // The moments belong to a loss with the L1 term, or with other terms.
             run.adam = Adam::new(run.parameters.len());
-            (0..refine).for_each(|_| run.step(train, config, lambdas));
+            (0..refine).for_each(|step| run.step(train, config, lambdas, config.schedule.refinement(step, refine)));
         }
         progress(run.progress(of));
         let (validation, held_out) = (run.squares(others.validation, lambdas), run.squares(others.held_out, lambdas));
@@ -191,7 +151,10 @@ pub fn train(
     }
     let chosen = match config.threshold {
         Some(_) => models.len().saturating_sub(1),
-        None => last_within_one_standard_error(&models.iter().map(|(_, errors)| errors.clone()).collect::<Vec<_>>()),
+        None => {
+            let errors: Vec<_> = models.iter().map(|(_, errors)| errors.clone()).collect();
+            last_within_one_standard_error(&errors, config.immaterial)
+        }
     };
     if chosen < models.len() {
         run.parameters = models.swap_remove(chosen).0;
@@ -254,7 +217,8 @@ struct Run {
 }
 
 impl Run {
-    fn step(&mut self, samples: &Samples<f32>, config: &TrainConfig, lambdas: Lambdas) {
+    /// One step, at a `share` of the learning rate.
+    fn step(&mut self, samples: &Samples<f32>, config: &TrainConfig, lambdas: Lambdas, share: f32) {
         cancel::check();
         if self.at == 0 {
             self.order.shuffle(&mut self.rng);
@@ -262,7 +226,7 @@ impl Run {
         let end = self.at.saturating_add(config.batch).min(self.order.len());
         let chosen = &self.order[self.at..end];
         self.last = self.engine.evaluate(&self.parameters, samples, chosen, lambdas);
-        self.adam.step(&mut self.parameters, &self.engine.gradient, &self.rates, config.learning_rate);
+        self.adam.step(&mut self.parameters, &self.engine.gradient, &self.rates, share * config.learning_rate);
         self.at = if end == self.order.len() { 0 } else { end };
         self.steps += 1;
     }
@@ -275,8 +239,8 @@ impl Run {
         self.parameters[self.engine.layout().xi()].iter().filter(|v| **v != 0.0).count()
     }
 
-    /// Planned steps with all terms, fewer if the validation loss no longer improves: its best parameters are kept. Returns
-    /// whether it ended early.
+    /// Planned steps with all terms, at a constant learning rate fewer if the validation loss no longer improves: its best
+    /// parameters are kept. Returns whether it ended early.
     fn all_terms(
         &mut self,
         samples: &Samples<f32>,
@@ -286,10 +250,10 @@ impl Run {
         progress: &mut dyn FnMut(&Self),
     ) -> bool {
         let mut best: Option<(f64, Vec<f32>)> = None;
-        let mut since_best = 0;
+        let (mut since_best, mut stopped) = (0, false);
         let check_every = (planned / SETTINGS.checks).max(1);
         for step in 1..=planned {
-            self.step(samples, config, config.lambdas);
+            self.step(samples, config, config.lambdas, config.schedule.share(step - 1, planned));
             if step % check_every != 0 && step != planned {
                 continue;
             }
@@ -306,14 +270,15 @@ impl Run {
                 best = Some((loss, self.parameters.clone()));
                 since_best = 0;
             }
-            if since_best >= config.patience {
+            if config.schedule == Schedule::Constant && since_best >= config.patience {
+                stopped = true;
                 break;
             }
         }
         if let Some((_, parameters)) = best {
             self.parameters = parameters;
         }
-        config.patience > 0 && since_best >= config.patience
+        stopped
     }
 
     /// Mean losses over samples of a recording, spread evenly.
