@@ -47,7 +47,7 @@ struct Cli {
 enum Command {
     Init(init::Args),
     Demo(demo::command::Args),
-    Fit(fit::Args),
+    Fit(Box<fit::Args>),
     Export(export::Args),
     Budget(budget::Args),
     Features(features::Args),
