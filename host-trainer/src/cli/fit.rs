@@ -110,11 +110,11 @@ pub struct Args {
     /// Samples in a batch
     #[arg(long, default_value_t = 1024)]
     batch: usize,
-    /// Maximum number of epochs [default: 500, with fewer than 256 hidden units up to 12 times as many; none with --max-steps]
+    /// Maximum number of epochs [default: 500, with fewer than 256 hidden units up to 12 times as many]
     #[arg(long, value_name = "N")]
     epochs: Option<usize>,
-    /// Maximum number of gradient steps [default: 2000, with fewer than 256 hidden units up to 12 times as many; none with
-    /// --epochs; at a constant rate 6000]
+    /// Maximum number of gradient steps [default: 2000, with fewer than 256 hidden units up to 12 times as many; at a
+    /// constant rate 6000]
     #[arg(long, value_name = "N")]
     max_steps: Option<usize>,
     /// Share of power below which a term is removed [default: chosen on validation recordings, for

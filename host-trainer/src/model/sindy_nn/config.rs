@@ -21,11 +21,9 @@ pub struct TrainConfig {
     pub schedule: Schedule,
     /// Samples in a batch.
     pub batch: usize,
-    /// Epoch limit, refinement not counted; `None`: that of `max_steps` alone or, without either, 500 with 256 hidden units
-    /// and more with fewer.
+    /// Epoch limit, refinement not counted; `None`: 500 with 256 hidden units, more with fewer.
     pub epochs: Option<usize>,
-    /// Limit of the gradient steps, refinement not counted; `None`: that of `epochs` alone or, without either, 2000 with 256
-    /// hidden units and more with fewer.
+    /// Limit of the gradient steps, refinement not counted; `None`: 2000 with 256 hidden units, more with fewer.
     pub max_steps: Option<usize>,
     /// Share of the power of ẋ that a term must be worth, theory (16); 0 keeps all, `None`: chosen on validation recordings.
     pub threshold: Option<f64>,
@@ -62,9 +60,8 @@ impl TrainConfig {
     pub(super) fn planned_steps(&self, layout: &Layout, samples: usize) -> usize {
         let per_epoch = samples.div_ceil(self.batch.max(1));
         let longer = SETTINGS.lengthening(layout);
-        let epochs = self.epochs.or(self.max_steps.is_none().then_some(SETTINGS.epochs * longer));
-        let steps = self.max_steps.or(self.epochs.is_none().then_some(SETTINGS.steps * longer));
-        epochs.map_or(usize::MAX, |epochs| epochs.saturating_mul(per_epoch)).min(steps.unwrap_or(usize::MAX))
+        let epochs = self.epochs.unwrap_or(SETTINGS.epochs * longer);
+        epochs.saturating_mul(per_epoch).min(self.max_steps.unwrap_or(SETTINGS.steps * longer))
     }
 }
 
@@ -100,6 +97,8 @@ mod tests {
         assert_eq!(default.planned_steps(&layout(256), 1024), 500);
         let stated = TrainConfig { max_steps: Some(70), ..TrainConfig::default() };
         assert_eq!(steps(&stated, 24), 70);
+        // However many steps are allowed, few samples are not seen without end.
+        assert_eq!(TrainConfig { max_steps: Some(usize::MAX), ..stated }.planned_steps(&layout(256), 1024), 500);
         let epochs = TrainConfig { epochs: Some(3), ..TrainConfig::default() };
         assert_eq!(steps(&epochs, 24), 300);
         // The paper's table 2 has 500 epochs.
