@@ -2,7 +2,7 @@
 # Score against cycles, flash and RAM, from single precision of the paper's size to the smallest: fits a model of each size to a
 # run to failure, and prints the table of `ballrace budget` with each model's first alarm; the picture goes to OUT/frontier.svg.
 #
-#   frontier.sh RECORDINGS OUT     # RECORDINGS: a folder of FEMTO, say. OUT keeps the models; some 10 minutes on two cores
+#   frontier.sh RECORDINGS OUT     # RECORDINGS: a folder of FEMTO, say. OUT keeps the models; some four minutes on two cores
 set -euo pipefail
 
 [[ $# -eq 2 && -d $1 ]] || { echo "usage: frontier.sh RECORDINGS OUT" >&2; exit 2; }

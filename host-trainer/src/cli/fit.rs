@@ -16,7 +16,7 @@ use crate::model::budget::within::{CycleLimit, fit_within};
 use crate::model::file;
 use crate::model::fit::choice::{AlignmentKind, ArithmeticKind, EstimatorKind, SolverKind};
 use crate::model::fit::{FitConfig, Fitted, Solver, Stage, fit, terms, text};
-use crate::model::sindy_nn::config::TrainConfig;
+use crate::model::sindy_nn::config::{PAPER_UNITS, TrainConfig};
 use crate::model::sindy_nn::gradient::{Lambdas, SparsityNorm};
 use crate::model::sindy_nn::schedule::Schedule;
 use crate::model::stlsq::StlsqConfig;
@@ -84,7 +84,7 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     latent: Option<usize>,
     /// Widths of the encoder's hidden layers
-    #[arg(long, value_delimiter = ',', default_value = "256")]
+    #[arg(long, value_delimiter = ',', default_values_t = [PAPER_UNITS])]
     hidden: Vec<usize>,
     /// Arithmetic of the networks on the device
     #[arg(long, value_enum, default_value_t = ArithmeticKind::Float)]
@@ -110,10 +110,10 @@ pub struct Args {
     /// Samples in a batch
     #[arg(long, default_value_t = 1024)]
     batch: usize,
-    /// Maximum number of epochs [default: 500, with fewer than 256 hidden units up to 12 times as many]
+    /// Maximum number of epochs [default: 500; of a cosine with fewer than 256 hidden units up to 12 times as many]
     #[arg(long, value_name = "N")]
     epochs: Option<usize>,
-    /// Maximum number of gradient steps [default: 2000, with fewer than 256 hidden units up to 12 times as many; at a
+    /// Maximum number of gradient steps [default: of a cosine 2000, with fewer than 256 hidden units up to 12 times as many; of a
     /// constant rate 6000]
     #[arg(long, value_name = "N")]
     max_steps: Option<usize>,

@@ -11,7 +11,7 @@ use super::method::Method;
 use crate::model::fit::choice::{AlignmentKind, EstimatorKind};
 use crate::model::fit::report::CREATED_BY;
 use crate::model::fit::{FitConfig, FitError, ScoredModel, Solver, Split, score_fit};
-use crate::model::sindy_nn::config::TrainConfig;
+use crate::model::sindy_nn::config::{PAPER_UNITS, TrainConfig};
 use crate::model::sindy_nn::gradient::{Lambdas, SparsityNorm};
 use crate::model::stlsq::StlsqConfig;
 use crate::recording::input::Series;
@@ -243,11 +243,9 @@ impl Job {
             epochs: Some(self.epochs),
             ..TrainConfig::PAPER
         };
-        let defaults = FitConfig::default();
-        let solver = match (self.solver, &defaults.solver) {
-            (Method::Stlsq, _) => Solver::Stlsq(StlsqConfig::default()),
-            (_, Solver::SindyNn { hidden, .. }) => Solver::SindyNn { hidden: hidden.clone(), train },
-            (_, solver) => solver.clone(),
+        let solver = match self.solver {
+            Method::Stlsq => Solver::Stlsq(StlsqConfig::default()),
+            _ => Solver::SindyNn { hidden: vec![PAPER_UNITS], train },
         };
         let config = FitConfig {
             spec: self.spec(),
@@ -260,7 +258,7 @@ impl Job {
             causal: self.causal,
             trainings: 1,
             seed: self.seed,
-            ..defaults
+            ..FitConfig::default()
         };
         score_fit(&self.series(material), material.sample_rate_hz, &config)
     }

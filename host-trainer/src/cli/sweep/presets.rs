@@ -9,7 +9,7 @@ use crate::cli::settings::CliSettings;
 use crate::cli::{Failure, write};
 use crate::model::baseline::LinearPredictor;
 use crate::model::fit::{FitConfig, Solver, Split, fit};
-use crate::model::sindy_nn::config::TrainConfig;
+use crate::model::sindy_nn::config::{PAPER_UNITS, TrainConfig};
 use crate::model::{OwnedModel, file};
 use crate::recording::input::Series;
 use crate::report::paper::{self, Baseline, Page, PresetRows};
@@ -114,7 +114,7 @@ const WINDOW: usize = rivals::settings::SETTINGS.window;
 fn best_model<'a>(args: &Args, loaded: &'a Life) -> Result<(OwnedModel, &'a Series), Failure> {
     let aging = &loaded.bearing.aging;
     let series = &loaded.series[(aging.start + aging.end) / 2];
-    let solver = Solver::SindyNn { hidden: vec![256], train: TrainConfig::PAPER };
+    let solver = Solver::SindyNn { hidden: vec![PAPER_UNITS], train: TrainConfig::PAPER };
     let config = FitConfig { solver, null_fits: 0, causal: false, trainings: 1, ..FitConfig::default() };
     let fitted = fit(std::slice::from_ref(series), loaded.sample_rate_hz, &config, &|_| ());
     let mut fitted = fitted.map_err(Failure::other)?;

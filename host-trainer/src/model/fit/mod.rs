@@ -23,7 +23,7 @@ use ballrace_core::network::{Arithmetic, FixedError};
 use ballrace_core::states::{Alignment, Estimator, MAX_DIMENSION, Orders, SpecError, StateSpec};
 
 use crate::model::OwnedModel;
-use crate::model::sindy_nn::config::TrainConfig;
+use crate::model::sindy_nn::config::{PAPER_UNITS, TrainConfig};
 use crate::model::stlsq::{StlsqConfig, noise_terms};
 use crate::recording::input::Series;
 use crate::signal::surrogate::SurrogateKind;
@@ -366,7 +366,7 @@ impl Default for FitConfig {
             harmonics: 2,
             powers: false,
             latent: None,
-            solver: Solver::SindyNn { hidden: vec![256], train: TrainConfig::default() },
+            solver: Solver::SindyNn { hidden: vec![PAPER_UNITS], train: TrainConfig::default() },
             arithmetic: Arithmetic::Float,
             hold_out_every: 5,
             null_fits: 5,

@@ -13,7 +13,7 @@ use super::layout::Layout;
 use super::prune::prune;
 use super::schedule::Schedule;
 use super::settings::{PruneSettings, RunSettings};
-use crate::model::path::{PathPoint, last_within_one_standard_error};
+use crate::model::path::{PathPoint, last_as_good_as_best};
 use crate::model::samples::Samples;
 use crate::stats::cancel;
 
@@ -125,7 +125,6 @@ pub fn train(
         last: Losses::default(),
         steps: 0,
     };
-    let per_epoch = train.len().div_ceil(config.batch.max(1));
     let planned = config.planned_steps(layout, train.len());
     let thresholds = thresholds(config.threshold, others.validation.is_empty());
     let refine = if thresholds.is_empty() { 0 } else { ((planned as f64 * config.refine) as usize).max(1) };
@@ -153,7 +152,7 @@ pub fn train(
         Some(_) => models.len().saturating_sub(1),
         None => {
             let errors: Vec<_> = models.iter().map(|(_, errors)| errors.clone()).collect();
-            last_within_one_standard_error(&errors, config.immaterial)
+            last_as_good_as_best(&errors, config.immaterial)
         }
     };
     if chosen < models.len() {
@@ -163,7 +162,7 @@ pub fn train(
     Trained {
         active: run.active(),
         last_batch: run.last,
-        epochs: run.steps.div_ceil(per_epoch.max(1)),
+        epochs: run.steps.div_ceil(config.steps_per_epoch(train.len()).max(1)),
         steps: run.steps,
         stopped_early,
         threshold: path.get(chosen).map_or(0.0, |point| point.threshold),

@@ -16,7 +16,7 @@ pub(super) use r_factor::add_gram;
 
 use rayon::prelude::*;
 
-use crate::model::path::{PathPoint, last_within_one_standard_error};
+use crate::model::path::{PathPoint, last_as_good_as_best};
 use regression::Regression;
 use settings::GridSettings;
 
@@ -107,7 +107,7 @@ pub fn fit_with_path(
     let chosen = |(output, mut path): (usize, OutputPath)| {
         let chosen = match config.threshold {
             Some(_) => thresholds.len() - 1,
-            None => last_within_one_standard_error(&path.errors, 0.0),
+            None => last_as_good_as_best(&path.errors, 0.0),
         };
         let threshold = thresholds[chosen];
         let coefficients = regression.refined(output, &path.equations.swap_remove(chosen).coefficients);
