@@ -5,7 +5,7 @@
 #   peers.sh [HIDDEN…]     # units of the hidden layer, 256 and 24 without; 8 inputs, sigmoid, 8 outputs
 #
 # Beside: CMSIS-NN (from $BALLRACE_PEERS/cmsis-nn, by default ../shared/peers beside this repository; left out where it is
-# not there), emlearn (from PyPI, into a Python environment in the target folder), nalgebra. Needs arm-none-eabi-gcc,
+# not there), emlearn (from PyPI, into a Python environment in the target folder), nalgebra, burn. Needs arm-none-eabi-gcc,
 # qemu-system-arm, the target thumbv7em-none-eabihf, python3. Everybody is compiled with -O3 and the FPU on.
 set -euo pipefail
 
@@ -78,6 +78,7 @@ for units in "${hidden[@]}"; do
     rust approx float,approx "ballrace, f32, \`approx\`"
     rust fixed fixed "ballrace, 16-bit fixed point"
     rust nalgebra nalgebra "nalgebra, f32, \`libm\`"
+    rust burn burn "burn, f32, backend \`flex\`"
     "$out/python/bin/python" peers/emlearn_network.py "$network/weights.txt" "$network/emlearn_network.h"
     peer_flags=("-I$emlearn")
     image emlearn peers/emlearn.c

@@ -104,10 +104,10 @@ fn write(directory: &Path, hidden: usize) -> Result<(), Box<dyn Error>> {
     };
     let sizes = format!(
         "const INPUTS: usize = {INPUTS};\nconst HIDDEN: usize = {hidden};\nconst OUTPUTS: usize = {OUTPUTS};\n\
-         #[cfg(feature = \"nalgebra\")]\nconst UP: [[f32; HIDDEN]; INPUTS] = {:?};\n\
-         #[cfg(feature = \"nalgebra\")]\nconst UP_BIAS: [f32; HIDDEN] = {:?};\n\
-         #[cfg(feature = \"nalgebra\")]\nconst DOWN: [[f32; OUTPUTS]; HIDDEN] = {:?};\n\
-         #[cfg(feature = \"nalgebra\")]\nconst DOWN_BIAS: [f32; OUTPUTS] = {:?};\n",
+         #[cfg(any(feature = \"nalgebra\", feature = \"burn\"))]\nconst UP: [[f32; HIDDEN]; INPUTS] = {:?};\n\
+         #[cfg(any(feature = \"nalgebra\", feature = \"burn\"))]\nconst UP_BIAS: [f32; HIDDEN] = {:?};\n\
+         #[cfg(any(feature = \"nalgebra\", feature = \"burn\"))]\nconst DOWN: [[f32; OUTPUTS]; HIDDEN] = {:?};\n\
+         #[cfg(any(feature = \"nalgebra\", feature = \"burn\"))]\nconst DOWN_BIAS: [f32; OUTPUTS] = {:?};\n",
         columns(&up, INPUTS),
         up.biases,
         columns(&down, hidden),

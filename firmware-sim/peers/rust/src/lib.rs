@@ -1,4 +1,4 @@
-//! The harness's `prepare` and `kernel` in Rust: a network of `ballrace-core`, or plain nalgebra.
+//! The harness's `prepare` and `kernel` in Rust: a network of `ballrace-core`, plain nalgebra, or burn.
 #![no_std]
 
 use core::cell::UnsafeCell;
@@ -90,5 +90,60 @@ mod plain {
         let mut out = layers.down_bias;
         out.gemv(1.0, &layers.down, hidden, 1.0);
         y.copy_from_slice(out.as_slice());
+    }
+}
+
+#[cfg(feature = "burn")]
+mod tensors {
+    use core::mem::MaybeUninit;
+
+    use super::*;
+    use burn_tensor::activation::sigmoid;
+    use burn_tensor::module::linear;
+    use burn_tensor::{Device, Tensor};
+    use cortex_m as _; // the critical section of the allocator
+    use embedded_alloc::LlffHeap;
+
+    /// Bytes of the heap: both layers, which burn takes from the flash into it, and what a pass holds beside them.
+    const HEAP: usize = 4 * (INPUTS + OUTPUTS + 5) * HIDDEN + 512;
+
+    #[global_allocator]
+    static ALLOCATOR: LlffHeap = LlffHeap::empty();
+    static MEMORY: Static<MaybeUninit<[u8; HEAP]>> = Static(UnsafeCell::new(MaybeUninit::uninit()));
+
+    struct Layers {
+        up: Tensor<2>,
+        up_bias: Tensor<1>,
+        down: Tensor<2>,
+        down_bias: Tensor<1>,
+    }
+
+    static LAYERS: Static<Option<Layers>> = Static(UnsafeCell::new(None));
+
+    #[unsafe(no_mangle)]
+    extern "C" fn prepare() {
+        // SAFETY: nothing else has a reference, and the memory is handed over once.
+        unsafe { ALLOCATOR.init(MEMORY.0.get() as usize, HEAP) };
+        let device = Device::flex();
+        let layers = Layers {
+            up: Tensor::from_data(UP, &device),
+            up_bias: Tensor::from_data(UP_BIAS, &device),
+            down: Tensor::from_data(DOWN, &device),
+            down_bias: Tensor::from_data(DOWN_BIAS, &device),
+        };
+        // SAFETY: nothing else has a reference.
+        unsafe { *LAYERS.0.get() = Some(layers) };
+    }
+
+    #[unsafe(no_mangle)]
+    extern "C" fn kernel(x: &[f32; INPUTS], y: &mut [f32; OUTPUTS]) {
+        // SAFETY: only here, and the kernel does not call itself.
+        let Some(layers) = (unsafe { &*LAYERS.0.get() }) else { return };
+        let input = Tensor::<2>::from_data([*x], &layers.up.device());
+        let hidden = sigmoid(linear(input, layers.up.clone(), Some(layers.up_bias.clone())));
+        let output = linear(hidden, layers.down.clone(), Some(layers.down_bias.clone())).into_data();
+        if let Ok(values) = output.as_slice::<f32>() {
+            y.copy_from_slice(values);
+        }
     }
 }
