@@ -126,7 +126,7 @@ fn invariant_the_residual_of_the_true_rig_is_as_large_as_it_says() {
 }
 
 /// The power of runs of a machine that stands is the predicted one where a mode is between the force and the sensor: one that the
-/// sensor's motion drives, and one that a random force of an effect goes through.
+/// sensor's motion drives, and ones that a random force, a film's drag and a spring of effects go through.
 #[test]
 fn invariant_noise_through_a_mode_has_its_predicted_power() {
     let numbers = [(ParameterKey::FrequencyHz, 3000.0), (ParameterKey::DampingRatio, 0.05), (ParameterKey::Gain, 4.0)];
@@ -135,10 +135,13 @@ fn invariant_noise_through_a_mode_has_its_predicted_power() {
     };
     let random = EffectEntry::new(EffectKind::RandomForce, &[(ParameterKey::PsdN2PerHz, 1e-4)])
         .with_text(ParameterKey::Component, "outer-y");
-    let through = nominal().with_effect(random).with_effect(mode("along"));
+    let film = EffectEntry::new(EffectKind::ViscousFriction, &[(ParameterKey::DampingNSPerM, 3e4)]);
+    let spring = EffectEntry::new(EffectKind::HardeningStiffness, &[(ParameterKey::CubicNPerM3, 1e18)])
+        .with_text(ParameterKey::Component, "outer");
+    let through = [random, film, spring].map(|effect| nominal().with_effect(effect).with_effect(mode("along")));
     // The force on the housing moves a sensor on it at once.
     let on_the_housing = parse(&RIG.replace("vertical = \"resonator-y\"", "vertical = \"outer-y\""));
-    for rig in [on_the_housing.with_effect(mode("motion")), through] {
+    for rig in through.into_iter().chain([on_the_housing.with_effect(mode("motion"))]) {
         // So long that what leaks from the mode to where the power is least stays below the bound.
         let condition = condition(0.0, 500.0, 32_768);
         let expected = alone(&Asked { rig: &rig, condition, known: None }).variance;

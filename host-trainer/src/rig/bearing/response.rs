@@ -26,8 +26,6 @@ pub(in crate::rig) struct Tangent {
     pub stiffness: [[f64; DOFS]; DOFS],
     /// Damping −∂F/∂q̇, N s/m.
     pub damping: [[f64; DOFS]; DOFS],
-    /// Contact stiffness between the races, N/m, for the path force.
-    contact: [[f64; 2]; 2],
 }
 
 /// A state of a run: instant, positions and velocities.
@@ -35,7 +33,7 @@ pub(in crate::rig) type Visited = (Instant, [f64; DOFS], [f64; DOFS]);
 
 /// Response to 1 N during one sample.
 pub(in crate::rig) struct Impulse {
-    /// Accelerations of `ax` and `ay`, m/s², and contact force on the outer race in x and y, N.
+    /// Accelerations of `ax` and `ay`, m/s², and force on the outer race in x and y, N: contact and effects.
     pub signals: [Vec<f64>; 4],
     /// Sums over all samples of products of velocities, m²/s²; where damping changes along the run, weighted by
     /// [`Damping::weights`]: noise changes a force law where its slope is.
@@ -68,7 +66,7 @@ pub(in crate::rig) struct Linear {
     steps: usize,
     mass: [f64; DOFS],
     sensors: [usize; 2],
-    contact: [[f64; 2]; 2],
+    tangent: Tangent,
 }
 
 impl Linear {
@@ -77,7 +75,7 @@ impl Linear {
         let (mass, system) = (masses(rig), coupled(rig, tangent));
         let step = Step::new(&system, &mass.map(|m| 1.0 / m), 1.0 / (steps as f64 * sample_rate_hz));
         let sensors = [rig.sensor.horizontal, rig.sensor.vertical].map(|location| location.dof());
-        Self { system, step, steps, mass, sensors, contact: tangent.contact }
+        Self { system, step, steps, mass, sensors, tangent: *tangent }
     }
 
     /// Response to 1 N during the first sample, `direction` on each degree of freedom: at most `samples` samples, fewer once it
@@ -90,7 +88,7 @@ impl Linear {
         decayed: f64,
         damping: impl IntoIterator<Item = &'d Damping, IntoIter: Clone>,
     ) -> Impulse {
-        let Self { system, step, steps, mass, sensors, contact } = self;
+        let Self { system, step, steps, mass, sensors, tangent } = self;
         let held = |i: usize| {
             let of = |k: usize| step.b1[i][k] + 2.0 * step.b2[i][k] + step.b3[i][k];
             direction.iter().enumerate().map(|(k, share)| share * of(k)).sum::<f64>()
@@ -114,9 +112,10 @@ impl Linear {
             for (row, one) in velocities.iter_mut().zip(weighted) {
                 row.iter_mut().zip(weighted).for_each(|(sum, other)| *sum += one * other);
             }
-            let relative = [z[INNER_X] - z[OUTER_X], z[INNER_Y] - z[OUTER_Y]];
-            for axis in 0..2 {
-                signals[2 + axis].push(dot(&contact[axis], &relative));
+            let places: [f64; DOFS] = std::array::from_fn(|k| z[k]);
+            for (signal, dof) in signals[2..].iter_mut().zip([OUTER_X, OUTER_Y]) {
+                let dragged = dot(&tangent.damping[dof], &speeds) + damping.map_or(0.0, |d| dot(&d.slopes[dof], &speeds));
+                signal.push(-dot(&tangent.stiffness[dof], &places) - dragged);
             }
             for _ in 0..*steps {
                 // Half a step of damping before and half after (G. Strang, SIAM J. Numer. Anal. 5 (1968) 506–517).
@@ -269,7 +268,7 @@ impl Tangent {
                 }
             }
         }
-        Self { stiffness, damping: [[0.0; DOFS]; DOFS], contact }
+        Self { stiffness, damping: [[0.0; DOFS]; DOFS] }
     }
 }
 
