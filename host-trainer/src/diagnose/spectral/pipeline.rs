@@ -86,13 +86,8 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     )?;
     let mut held_point = refit_nuisances(&held_data, &selection.model, &selection.point)?;
     let left = lack(&data, &selection.point).total() + lack(&held_data, &held_point).total();
-    let is_corrected = !(selection.tolerated.is_empty() && selection.in_baseline.is_empty());
-    // What causes take is counted too, in case that none is stated.
-    let has_causes = !selection.accepted.is_empty() && !is_corrected;
-    let unexplained = if has_causes { before.total() + held_before.total() } else { left };
     let chance = GATE.lack * (fitted.len() + held.len()) as f64;
     let doubtful = selection.rejected.iter().find(|c| c.gain > GATE.doubtful_gain).cloned();
-    let is_beyond_chance = unexplained > chance || doubtful.is_some();
     // What strikes has pits or play for causes; the rig as it is given may rattle.
     let strikes = selection.accepted.iter().any(|a| !causes::is_of_signal(a.candidate.kind));
     let run = || simulate(rig, &held.first()?.condition, &Start::of_series(task.seed, 0)).ok();
@@ -107,6 +102,27 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     if selection.judge(trust) {
         held_point = refit_nuisances(&held_data, &selection.model, &selection.point)?;
     }
+    progress("simulating held-out recordings");
+    let disturbed = Disturbed { acquired: &acquired, mains: mains.as_ref(), event, first: all_fitted.len() };
+    let nominal_rig = nominal.rig_at(&null.values)?;
+    let simulated = |selection: &Selection, machine: &Point| -> Result<_, DiagnoseError> {
+        let after = selection.model.rig_at(&selection.point.values)?;
+        let compared = Compared { before: &nominal_rig, after: &after, machine };
+        let signals = held_out(&recorded_held, &compared, &disturbed, &orders, task.seed)?;
+        let (fit, left) = shown::fit(&signals, split.describe(), task.seed);
+        Ok((signals, fit, left))
+    };
+    let (mut signals, mut fit, mut remains) = simulated(&selection, &held_point)?;
+    let unshown = selection.take_back_unshown(&fit);
+    if unshown.is_some() {
+        held_point = refit_nuisances(&held_data, &selection.model, &selection.point)?;
+        (signals, fit, remains) = simulated(&selection, &held_point)?;
+    }
+    let unexplained = match selection.accepted.is_empty() {
+        true => lack(&data, &selection.point).total() + lack(&held_data, &held_point).total(),
+        false => left,
+    };
+    let is_beyond_chance = unexplained > chance || doubtful.is_some() || unshown.is_some();
     let Selection { model, point, accepted, rejected, .. } = &selection;
 
     let is_named = !accepted.is_empty() || event.is_some() || acquired.faults().next().is_some();
@@ -121,18 +137,13 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let found = Found { event, names: &names, accepted, trust, corrected: &corrected, intervals: &intervals };
     let (causes, terms) = (found.causes(&acquired), found.terms(machine, mean_load_n(&all_fitted)));
 
-    progress("simulating held-out recordings");
-    let compared = Compared { before: &nominal.rig_at(&null.values)?, after: &corrected, machine: &held_point };
-    let disturbed = Disturbed { acquired: &acquired, mains: mains.as_ref(), event, first: all_fitted.len() };
-    let signals = held_out(&recorded_held, &compared, &disturbed, &orders, task.seed)?;
-    let (mut fit, mut left) = shown::fit(&signals, split.describe(), task.seed);
     fit.p_value = if accepted.is_empty() && event.is_none() {
         acquired.faults().map(|f| f.p_value).reduce(f64::max).unwrap_or(1.0)
     } else {
         let gain = accepted.iter().map(|a| a.held_out).sum::<f64>() + event.map_or(0.0, Event::gain);
         (-gain).exp().clamp(1e-300, 1.0)
     };
-    left.share = match verdict {
+    remains.share = match verdict {
         Verdict::NoMismatch => 0.0,
         _ => (lack(&data, point).total() / before.total().max(1.0)).min(1.0),
     };
@@ -150,8 +161,9 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     if verdict == Verdict::Unexplained && is_beyond_chance {
         let each = before.nats.iter().chain(&held_before.nats).zip(&names);
         let most = each.max_by(|a, b| a.0.total_cmp(b.0)).map_or(String::new(), |(_, name)| format!("in {name}"));
-        caveats.push(text::unexplained(unexplained, &most));
+        caveats.extend((unexplained > chance).then(|| text::unexplained(unexplained, &most)));
         caveats.extend(doubtful.map(|candidate| text::doubtful(&candidate)));
+        caveats.extend(unshown.map(|candidate| text::unshown(&candidate)));
     }
     let is_unsteady = verdict == Verdict::Unexplained && coarse.is_none();
     caveats.extend(kurtosis.filter(|_| is_unsteady).map(text::unsteady));
@@ -169,7 +181,7 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
         location,
         terms,
         nuisance: nuisances(&data, point),
-        left,
+        left: remains,
         fit,
     };
     let settings = settings::document();

@@ -15,7 +15,7 @@ use super::tolerance::{is_tolerance, load_error_or_first};
 use super::unevenness::turns_otherwise;
 use super::unsteady::is_fleeting;
 use crate::diagnose::DiagnoseError;
-use crate::diagnose::result::{Cause, Rejected};
+use crate::diagnose::result::{Cause, Fit, Rejected};
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{EffectEntry, RigError};
 
@@ -156,11 +156,24 @@ impl<'d, 'a> Selection<'d, 'a> {
         let is_stated = self.accepted.iter().any(|a| trust.states(a.probability, a.candidate.kind));
         let is_taken_back = !is_stated && !self.accepted.is_empty();
         if is_taken_back {
-            (self.model, self.point) = self.uncaused.clone();
-            self.rejected.splice(0..0, self.accepted.drain(..).map(|a| a.candidate));
+            self.take_back();
         }
         self.accepted.iter_mut().for_each(|a| a.probability *= trust.of(a.candidate.kind));
         is_taken_back
+    }
+
+    /// Takes the causes back if simulations with them are farther from the held-out recordings than without, whatever the likelihood
+    /// says; the first of them.
+    pub fn take_back_unshown(&mut self, fit: &Fit) -> Option<Candidate<'d, 'a>> {
+        let first = self.accepted.first().filter(|_| fit.after > fit.before)?.candidate.clone();
+        self.take_back();
+        Some(first)
+    }
+
+    /// Takes the causes back: the model is that without any again.
+    fn take_back(&mut self) {
+        (self.model, self.point) = self.uncaused.clone();
+        self.rejected.splice(0..0, self.accepted.drain(..).map(|a| a.candidate));
     }
 
     /// Fits the unevenness of the balls in the rotation that a cause has changed; −ln of the held-out recordings.
@@ -249,6 +262,7 @@ mod tests {
     use super::*;
     use crate::diagnose::spectral::imperfect::testing::{observed, pitted};
     use crate::diagnose::spectral::unevenness::UnevenMachines;
+    use crate::rig::test_support::nominal;
 
     /// A machine of a wandering speed, whose fit has not found that, and a candidate whose fit has.
     #[test]
@@ -267,5 +281,38 @@ mod tests {
         let of_machine = selection.refit_without(&candidate).unwrap();
         assert!(gained > 25.0 && of_machine > gained - 1.0, "{gained} {of_machine}");
         assert!(selection.refit_without(&candidate).unwrap() < 1.0);
+    }
+
+    /// Causes whose simulations are farther from the held-out recordings are taken back, with the machine before them; nearer ones stay.
+    #[test]
+    fn null_a_cause_that_simulations_do_not_show_is_none() {
+        let rig = nominal();
+        let orders = rig.bearing().unwrap().bearing.geometry().orders();
+        let observations = [observed(&rig, 500.0, &Point::default().in_recordings(1, 0))];
+        let data = Data::new(&observations, orders, UnevenMachines::default());
+        let model = Model::fixed(&data, rig);
+        let point = model.start().unwrap();
+        let drag = EffectEntry::new(EffectKind::ViscousFriction, &[(ParameterKey::DampingNSPerM, 3e4)]);
+        let dragged = Model::fixed(&data, nominal().with_effect(drag));
+        let at = dragged.start().unwrap();
+        let (kind, place) = (EffectKind::ViscousFriction, "bearing".into());
+        let candidate = Candidate { kind, place, model: dragged.clone(), point: at.clone(), gain: 60.0, phase: 0.0 };
+        let mut selection = Selection::new(&model, &point, None);
+        (selection.model, selection.point) = (dragged, at);
+        selection.accepted.push(Accepted { candidate, held_out: 20.0, probability: 0.8, rivals: Vec::new(), effect: 0 });
+        let fit = |after: f64| Fit {
+            metric: String::new(),
+            held_out: String::new(),
+            before: 1.4,
+            after,
+            noise_floor: 1.3,
+            p_value: 1.0,
+        };
+        assert!(selection.take_back_unshown(&fit(1.39)).is_none());
+        assert_eq!(selection.accepted.len(), 1);
+        let unshown = selection.take_back_unshown(&fit(1.41)).unwrap();
+        assert!(text::unshown(&unshown).starts_with("viscous-friction (bearing) gains 60 in ln L"));
+        assert!(selection.accepted.is_empty() && selection.model.rig.effects.is_empty());
+        assert_eq!(selection.rejected.len(), 1);
     }
 }

@@ -68,6 +68,15 @@ pub fn doubtful(candidate: &Candidate) -> String {
     )
 }
 
+/// Caveat of an effect that passed the gate, but that simulations do not bear out.
+pub fn unshown(candidate: &Candidate) -> String {
+    format!(
+        "{} gains {:.0} in ln L, but simulations with it are no nearer to the held-out recordings than without.",
+        named(candidate.kind.name(), &candidate.place),
+        candidate.gain
+    )
+}
+
 /// Caveat of an effect that the vocabulary has no name for.
 pub fn nameless(effect: &EffectEntry) -> String {
     format!(
