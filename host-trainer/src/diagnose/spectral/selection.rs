@@ -299,7 +299,13 @@ mod tests {
         let candidate = Candidate { kind, place, model: dragged.clone(), point: at.clone(), gain: 60.0, phase: 0.0 };
         let mut selection = Selection::new(&model, &point, None);
         (selection.model, selection.point) = (dragged, at);
-        selection.accepted.push(Accepted { candidate, held_out: 20.0, probability: 0.8, rivals: Vec::new(), effect: 0 });
+        selection.accepted.push(Accepted {
+            candidate,
+            held_out: 20.0,
+            probability: 0.8,
+            rivals: Vec::new(),
+            effect: 0,
+        });
         let fit = |after: f64| Fit {
             metric: String::new(),
             held_out: String::new(),

@@ -114,7 +114,8 @@ impl Linear {
             }
             let places: [f64; DOFS] = std::array::from_fn(|k| z[k]);
             for (signal, dof) in signals[2..].iter_mut().zip([OUTER_X, OUTER_Y]) {
-                let dragged = dot(&tangent.damping[dof], &speeds) + damping.map_or(0.0, |d| dot(&d.slopes[dof], &speeds));
+                let dragged =
+                    dot(&tangent.damping[dof], &speeds) + damping.map_or(0.0, |d| dot(&d.slopes[dof], &speeds));
                 signal.push(-dot(&tangent.stiffness[dof], &places) - dragged);
             }
             for _ in 0..*steps {
