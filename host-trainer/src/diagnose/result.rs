@@ -140,7 +140,7 @@ pub struct Left {
 }
 
 /// Fit to held-out recordings, before and after the correction.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct Fit {
     /// Measure of the error, with its unit.
     pub metric: String,

@@ -104,8 +104,9 @@ mod tensors {
     use cortex_m as _; // the critical section of the allocator
     use embedded_alloc::LlffHeap;
 
-    /// Bytes of the heap: both layers, which burn takes from the flash into it, and what a pass holds beside them.
-    const HEAP: usize = 4 * (INPUTS + OUTPUTS + 5) * HIDDEN + 512;
+    /// Bytes of the heap: both layers, which burn takes from the flash into it, and, by trial, four times the hidden layer and half a
+    /// kilobyte for what a pass holds beside them.
+    const HEAP: usize = 4 * (INPUTS + 1 + OUTPUTS + 4) * HIDDEN + 512;
 
     #[global_allocator]
     static ALLOCATOR: LlffHeap = LlffHeap::empty();

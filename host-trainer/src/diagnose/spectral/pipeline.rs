@@ -84,8 +84,11 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
         baseline,
         progress,
     )?;
-    let mut held_point = refit_nuisances(&held_data, &selection.model, &selection.point)?;
-    let left = lack(&data, &selection.point).total() + lack(&held_data, &held_point).total();
+    let refitted = |selection: &Selection| refit_nuisances(&held_data, &selection.model, &selection.point);
+    let left_by =
+        |selection: &Selection, held: &Point| lack(&data, &selection.point).total() + lack(&held_data, held).total();
+    let mut held_point = refitted(&selection)?;
+    let left = left_by(&selection, &held_point);
     let chance = GATE.lack * (fitted.len() + held.len()) as f64;
     let doubtful = selection.rejected.iter().find(|c| c.gain > GATE.doubtful_gain).cloned();
     // What strikes has pits or play for causes; the rig as it is given may rattle.
@@ -100,7 +103,7 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     // One spike among others is no event.
     let event = event.filter(|e| kurtosis.is_none() && trust.states(GATE.event_probability, e.effect.kind));
     if selection.judge(trust) {
-        held_point = refit_nuisances(&held_data, &selection.model, &selection.point)?;
+        held_point = refitted(&selection)?;
     }
     progress("simulating held-out recordings");
     let disturbed = Disturbed { acquired: &acquired, mains: mains.as_ref(), event, first: all_fitted.len() };
@@ -109,19 +112,17 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
         let after = selection.model.rig_at(&selection.point.values)?;
         let compared = Compared { before: &nominal_rig, after: &after, machine };
         let signals = held_out(&recorded_held, &compared, &disturbed, &orders, task.seed)?;
-        let (fit, left) = shown::fit(&signals, split.describe(), task.seed);
-        Ok((signals, fit, left))
+        let (fit, remains) = shown::fit(&signals, split.describe(), task.seed);
+        Ok((signals, fit, remains))
     };
     let (mut signals, mut fit, mut remains) = simulated(&selection, &held_point)?;
     let unshown = selection.take_back_unshown(&fit);
     if unshown.is_some() {
-        held_point = refit_nuisances(&held_data, &selection.model, &selection.point)?;
+        held_point = refitted(&selection)?;
         (signals, fit, remains) = simulated(&selection, &held_point)?;
     }
-    let unexplained = match selection.accepted.is_empty() {
-        true => lack(&data, &selection.point).total() + lack(&held_data, &held_point).total(),
-        false => left,
-    };
+    // More than `left` where causes were taken back.
+    let unexplained = left_by(&selection, &held_point);
     let is_beyond_chance = unexplained > chance || doubtful.is_some() || unshown.is_some();
     let Selection { model, point, accepted, rejected, .. } = &selection;
 

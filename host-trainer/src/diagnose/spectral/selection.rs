@@ -306,14 +306,7 @@ mod tests {
             rivals: Vec::new(),
             effect: 0,
         });
-        let fit = |after: f64| Fit {
-            metric: String::new(),
-            held_out: String::new(),
-            before: 1.4,
-            after,
-            noise_floor: 1.3,
-            p_value: 1.0,
-        };
+        let fit = |after: f64| Fit { before: 1.4, after, ..Fit::default() };
         assert!(selection.take_back_unshown(&fit(1.39)).is_none());
         assert_eq!(selection.accepted.len(), 1);
         let unshown = selection.take_back_unshown(&fit(1.41)).unwrap();
