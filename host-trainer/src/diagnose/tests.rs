@@ -125,6 +125,33 @@ fn a_pit_in_the_last_recording_alone_is_named() {
     assert!(outcome.caveats.iter().any(|c| c.contains("alone")), "{:?}", outcome.caveats);
 }
 
+/// A sensor that was loose in the first and last recording, or only in the last: the colours of the noise take up its level.
+#[test]
+fn a_gain_of_some_recordings_is_no_all_clear() {
+    let loose = || {
+        let gain = EffectEntry::new(EffectKind::SensorGain, &[(ParameterKey::Value, 1.5)]);
+        nominal().with_effect(gain.with_text(ParameterKey::Channel, "all"))
+    };
+    let made = recordings_of(&[loose(), nominal(), loose()], 33, |condition| condition);
+    let outcome = diagnosed(&nominal(), None, &made, 33);
+    assert_eq!(names(&outcome), ["sensor-gain"], "{:?}", outcome.diagnosis);
+    assert!((number(&outcome, ParameterKey::Value) / 1.5 - 1.0).abs() < 0.05, "{:?}", outcome.diagnosis.causes);
+    assert!(outcome.caveats.iter().any(|c| c.contains("alone")), "{:?}", outcome.caveats);
+    let made = recordings_of(&[nominal(), nominal(), loose()], 34, |condition| condition);
+    let outcome = diagnosed(&nominal(), None, &made, 34);
+    assert_ne!(outcome.diagnosis.verdict, Verdict::NoMismatch, "{:?}", outcome.diagnosis);
+}
+
+/// A drift leaves little, as the colours of the noise take up the gain.
+#[test]
+fn a_gain_beside_a_drift_is_named() {
+    let gain = EffectEntry::new(EffectKind::SensorGain, &[(ParameterKey::Value, 0.75)]);
+    let truth = with(EffectKind::SpeedDrift, &[(ParameterKey::RatePerS, 0.06)])
+        .with_effect(gain.with_text(ParameterKey::Channel, "all"));
+    let outcome = diagnosed_alone(&truth, 35);
+    assert_eq!(names(&outcome), ["speed-drift", "sensor-gain"], "{:?}", outcome.diagnosis);
+}
+
 /// A fault that is ten times as strong in one recording is that of it, and of the others with numbers of their own.
 #[test]
 fn a_misalignment_that_grows_is_followed_from_recording_to_recording() {

@@ -1,12 +1,15 @@
 //! Lack of fit: what a prediction leaves in each channel, band by band and line by line.
 
 use super::data::{Data, Point};
-use super::settings::LackSettings;
+use super::likelihood::{Colour, colour_with};
+use super::settings::{LackSettings, LikelihoodSettings};
 use crate::diagnose::result::{Aspect, Test};
 use crate::identify::likelihood::observed::CHANNELS;
+use crate::signal::transform::median;
 use crate::stats::significance::two_sided;
 
 const SETTINGS: LackSettings = LackSettings::DEFAULT;
+const LIKELIHOOD: LikelihoodSettings = LikelihoodSettings::DEFAULT;
 
 /// What a prediction leaves.
 #[derive(Clone, Debug, Default)]
@@ -22,6 +25,37 @@ impl Lack {
     pub fn total(&self) -> f64 {
         self.nats.iter().sum()
     }
+}
+
+/// Lack of fit of recordings of one machine, in the parts to which it is fitted, each with its data and point: also how far the
+/// level of each is from the middle of all. The colours of the noise take up a level that is another one in some recordings.
+pub fn lack_of_all<const PARTS: usize>(parts: [(&Data, &Point); PARTS]) -> [Lack; PARTS] {
+    let colours = parts.map(|(_, at)| at.own_colour.iter().map(|own| colour_with(&at.colour, own)).collect::<Vec<_>>());
+    let all: Vec<&Colour> = colours.iter().flatten().collect();
+    let middle = |channel: usize, knot: usize| {
+        let mut values: Vec<f64> = all.iter().map(|colour| colour[channel][knot]).collect();
+        median(&mut values).unwrap_or_default()
+    };
+    let middle: Colour = std::array::from_fn(|channel| std::array::from_fn(|knot| middle(channel, knot)));
+    std::array::from_fn(|part| {
+        let (data, at) = parts[part];
+        let mut lack = lack(data, at);
+        for (nats, colour) in lack.nats.iter_mut().zip(&colours[part]) {
+            *nats += (level_nats(colour, &middle) - SETTINGS.level_nats).max(0.0);
+        }
+        lack
+    })
+}
+
+/// −ln of the prior of how far the levels of the channels are from those of another colour: a level is what all knots share.
+pub fn level_nats(colour: &Colour, other: &Colour) -> f64 {
+    let level = |channel: usize| {
+        let apart = colour[channel].iter().zip(&other[channel]).map(|(a, b)| a - b);
+        let (least, greatest) =
+            apart.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, greatest), d| (least.min(d), greatest.max(d)));
+        least.max(0.0) - greatest.min(0.0)
+    };
+    (0..CHANNELS.len()).map(|channel| 0.5 * (level(channel) / LIKELIHOOD.level_np).powi(2)).sum()
 }
 
 /// Lack of fit at a point.
@@ -81,4 +115,22 @@ pub fn lack(data: &Data, at: &Point) -> Lack {
         }));
     }
     lack
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::spectral::likelihood::KNOTS;
+
+    #[test]
+    fn a_level_is_what_all_knots_share() {
+        let of = |ax: [f64; 2], ay: f64| -> Colour {
+            [std::array::from_fn(|knot| ax[usize::from(2 * knot > KNOTS)]), [ay; KNOTS], [0.0; KNOTS]]
+        };
+        let nats = |ax, ay| level_nats(&of(ax, ay), &of([0.1; 2], 0.0));
+        let of_level = |level: f64| 0.5 * (level / LIKELIHOOD.level_np).powi(2);
+        assert!((nats([0.4, 0.6], 0.0) - of_level(0.3)).abs() < 1e-9);
+        assert!((nats([0.0, -0.2], -0.3) - of_level(0.1) - of_level(0.3)).abs() < 1e-9);
+        assert_eq!(nats([0.0, 0.6], 0.0), 0.0);
+    }
 }

@@ -37,16 +37,18 @@ pub struct Sought<'s> {
     pub by_phase: bool,
     /// Corrections of the calibration, of whose kinds there may be another effect.
     pub corrections: &'s [EffectKind],
+    /// The one kind that is asked for; `None` for all.
+    pub only: Option<EffectKind>,
 }
 
 /// Candidates that gain most, the one of greatest merit first, those that the phase contradicts last; of the kinds that the rig has
 /// already, only corrections.
 pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought) -> Vec<Candidate<'d, 'a>> {
-    let Sought { asked, by_phase, corrections } = sought;
+    let Sought { asked, by_phase, corrections, only } = sought;
     let data = null.model.data;
     let mut hypotheses = all(&null.rig, mean_load_n(data.observations), &Guesses::new(data, &null.point));
     let has = |kind: EffectKind| !corrections.contains(&kind) && null.rig.effects.iter().any(|e| e.kind == kind);
-    hypotheses.retain(|h| !has(h.kind));
+    hypotheses.retain(|h| !has(h.kind) && only.is_none_or(|only| h.kind == only));
     let mut kept = screened(null, brief, &hypotheses);
     let most = kept.first().map_or(0.0, |score| score.gain);
     let asked = asked / SETTINGS.growth;

@@ -81,20 +81,21 @@ impl<'d, 'a> Selection<'d, 'a> {
             let is_second = !(self.accepted.is_empty() && self.nameless.is_empty());
             progress(if is_second { "searching for a second cause" } else { "searching for a cause" });
             let left = lack(self.model.data, &self.point).total();
-            if is_second && left < GATE.second_lack {
-                break;
-            }
+            // The colours of the noise take up most of what a sensor's gain leaves.
+            let only = (is_second && left < GATE.second_lack).then_some(EffectKind::SensorGain);
             let share = if is_second { GATE.second_share } else { GATE.first_share };
             let of_form = self.model.data.form_gain(&self.point);
-            let asked = GATE.gain.max(share * left).max(GATE.form_share * of_form);
+            let least = if only.is_some() { GATE.second_lack } else { GATE.gain };
+            let asked = least.max(share * left).max(GATE.form_share * of_form);
             let null = NullFit::new(&self.model, &self.point);
             // A larger effect may be beside a tolerated one; an error of the load is not beside another.
             let tolerated = self.tolerated.iter().map(|e| e.kind).filter(|kind| *kind != EffectKind::ConstantForce);
             let corrections: Vec<EffectKind> = self.in_baseline.iter().copied().chain(tolerated).collect();
-            let sought = Sought { asked, by_phase: is_second, corrections: &corrections };
-            let (contradicted, mut found): (Vec<_>, Vec<_>) =
-                candidates(&null, &brief, sought).into_iter().partition(Candidate::is_contradicted);
-            self.rejected.extend(contradicted);
+            let sought = Sought { asked, by_phase: is_second, corrections: &corrections, only };
+            let is_refused = |c: &Candidate| c.is_contradicted() || is_second && !is_in_noise(c, &self.point);
+            let (refused, mut found): (Vec<_>, Vec<_>) =
+                candidates(&null, &brief, sought).into_iter().partition(is_refused);
+            self.rejected.extend(refused);
             if found.is_empty() {
                 break;
             }
@@ -199,6 +200,14 @@ fn is_no_tone(candidate: &Candidate) -> bool {
         && !is_fleeting(observations, frequency_hz, half_power_hz)
 }
 
+/// Whether a candidate is no gain of a sensor, or the noise shows it too: its colours are less than without it. What a first cause
+/// has wrong of the lines alone is no gain.
+fn is_in_noise(candidate: &Candidate, without: &Point) -> bool {
+    let data = candidate.model.data;
+    let cost = |point: &Point| data.colour_prior(&point.colour) + data.own_colour_prior(&point.own_colour);
+    candidate.kind != EffectKind::SensorGain || cost(&candidate.point) < cost(without)
+}
+
 /// Whether held-out recordings have a candidate's effect too, `held_null` being −ln there without it and `held_out` what it gains:
 /// as much as in as many of the fitted recordings, or, where theirs is another speed or load that shows less of it, most of
 /// what the effect gains at its best there.
@@ -281,6 +290,28 @@ mod tests {
         let of_machine = selection.refit_without(&candidate).unwrap();
         assert!(gained > 25.0 && of_machine > gained - 1.0, "{gained} {of_machine}");
         assert!(selection.refit_without(&candidate).unwrap() < 1.0);
+    }
+
+    /// A gain that leaves the noise as it is or moves it away, beside one that takes its level.
+    #[test]
+    fn null_a_gain_of_the_lines_alone_is_none() {
+        let observations = [observed(&nominal(), 500.0, &Point::default().in_recordings(1, 0))];
+        let orders = nominal().bearing().unwrap().bearing.geometry().orders();
+        let data = Data::new(&observations, orders, UnevenMachines::default());
+        let model = Model::fixed(&data, nominal());
+        let with_level = |level: f64| {
+            let mut point = model.start().unwrap();
+            point.colour[0].iter_mut().for_each(|knot| *knot = level);
+            point
+        };
+        let of = |kind, without: f64, with: f64| {
+            let (place, point) = ("ax".into(), with_level(with));
+            let candidate = Candidate { kind, place, model: model.clone(), point, gain: 700.0, phase: 0.0 };
+            is_in_noise(&candidate, &with_level(without))
+        };
+        assert!(of(EffectKind::SensorGain, -0.2, 0.01));
+        assert!(!of(EffectKind::SensorGain, 0.0, 0.2) && !of(EffectKind::SensorGain, 0.0, 0.0));
+        assert!(of(EffectKind::StiffnessChange, 0.0, 0.2));
     }
 
     /// Causes whose simulations are farther from the held-out recordings are taken back, with the machine before them; nearer ones stay.

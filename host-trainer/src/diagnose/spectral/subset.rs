@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use super::data::Data;
 use super::growth::Refitted;
-use super::lack::lack;
+use super::lack::{lack, level_nats};
+use super::likelihood::{Colour, colour_with};
 use super::observation::Observation;
 use super::pipeline::{Whole, nominal, whole};
 use super::settings::{FitSettings, GateSettings};
@@ -32,8 +33,8 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     }
     progress("searching for the recordings that differ most");
     let orders = machine.bearing.geometry().orders();
-    let lacks = own_lacks(rig, &searched, orders)?;
-    let Some(differing) = Differing::of(&lacks) else { return Ok(result) };
+    let fits = own_fits(rig, &searched, orders)?;
+    let Some(differing) = Differing::of(&OwnFit::apart(&fits)) else { return Ok(result) };
     let chosen: Vec<Recording> = differing.recordings.iter().map(|n| task.recordings[*n].clone()).collect();
     let Whole { result: mut own, lasting, .. } = whole(&Task { recordings: &chosen, ..*task }, rig, progress)?;
     if own.diagnosis.verdict != Verdict::Mismatch {
@@ -44,7 +45,7 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
         .then(|| {
             progress("fitting what was found there to the other recordings");
             let others =
-                (0..searched.len()).filter(|n| !differing.recordings.contains(n)).map(|n| (&searched[n], lacks[n]));
+                (0..searched.len()).filter(|n| !differing.recordings.contains(n)).map(|n| (&searched[n], fits[n].lack));
             Refitted::of(&lasting, rig, &others.collect::<Vec<_>>(), orders)
         })
         .transpose()?;
@@ -61,14 +62,32 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     Ok(own)
 }
 
-/// Lack of fit of each recording by itself, nats: the colour of the noise is its own, so that others' faults are no part of it.
-fn own_lacks(rig: &Rig, searched: &[Observation], orders: Orders) -> Result<Vec<f64>, RigError> {
+/// Fit of the rig to a recording by itself: the colour of the noise is its own, so that others' faults are no part of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct OwnFit {
+    /// Lack of fit, nats.
+    lack: f64,
+    /// −ln of the prior of its levels.
+    level: f64,
+}
+
+impl OwnFit {
+    /// Lack of fit of each recording with what its levels cost beyond the least of all, nats: they may be others in some.
+    fn apart(all: &[Self]) -> Vec<f64> {
+        let least = all.iter().map(|own| own.level).fold(f64::INFINITY, f64::min);
+        all.iter().map(|own| own.lack + own.level - least).collect()
+    }
+}
+
+fn own_fits(rig: &Rig, searched: &[Observation], orders: Orders) -> Result<Vec<OwnFit>, RigError> {
     let of = |observation: &Observation| {
         let own = std::slice::from_ref(observation);
         let data = Data::new(own, orders, UnevenMachines::new(rig, own, &orders)?);
         let model = nominal(rig, &data);
         let point = model.search(model.start()?, FIT.nominal_steps)?;
-        Ok::<_, RigError>(lack(&data, &point).total())
+        let levels =
+            point.own_colour.iter().map(|own| level_nats(&colour_with(&point.colour, own), &Colour::default()));
+        Ok::<_, RigError>(OwnFit { lack: lack(&data, &point).total(), level: levels.sum() })
     };
     searched.par_iter().map(of).collect()
 }
@@ -106,5 +125,11 @@ mod tests {
         assert_eq!(of(&[1.0, 900.0, 2.0, 300.0]), Some((vec![1, 3], true)));
         assert_eq!(of(&[100.0, 900.0, 200.0, 300.0]), Some((vec![1], false)));
         assert_eq!(of(&[1.0, 2.0]), None);
+    }
+
+    #[test]
+    fn a_level_of_some_recordings_sets_them_apart() {
+        let all = [(1.0, 150.0), (0.0, 62.0), (2.0, 60.0), (0.0, 130.0)].map(|(lack, level)| OwnFit { lack, level });
+        assert_eq!(OwnFit::apart(&all), [91.0, 2.0, 2.0, 70.0]);
     }
 }

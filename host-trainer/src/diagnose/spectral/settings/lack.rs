@@ -15,6 +15,8 @@ pub struct LackSettings {
     pub band_nats: f64,
     /// Excess of −ln L that chance gives a bin at most.
     pub line_nats: f64,
+    /// −ln of the prior of a recording's level that chance and the noise's own changes give at most. By hand.
+    pub level_nats: f64,
     /// Lines that are stated.
     pub most_lines: usize,
 }
@@ -27,6 +29,7 @@ impl LackSettings {
         mean_power: 0.9975,
         band_nats: 6.0,
         line_nats: 7.0,
+        level_nats: 25.0,
         most_lines: 6,
     };
 }
