@@ -85,8 +85,7 @@ impl<'a> Data<'a> {
     /// Noise of each recording at a point in its colour; as the point has it already where that is the same.
     pub fn coloured(&self, point: &Point) -> Vec<ColouredNoise> {
         let each = point.predictions.par_iter().zip(&self.hats).enumerate();
-        let colour = |n: usize| colour_with(&point.colour, &point.own_colour[n]);
-        each.map(|(n, (p, hats))| ColouredNoise::new(point.coloured.get(n), p, &colour(n), hats)).collect()
+        each.map(|(n, (p, hats))| ColouredNoise::new(point.coloured.get(n), p, &point.colour_in(n), hats)).collect()
     }
 
     /// −ln L of each recording.
@@ -193,12 +192,17 @@ impl<'a> Data<'a> {
     }
 
     /// −ln of the colour's prior.
-    pub fn colour_prior(&self, colour: &Colour) -> f64 {
+    fn colour_prior(&self, colour: &Colour) -> f64 {
         colour.iter().zip(&self.colour_precision).map(|(colour, precision)| neg_log_prior(colour, precision)).sum()
     }
 
+    /// −ln of the prior of all of a point's colours.
+    pub fn colours_prior(&self, point: &Point) -> f64 {
+        self.colour_prior(&point.colour) + self.own_colour_prior(&point.own_colour)
+    }
+
     /// −ln of the prior of what the recordings' colours have of their own.
-    pub fn own_colour_prior(&self, own: &[OwnColour]) -> f64 {
+    fn own_colour_prior(&self, own: &[OwnColour]) -> f64 {
         own.iter().flatten().map(|colour| neg_log_prior(colour, &self.own_colour_precision)).sum()
     }
 }
@@ -247,6 +251,11 @@ impl Point {
             jitter: vec![jitter; count],
             ..self
         }
+    }
+
+    /// Colour of the noise of a recording: that of all, and what it has of its own.
+    pub fn colour_in(&self, recording: usize) -> Colour {
+        colour_with(&self.colour, &self.own_colour[recording])
     }
 
     /// −ln of likelihood and prior.

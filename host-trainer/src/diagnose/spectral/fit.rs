@@ -176,8 +176,7 @@ impl<'d, 'a> Model<'d, 'a> {
         };
         let unknown =
             self.guesses.iter().zip(&point.values).map(|(g, u)| 0.5 * ((u - g) / SETTINGS.unknown_std).powi(2));
-        point.prior = self.data.colour_prior(&point.colour)
-            + self.data.own_colour_prior(&point.own_colour)
+        point.prior = self.data.colours_prior(point)
             + self.data.stretch_prior(point)
             + point.sidebands.prior()
             + point.jitter.iter().map(jitter).sum::<f64>()

@@ -3,7 +3,7 @@
 use super::data::Point;
 use super::events::Event;
 use super::imperfect::Imperfections;
-use super::likelihood::{Colour, colour_with, hats};
+use super::likelihood::{Colour, hats};
 use super::mains::Mains;
 use super::observation::{Observation, samples};
 use super::prediction::{Known, START_ANGLES_RAD, predictions};
@@ -104,7 +104,7 @@ pub fn held_out(
         let synthesis = Synthesis {
             observation: o,
             orders,
-            colour: colour_with(&compared.machine.colour, &compared.machine.own_colour[n]),
+            colour: compared.machine.colour_in(n),
             imperfections: Imperfections::of(compared.machine, n, seed),
             start: Start { cage_angle0_rad, shaft_angle0_rad, ..Start::of_series(seed, n) },
         };

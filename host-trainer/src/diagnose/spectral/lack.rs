@@ -1,7 +1,8 @@
-//! Lack of fit: what a prediction leaves in each channel, band by band and line by line.
+//! Lack of fit: what a prediction leaves in each channel, band by band and line by line, and levels that are others in some
+//! recordings.
 
 use super::data::{Data, Point};
-use super::likelihood::{Colour, colour_with};
+use super::likelihood::Colour;
 use super::settings::{LackSettings, LikelihoodSettings};
 use crate::diagnose::result::{Aspect, Test};
 use crate::identify::likelihood::observed::CHANNELS;
@@ -27,13 +28,12 @@ impl Lack {
     }
 }
 
-/// Lack of fit of recordings of one machine, in the parts to which it is fitted, each with its data and point: also how far the
-/// level of each is from the middle of all. The colours of the noise take up a level that is another one in some recordings.
-pub fn lack_of_all<const PARTS: usize>(parts: [(&Data, &Point); PARTS]) -> [Lack; PARTS] {
-    let colours = parts.map(|(_, at)| at.own_colour.iter().map(|own| colour_with(&at.colour, own)).collect::<Vec<_>>());
-    let all: Vec<&Colour> = colours.iter().flatten().collect();
+/// Lack of fit of the fitted and the held-out recordings of a machine, each with its data and point: also how far the level of each
+/// recording is from the middle of all. The colours of the noise take up a level that is another one in some recordings.
+pub fn lack_of_both(parts: [(&Data, &Point); 2]) -> [Lack; 2] {
+    let colours = parts.map(|(data, at)| (0..data.observations.len()).map(|n| at.colour_in(n)).collect::<Vec<_>>());
     let middle = |channel: usize, knot: usize| {
-        let mut values: Vec<f64> = all.iter().map(|colour| colour[channel][knot]).collect();
+        let mut values: Vec<f64> = colours.iter().flatten().map(|colour| colour[channel][knot]).collect();
         median(&mut values).unwrap_or_default()
     };
     let middle: Colour = std::array::from_fn(|channel| std::array::from_fn(|knot| middle(channel, knot)));

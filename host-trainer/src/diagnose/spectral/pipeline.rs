@@ -7,7 +7,7 @@ use super::events::{Event, events, without_event};
 use super::fit::Model;
 use super::growth::Lasting;
 use super::held_out::{Compared, Disturbed, held_out};
-use super::lack::lack_of_all;
+use super::lack::lack_of_both;
 use super::mains::Mains;
 use super::observation::{Observation, mean_load_n};
 use super::selection::{Selection, refit_nuisances, rejected_names};
@@ -74,7 +74,7 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let nominal = nominal(rig, &data);
     let null = nominal.search(nominal.start()?, FIT.nominal_steps)?;
     let held_null = refit_nuisances(&held_data, &nominal, &null)?;
-    let [before, held_before] = lack_of_all([(&data, &null), (&held_data, &held_null)]);
+    let [before, held_before] = lack_of_both([(&data, &null), (&held_data, &held_null)]);
     let healthy = task.baseline.map(&observe).transpose()?.unwrap_or_default();
     let healthy_data = Data::new(&healthy, orders, UnevenMachines::new(rig, &healthy, &orders)?);
     let baseline = (!healthy.is_empty()).then(|| Baseline::new(&healthy_data, &nominal, &null)).transpose()?;
@@ -86,11 +86,10 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     )?;
     let refitted = |selection: &Selection| refit_nuisances(&held_data, &selection.model, &selection.point);
     let left_by = |selection: &Selection, held: &Point| {
-        let [fitted, held] = lack_of_all([(&data, &selection.point), (&held_data, held)]);
-        (fitted.total(), fitted.total() + held.total())
+        lack_of_both([(&data, &selection.point), (&held_data, held)]).map(|lack| lack.total())
     };
     let mut held_point = refitted(&selection)?;
-    let (_, left) = left_by(&selection, &held_point);
+    let left: f64 = left_by(&selection, &held_point).iter().sum();
     let chance = GATE.lack * (fitted.len() + held.len()) as f64;
     let doubtful = selection.rejected.iter().find(|c| c.gain > GATE.doubtful_gain).cloned();
     // What strikes has pits or play for causes; the rig as it is given may rattle.
@@ -124,7 +123,8 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
         (signals, fit, remains) = simulated(&selection, &held_point)?;
     }
     // More than `left` where causes were taken back.
-    let (unexplained_of_fitted, unexplained) = left_by(&selection, &held_point);
+    let [unexplained_of_fitted, unexplained_of_held] = left_by(&selection, &held_point);
+    let unexplained = unexplained_of_fitted + unexplained_of_held;
     let is_beyond_chance = unexplained > chance || doubtful.is_some() || unshown.is_some();
     let Selection { model, point, accepted, rejected, .. } = &selection;
 

@@ -92,7 +92,7 @@ impl<'d, 'a> Selection<'d, 'a> {
             let tolerated = self.tolerated.iter().map(|e| e.kind).filter(|kind| *kind != EffectKind::ConstantForce);
             let corrections: Vec<EffectKind> = self.in_baseline.iter().copied().chain(tolerated).collect();
             let sought = Sought { asked, by_phase: is_second, corrections: &corrections, only };
-            let is_refused = |c: &Candidate| c.is_contradicted() || is_second && !is_in_noise(c, &self.point);
+            let is_refused = |c: &Candidate| c.is_contradicted() || is_second && is_gain_of_lines_alone(c, &self.point);
             let (refused, mut found): (Vec<_>, Vec<_>) =
                 candidates(&null, &brief, sought).into_iter().partition(is_refused);
             self.rejected.extend(refused);
@@ -200,12 +200,11 @@ fn is_no_tone(candidate: &Candidate) -> bool {
         && !is_fleeting(observations, frequency_hz, half_power_hz)
 }
 
-/// Whether a candidate is no gain of a sensor, or the noise shows it too: its colours are less than without it. What a first cause
-/// has wrong of the lines alone is no gain.
-fn is_in_noise(candidate: &Candidate, without: &Point) -> bool {
+/// Whether a candidate is a sensor's gain that the noise does not show: its colours are no less than without it. What a first cause
+/// has wrong of the lines is no gain.
+fn is_gain_of_lines_alone(candidate: &Candidate, without: &Point) -> bool {
     let data = candidate.model.data;
-    let cost = |point: &Point| data.colour_prior(&point.colour) + data.own_colour_prior(&point.own_colour);
-    candidate.kind != EffectKind::SensorGain || cost(&candidate.point) < cost(without)
+    candidate.kind == EffectKind::SensorGain && data.colours_prior(&candidate.point) >= data.colours_prior(without)
 }
 
 /// Whether held-out recordings have a candidate's effect too, `held_null` being −ln there without it and `held_out` what it gains:
@@ -307,11 +306,11 @@ mod tests {
         let of = |kind, without: f64, with: f64| {
             let (place, point) = ("ax".into(), with_level(with));
             let candidate = Candidate { kind, place, model: model.clone(), point, gain: 700.0, phase: 0.0 };
-            is_in_noise(&candidate, &with_level(without))
+            is_gain_of_lines_alone(&candidate, &with_level(without))
         };
-        assert!(of(EffectKind::SensorGain, -0.2, 0.01));
-        assert!(!of(EffectKind::SensorGain, 0.0, 0.2) && !of(EffectKind::SensorGain, 0.0, 0.0));
-        assert!(of(EffectKind::StiffnessChange, 0.0, 0.2));
+        assert!(!of(EffectKind::SensorGain, -0.2, 0.01));
+        assert!(of(EffectKind::SensorGain, 0.0, 0.2) && of(EffectKind::SensorGain, 0.0, 0.0));
+        assert!(!of(EffectKind::StiffnessChange, 0.0, 0.2));
     }
 
     /// Causes whose simulations are farther from the held-out recordings are taken back, with the machine before them; nearer ones stay.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::data::Data;
 use super::growth::Refitted;
 use super::lack::{lack, level_nats};
-use super::likelihood::{Colour, colour_with};
+use super::likelihood::Colour;
 use super::observation::Observation;
 use super::pipeline::{Whole, nominal, whole};
 use super::settings::{FitSettings, GateSettings};
@@ -79,15 +79,15 @@ impl OwnFit {
     }
 }
 
+/// Fit to each recording by itself.
 fn own_fits(rig: &Rig, searched: &[Observation], orders: Orders) -> Result<Vec<OwnFit>, RigError> {
     let of = |observation: &Observation| {
         let own = std::slice::from_ref(observation);
         let data = Data::new(own, orders, UnevenMachines::new(rig, own, &orders)?);
         let model = nominal(rig, &data);
         let point = model.search(model.start()?, FIT.nominal_steps)?;
-        let levels =
-            point.own_colour.iter().map(|own| level_nats(&colour_with(&point.colour, own), &Colour::default()));
-        Ok::<_, RigError>(OwnFit { lack: lack(&data, &point).total(), level: levels.sum() })
+        let level = level_nats(&point.colour_in(0), &Colour::default());
+        Ok::<_, RigError>(OwnFit { lack: lack(&data, &point).total(), level })
     };
     searched.par_iter().map(of).collect()
 }

@@ -57,7 +57,7 @@ pub struct GateSettings {
     pub refitted_sizes: [f64; 3],
     /// Trust of a local defect at least: its lines are at frequencies of their own, and its form is seldom that of the rig's.
     pub defect_trust: f64,
-    /// Least probability of a cause that is stated. By hand: as trusted as with 0.3 before the probabilities were set anew.
+    /// Least probability of a cause that is stated. By hand.
     pub least_probable: f64,
     /// Greatest probability of a cause: effects outside the vocabulary are possible.
     pub most_probable: f64,
