@@ -4,7 +4,7 @@ use super::candidate::Candidate;
 use super::data::{Data, Point};
 use super::fit::Model;
 use super::observation::{Observation, duration_s};
-use super::selection::{objective_of, refit_nuisances};
+use super::refit::{objective_of, refit_nuisances};
 use super::settings::{FitSettings, GateSettings};
 use super::unevenness::UnevenMachines;
 use crate::diagnose::DiagnoseError;

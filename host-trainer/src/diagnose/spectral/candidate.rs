@@ -50,6 +50,13 @@ impl Candidate<'_, '_> {
         self.gain + self.phase - 0.5 * self.model.coordinates.len() as f64 * (bins as f64).ln()
     }
 
+    /// Number of the effect's own fitted numbers.
+    pub fn own_numbers(&self) -> usize {
+        let last = self.model.rig.effects.len().wrapping_sub(1);
+        let is_own = |c: &&Coordinate| matches!(c.key, RigKey::Effect { index, .. } if index == last);
+        self.model.coordinates.iter().filter(is_own).count()
+    }
+
     /// Whether the phase between the channels speaks against the effect.
     pub fn is_contradicted(&self) -> bool {
         let [least, share] = GATE.phase;

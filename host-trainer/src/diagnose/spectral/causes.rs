@@ -35,16 +35,32 @@ pub struct Accepted<'d, 'a> {
     pub rivals: Vec<Candidate<'d, 'a>>,
     /// Index of the effect in the rig.
     pub effect: usize,
+    /// Gain of both, where it was found at once with another.
+    pub beside: Option<Beside>,
+}
+
+/// Gain of two causes that were found at once.
+#[derive(Clone, Debug)]
+pub struct Beside {
+    /// Gain of both.
+    pub gain: f64,
+    /// Next best pair and its gain.
+    pub next: Option<(String, f64)>,
 }
 
 /// Probability of a candidate among its rivals: a small gain, and one in what a first cause leaves, may be an imperfection of
 /// the machine.
 pub fn probability(best: &Candidate, rivals: &[Candidate], is_second: bool) -> f64 {
+    let others = rivals.iter().filter(|c| c.kind != best.kind).map(|c| c.merit() - best.merit());
+    probability_of(best.gain, others, best.gain, is_second)
+}
+
+/// Probability of a cause of some gain among others of other merits, as differences from that of the `explained` gain it is part of.
+pub fn probability_of(gain: f64, others: impl Iterator<Item = f64>, explained: f64, is_second: bool) -> f64 {
     let [least, share] = GATE.rivalry;
-    let scale = least + share * best.gain.max(0.0);
-    let weight = |c: &Candidate| ((c.merit() - best.merit()) / scale).exp();
-    let others: f64 = rivals.iter().filter(|c| c.kind != best.kind).map(weight).sum();
-    let by_gain = 1.0 - GATE.doubt / best.gain.max(1.0).sqrt();
+    let scale = least + share * explained.max(0.0);
+    let others: f64 = others.map(|merit| (merit / scale).exp()).sum();
+    let by_gain = 1.0 - GATE.doubt / gain.max(1.0).sqrt();
     let by_rank = if is_second { GATE.second_trust } else { 1.0 };
     (by_gain.max(0.0) * by_rank / (1.0 + others)).min(GATE.most_probable)
 }
@@ -55,7 +71,7 @@ pub struct Trust {
     /// Whether the level of the signals is known: steps of a converter as great as the signal, or spikes, change it, and the spectrum,
     /// as a gain and a mode do.
     pub is_level_known: bool,
-    /// Share of the lack of fit that is left; 0 where that is within chance.
+    /// Share that is left of the lack of fit beyond chance.
     pub share: f64,
 }
 
@@ -162,7 +178,7 @@ pub fn cause(accepted: &Accepted, effect: &EffectEntry, values: &Intervals) -> C
         probability: accepted.probability,
         interval95: values.iter().filter_map(interval).collect(),
         parameters,
-        evidence: text::evidence(accepted.candidate.gain, accepted.held_out, accepted.rivals.first()),
+        evidence: text::evidence(accepted),
         equation: effect.equation(RigKind::Bearing5Dof),
         ..Cause::default()
     }

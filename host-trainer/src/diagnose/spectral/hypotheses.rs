@@ -93,10 +93,11 @@ impl Hypothesis {
 /// Parameters of an effect of which those of `free` are fitted, and one more.
 fn extended(kind: EffectKind, free: &'static [ParameterKey]) -> &'static [ParameterKey] {
     use ParameterKey::{
-        AmplitudeM, AngleRad, DampingRatio, DepthM, Flank, FrequencyHz, Gain, GainAcross, Neighbours, PhaseRad,
-        WidthRad,
+        AmplitudeM, AngleRad, DampingRatio, DeflectionM, DepthM, Exponent, Flank, FrequencyHz, Gain, GainAcross,
+        Neighbours, PhaseRad, WidthRad,
     };
     match kind {
+        EffectKind::ContactExponent => &[Exponent, DeflectionM],
         EffectKind::OuterRaceDefect => &[DepthM, WidthRad, AngleRad, Flank],
         EffectKind::InnerRaceDefect | EffectKind::BallDefect => &[DepthM, WidthRad, Flank],
         EffectKind::StructuralResonance => &[Gain, FrequencyHz, DampingRatio, GainAcross],
@@ -161,7 +162,7 @@ impl List<'_> {
     }
 
     fn races(&mut self) {
-        use ParameterKey::{AmplitudeM, Exponent, Lobes, PhaseRad, RadialClearanceM};
+        use ParameterKey::{AmplitudeM, DeflectionM, Exponent, Lobes, PhaseRad, RadialClearanceM};
         let balls = self.machine.bearing.balls;
         for kind in [EffectKind::OuterRaceWaviness, EffectKind::InnerRaceWaviness] {
             for lobes in 2..=(2 * balls + 3) {
@@ -193,7 +194,11 @@ impl List<'_> {
         // To the line contact of a roller, 10/9, and beyond.
         // The stiffness under load changes by a twentieth with each.
         let by = (1..=84).map(|n| 0.005 * f64::from(n));
-        let starts = by.flat_map(|by| [by, -by]).map(of).collect();
+        let starts = by.flat_map(|by| [by, -by]).map(of);
+        // As stiff as nominal under the load, it bends the contact alone.
+        let bent = both_ways(0.03, 0.4, 4).into_iter().map(of);
+        let bent = bent.map(|effect| effect.with_number(DeflectionM, self.contact()));
+        let starts = starts.chain(bent).collect();
         self.add(EffectKind::ContactExponent, "", &[Exponent], starts);
     }
 
@@ -208,13 +213,20 @@ impl List<'_> {
         // A rotating force, or one along x or y.
         let starts = [FRAC_PI_4, 0.1, FRAC_PI_2 - 0.1].map(of).to_vec();
         self.add(EffectKind::Misalignment, "", &[ForceN, AngleRad], starts);
-        for component in [LOAD_COMPONENT, "inner-x", "outer-x", "outer-y"] {
+        // Along the load; and across it or oblique.
+        for (component, free, angles_rad) in [
+            (LOAD_COMPONENT, [ForceN].as_slice(), [0.0].as_slice()),
+            ("outer-y", &[ForceN], &[0.0]),
+            ("inner-x", &[ForceN, AngleRad], &[-0.8, 0.0, 0.8]),
+            ("outer-x", &[ForceN, AngleRad], &[-0.8, 0.0, 0.8]),
+        ] {
             let of = |share: f64| {
                 EffectEntry::new(EffectKind::ConstantForce, &[(ForceN, share * self.load)])
                     .with_text(Component, component)
             };
-            let starts = both_ways(0.01, 0.8, 4).into_iter().map(of).collect();
-            self.add(EffectKind::ConstantForce, component, &[ForceN], starts);
+            let sizes = both_ways(0.01, 0.8, 4).into_iter().map(of);
+            let turned = |effect: EffectEntry| angles_rad.iter().map(move |a| effect.clone().with_number(AngleRad, *a));
+            self.add(EffectKind::ConstantForce, component, free, sizes.flat_map(turned).collect());
         }
         // Its size is sought by that of the process force; without one there is no scale.
         let process = self.machine.excitation.process_force_psd_n2_per_hz;
@@ -343,7 +355,9 @@ impl List<'_> {
             let known = places.into_iter().filter(move |place| names.contains(&place.as_str()));
             known.map(|place| Hypothesis { place, starts: Vec::new(), ..h.clone() }).collect::<Vec<_>>()
         };
-        let directed: Vec<Hypothesis> = self.out.iter().flat_map(of).collect();
+        // A damping of one direction differs too little from a friction there, which is the more usual of both.
+        let apart = self.out.iter().filter(|h| h.kind != EffectKind::DampingChange);
+        let directed: Vec<Hypothesis> = apart.flat_map(of).collect();
         self.out.extend(directed);
     }
 

@@ -18,8 +18,11 @@
 //! | `candidate` | hypotheses fitted on top of a null fit |
 //! | `screening` | starts of all hypotheses on brief recordings |
 //! | `search` | the effects that gain most |
+//! | `pairs` | two effects at once |
 //! | `angle` | angle of a defect in the outer race |
 //! | `baseline` | calibration to the healthy machine, and what is no change since |
+//! | `refit` | fits on other recordings |
+//! | `gate` | what a candidate must be, beside its gain, to be a cause |
 //! | `selection` | causes, one after the other, by fitted and held-out recordings |
 //! | `tolerance` | what every machine has within its tolerances |
 //! | `lack` | what a prediction leaves |
@@ -41,6 +44,7 @@ mod data;
 mod events;
 mod expansion;
 mod fit;
+mod gate;
 mod growth;
 mod guesses;
 mod held_out;
@@ -50,8 +54,10 @@ mod lack;
 mod likelihood;
 mod mains;
 mod observation;
+mod pairs;
 mod pipeline;
 mod prediction;
+mod refit;
 mod screening;
 mod search;
 mod selection;

@@ -10,7 +10,8 @@ use super::held_out::{Compared, Disturbed, held_out};
 use super::lack::lack_of_both;
 use super::mains::Mains;
 use super::observation::{Observation, mean_load_n};
-use super::selection::{Selection, refit_nuisances, rejected_names};
+use super::refit::refit_nuisances;
+use super::selection::{Selection, rejected_names};
 use super::settings::{self, FitSettings, GateSettings};
 use super::terms::term;
 use super::text;
@@ -98,9 +99,10 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let observed: Vec<&Observation> = fitted.iter().chain(&held).collect();
     let kurtosis = (!strikes).then(|| unsteady_kurtosis(&observed, run)).flatten();
     let is_nameless = coarse.is_some() || kurtosis.is_some() || !selection.nameless.is_empty();
-    let share = left / (before.total() + held_before.total() + event.map_or(0.0, Event::gain)).max(1.0);
+    let was = before.total() + held_before.total() + event.map_or(0.0, Event::gain);
+    let share = (left - chance).max(0.0) / (was - chance).max(1.0);
     let is_level_known = kurtosis.is_none() && coarse.is_none_or(|converter| converter.keeps_level());
-    let trust = Trust { is_level_known, share: if left > chance { share } else { 0.0 } };
+    let trust = Trust { is_level_known, share };
     // One spike among others is no event.
     let event = event.filter(|e| kurtosis.is_none() && trust.states(GATE.event_probability, e.effect.kind));
     if selection.judge(trust) {

@@ -167,9 +167,15 @@ fn extended<'d, 'a>(
     if *key == ParameterKey::Flank {
         return reshaped(candidate, &extended, null);
     }
-    // The gain of a mode at the other sensor is over that at its own.
-    let unit = effect.number(ParameterKey::Gain).unwrap_or(1.0);
-    let starts = SETTINGS.extension.map(|share| effect.clone().with_number(*key, share * unit));
+    let number = |key: ParameterKey| effect.number(key).unwrap_or(1.0);
+    let starts = match *key {
+        ParameterKey::DeflectionM => vec![effect.clone().with_number(*key, number(*key))],
+        // The gain of a mode at the other sensor is over that at its own.
+        _ => SETTINGS
+            .extension
+            .map(|share| effect.clone().with_number(*key, share * number(ParameterKey::Gain)))
+            .to_vec(),
+    };
     let searched = best(null.started(&extended, &starts)).map(|c| c.searched(null, SETTINGS.steps[1]));
     searched.filter(|searched| searched.merit() > candidate.merit()).unwrap_or(candidate)
 }

@@ -2,26 +2,26 @@
 
 use super::baseline::Baseline;
 use super::candidate::{Candidate, NullFit};
-use super::causes::{self, Accepted, Trust};
+use super::causes::{self, Accepted, Beside, Trust};
 use super::data::{Data, Point};
 use super::fit::Model;
+use super::gate::{is_gain_of_lines_alone, is_in, is_no_tone, is_overdamped};
 use super::lack::lack;
-use super::observation::duration_s;
+use super::pairs::{Pair, pairs};
+use super::refit::{objective_of, refit_nuisances};
 use super::screening::Brief;
 use super::search::{Sought, candidates};
-use super::settings::{FitSettings, GateSettings, LikelihoodSettings};
+use super::settings::{FitSettings, GateSettings};
 use super::text;
 use super::tolerance::{is_tolerance, load_error_or_first};
 use super::unevenness::turns_otherwise;
-use super::unsteady::is_fleeting;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::result::{Cause, Fit, Rejected};
-use crate::rig::effect::{EffectKind, ParameterKey};
+use crate::rig::effect::EffectKind;
 use crate::rig::{EffectEntry, RigError};
 
 const GATE: GateSettings = GateSettings::DEFAULT;
 const FIT: FitSettings = FitSettings::DEFAULT;
-const LIKELIHOOD: LikelihoodSettings = LikelihoodSettings::DEFAULT;
 
 /// Selection of causes, one after the other.
 pub struct Selection<'d, 'a> {
@@ -92,7 +92,9 @@ impl<'d, 'a> Selection<'d, 'a> {
             let tolerated = self.tolerated.iter().map(|e| e.kind).filter(|kind| *kind != EffectKind::ConstantForce);
             let corrections: Vec<EffectKind> = self.in_baseline.iter().copied().chain(tolerated).collect();
             let sought = Sought { asked, by_phase: is_second, corrections: &corrections, only };
-            let is_refused = |c: &Candidate| c.is_contradicted() || is_second && is_gain_of_lines_alone(c, &self.point);
+            let is_refused = |c: &Candidate| {
+                c.is_contradicted() || is_overdamped(c) || is_second && is_gain_of_lines_alone(c, &self.point)
+            };
             let (refused, mut found): (Vec<_>, Vec<_>) =
                 candidates(&null, &brief, sought).into_iter().partition(is_refused);
             self.rejected.extend(refused);
@@ -131,12 +133,88 @@ impl<'d, 'a> Selection<'d, 'a> {
             }
             let probability = causes::probability(&best, &found, is_second);
             let effect = self.model.rig.effects.len() - 1;
-            self.accepted.push(Accepted { candidate: best, held_out, probability, rivals: found, effect });
+            self.accepted.push(Accepted {
+                candidate: best,
+                held_out,
+                probability,
+                rivals: found,
+                effect,
+                beside: None,
+            });
             if turns_otherwise(&self.model.rig) {
                 held_now = self.turn(held_data)?;
             }
         }
+        self.with_pair(held_data, held_now, baseline)
+    }
+
+    /// Takes two effects at once in the place of the causes, if they explain more than those, one after the other.
+    fn with_pair(
+        mut self,
+        held_data: &Data,
+        held_now: f64,
+        mut baseline: Option<Baseline>,
+    ) -> Result<Self, DiagnoseError> {
+        let Some(first) = self.accepted.first() else { return Ok(self) };
+        let (uncaused, at) = &self.uncaused;
+        let is_corrected_since = self.model.rig.effects.len() > uncaused.rig.effects.len() + self.accepted.len();
+        if is_corrected_since || lack(self.model.data, &first.candidate.point).total() < GATE.second_lack {
+            return Ok(self);
+        }
+        let null = NullFit::new(uncaused, at);
+        let singles: Vec<Candidate> = std::iter::once(&first.candidate).chain(&first.rivals).cloned().collect();
+        let found = pairs(&null, &singles);
+        let Some(best) = found.first().filter(|best| best.merit() > self.merit() + GATE.gain) else { return Ok(self) };
+        let asked = GATE.gain.max(GATE.second_share * lack(self.model.data, &best.first.point).total());
+        let held_null = objective_of(held_data, uncaused, at);
+        let held_out = best.each().map(|c| held_null - objective_of(held_data, &c.model, &c.point));
+        let both = Candidate { gain: best.gain(), ..best.second.clone() };
+        let is_pair = best.second.gain > asked
+            && held_out[1] > held_null - held_now + GATE.held_out
+            && !best.is_contradicted(asked)
+            && is_in(held_data, held_null, held_out[1], &both)
+            && best.each().into_iter().all(|c| is_no_tone(c) && !is_overdamped(c))
+            && best.each().into_iter().all(|c| !is_tolerance(c, self.model.data.observations))
+            && best.each().into_iter().all(|c| baseline.as_mut().is_none_or(|baseline| !baseline.shows(c)));
+        if is_pair {
+            self.accepted = self.pair_of_causes(best, held_out, &found, &singles);
+            (self.model, self.point) = (best.second.model.clone(), best.second.point.clone());
+            if turns_otherwise(&self.model.rig) {
+                self.turn(held_data)?;
+            }
+        }
         Ok(self)
+    }
+
+    /// Best pair among all `found` as causes, which gain some nats, the first and both, on held-out recordings.
+    fn pair_of_causes(
+        &self,
+        best: &Pair<'d, 'a>,
+        held_out: [f64; 2],
+        found: &[Pair],
+        singles: &[Candidate<'d, 'a>],
+    ) -> Vec<Accepted<'d, 'a>> {
+        let next = found.iter().find(|other| other.kinds() != best.kinds());
+        let one_by_one = self.accepted.iter().map(|a| a.candidate.kind).collect();
+        let mut others: Vec<(Vec<EffectKind>, f64)> = found.iter().map(|p| (p.kinds().into(), p.merit())).collect();
+        others.push((one_by_one, self.merit()));
+        let [held_first, held_both] = held_out;
+        let each = best.each().into_iter().zip([held_first, held_both - held_first]).enumerate();
+        let accepted = each.map(|(n, (candidate, held_out))| Accepted {
+            candidate: candidate.clone(),
+            held_out,
+            probability: best.probability(n, &others),
+            rivals: singles.iter().filter(|c| !best.kinds().contains(&c.kind)).cloned().collect(),
+            effect: self.uncaused.0.rig.effects.len() + n,
+            beside: Some(Beside { gain: best.gain(), next: next.map(|other| (other.to_string(), other.gain())) }),
+        });
+        accepted.collect()
+    }
+
+    /// Gain of the causes less the price of their numbers.
+    fn merit(&self) -> f64 {
+        let Some((last, before)) = self.accepted.split_last() else { return 0.0 };
+        before.iter().map(|a| a.candidate.gain).sum::<f64>() + last.candidate.merit()
     }
 
     /// Moves the fit to what a candidate's fit found of the machine beside the effect, if that is better without the effect too: a
@@ -188,71 +266,9 @@ impl<'d, 'a> Selection<'d, 'a> {
     }
 }
 
-/// Whether a candidate is no tone from elsewhere: a mode is wider than a line in the finest of the spectra, and rings all the time.
-fn is_no_tone(candidate: &Candidate) -> bool {
-    let Some(mode) = candidate.effect().filter(|e| e.kind == EffectKind::StructuralResonance) else { return true };
-    let number = |key: ParameterKey| mode.number(key).unwrap_or_default();
-    let frequency_hz = number(ParameterKey::FrequencyHz);
-    let half_power_hz = 2.0 * number(ParameterKey::DampingRatio) * frequency_hz;
-    let observations = candidate.model.data.observations;
-    let bins_hz = observations.iter().map(|o| o.hz(1.0));
-    half_power_hz > (LIKELIHOOD.tapers + 2) as f64 * bins_hz.fold(f64::MAX, f64::min)
-        && !is_fleeting(observations, frequency_hz, half_power_hz)
-}
-
-/// Whether a candidate is a sensor's gain that the noise does not show: its colours are no less than without it. What a first cause
-/// has wrong of the lines is no gain.
-fn is_gain_of_lines_alone(candidate: &Candidate, without: &Point) -> bool {
-    let data = candidate.model.data;
-    candidate.kind == EffectKind::SensorGain && data.colours_prior(&candidate.point) >= data.colours_prior(without)
-}
-
-/// Whether held-out recordings have a candidate's effect too, `held_null` being −ln there without it and `held_out` what it gains:
-/// as much as in as many of the fitted recordings, or, where theirs is another speed or load that shows less of it, most of
-/// what the effect gains at its best there.
-fn is_in(held_data: &Data, held_null: f64, held_out: f64, candidate: &Candidate) -> bool {
-    let share = duration_s(held_data.observations) / duration_s(candidate.model.data.observations);
-    let at_best = || {
-        let fitted = refit(held_data, &candidate.model, &candidate.point);
-        fitted.map_or(f64::INFINITY, |point| held_null - point.objective())
-    };
-    held_out > GATE.held_out
-        && (held_out > GATE.held_out_share * share * candidate.gain || held_out > GATE.agreement * at_best())
-}
-
-/// Fitted model on other recordings, to which all of it is fitted again.
-///
-/// # Errors
-/// What the simulation refuses.
-fn refit(data: &Data, model: &Model, point: &Point) -> Result<Point, RigError> {
-    let other = Model::new(data, model.rig_at(&point.values)?, &model.coordinates, &model.guesses);
-    other.search(other.start_from(&nuisances_from(data, point))?, FIT.held_out_steps)
-}
-
-/// Fitted model on other recordings, of which only the nuisances are fitted.
-///
-/// # Errors
-/// What the simulation refuses.
-pub fn refit_nuisances(data: &Data, model: &Model, point: &Point) -> Result<Point, RigError> {
-    let other = Model::fixed(data, model.rig_at(&point.values)?);
-    other.search(other.start_from(&nuisances_from(data, point))?, FIT.held_out_steps)
-}
-
-/// −ln of likelihood and prior of a fitted model on other recordings, of which only the nuisances are fitted; infinite if the rig
-/// cannot run under their conditions, as it does not explain them.
-pub fn objective_of(data: &Data, model: &Model, point: &Point) -> f64 {
-    refit_nuisances(data, model, point).map_or(f64::INFINITY, |point| point.objective())
-}
-
-/// Nuisances of a machine as a start for other recordings of it.
-fn nuisances_from(data: &Data, point: &Point) -> Point {
-    let jitter = point.jitter.iter().copied().max().unwrap_or(0);
-    Point { values: Vec::new(), ..point.clone() }.in_recordings(data.observations.len(), jitter)
-}
-
 /// Effects that were considered and are no causes, each once, with the reason.
 pub fn rejected_names(accepted: &[Accepted], rejected: &[Candidate], causes: &[Cause]) -> Vec<Rejected> {
-    let kept = accepted.first().map(|a| a.candidate.gain);
+    let kept = accepted.first().map(|a| a.beside.as_ref().map_or(a.candidate.gain, |beside| beside.gain));
     let rivals = accepted.iter().flat_map(|a| a.rivals.iter().map(|rival| (rival, kept)));
     let mut out: Vec<Rejected> = Vec::new();
     let all = rivals.chain(rejected.iter().map(|c| (c, None)));
@@ -270,6 +286,7 @@ mod tests {
     use super::*;
     use crate::diagnose::spectral::imperfect::testing::{observed, pitted};
     use crate::diagnose::spectral::unevenness::UnevenMachines;
+    use crate::rig::effect::ParameterKey;
     use crate::rig::test_support::nominal;
 
     /// A machine of a wandering speed, whose fit has not found that, and a candidate whose fit has.
@@ -289,28 +306,6 @@ mod tests {
         let of_machine = selection.refit_without(&candidate).unwrap();
         assert!(gained > 25.0 && of_machine > gained - 1.0, "{gained} {of_machine}");
         assert!(selection.refit_without(&candidate).unwrap() < 1.0);
-    }
-
-    /// A gain that leaves the noise as it is or moves it away, beside one that takes its level.
-    #[test]
-    fn null_a_gain_of_the_lines_alone_is_none() {
-        let observations = [observed(&nominal(), 500.0, &Point::default().in_recordings(1, 0))];
-        let orders = nominal().bearing().unwrap().bearing.geometry().orders();
-        let data = Data::new(&observations, orders, UnevenMachines::default());
-        let model = Model::fixed(&data, nominal());
-        let with_level = |level: f64| {
-            let mut point = model.start().unwrap();
-            point.colour[0].iter_mut().for_each(|knot| *knot = level);
-            point
-        };
-        let of = |kind, without: f64, with: f64| {
-            let (place, point) = ("ax".into(), with_level(with));
-            let candidate = Candidate { kind, place, model: model.clone(), point, gain: 700.0, phase: 0.0 };
-            is_gain_of_lines_alone(&candidate, &with_level(without))
-        };
-        assert!(!of(EffectKind::SensorGain, -0.2, 0.01));
-        assert!(of(EffectKind::SensorGain, 0.0, 0.2) && of(EffectKind::SensorGain, 0.0, 0.0));
-        assert!(!of(EffectKind::StiffnessChange, 0.0, 0.2));
     }
 
     /// Causes whose simulations are farther from the held-out recordings are taken back, with the machine before them; nearer ones stay.
@@ -335,6 +330,7 @@ mod tests {
             probability: 0.8,
             rivals: Vec::new(),
             effect: 0,
+            beside: None,
         });
         let fit = |after: f64| Fit { before: 1.4, after, ..Fit::default() };
         assert!(selection.take_back_unshown(&fit(1.39)).is_none());

@@ -1,6 +1,7 @@
 //! Sentences of the diagnosis by power spectra.
 
 use super::candidate::Candidate;
+use super::causes::{Accepted, Beside};
 use super::settings::GateSettings;
 use crate::diagnose::acquisition::Converter;
 use crate::rig::EffectEntry;
@@ -15,12 +16,21 @@ pub fn named(kind: &str, place: &str) -> String {
 }
 
 /// Evidence of a cause.
-pub fn evidence(gain: f64, held_out: f64, rival: Option<&Candidate>) -> String {
-    let next = rival.map_or(String::new(), |r| {
-        format!("; the next best, {}, gains {:.0}", named(r.kind.name(), &r.place), r.gain.max(0.0))
-    });
+pub fn evidence(accepted: &Accepted) -> String {
+    let next = |name: &str, gain: f64| format!("; the next best, {name}, gains {:.0}", gain.max(0.0));
+    let (of_pair, next) = match &accepted.beside {
+        Some(Beside { gain, next: other }) => {
+            let next = other.as_ref().map_or(String::new(), |(name, gain)| next(name, *gain));
+            (format!(", {gain:.0} with the other cause"), next)
+        }
+        None => {
+            let rival = accepted.rivals.first();
+            (String::new(), rival.map_or(String::new(), |r| next(&named(r.kind.name(), &r.place), r.gain)))
+        }
+    };
     format!(
-        "Gain of {gain:.0} in ln L of the power spectra on the fitted recordings and {held_out:.0} on the held-out ones{next}."
+        "Gain of {:.0} in ln L of the power spectra on the fitted recordings and {:.0} on the held-out ones{of_pair}{next}.",
+        accepted.candidate.gain, accepted.held_out
     )
 }
 

@@ -182,6 +182,11 @@ fn invariant_contact_exponent_is_the_rigs_own() {
     let mut rig = nominal();
     rig.set(ModelKey::ContactExponent, 1.3).unwrap();
     assert_eq!(noise_free(&with(EffectKind::ContactExponent, &[(ParameterKey::Exponent, 1.3)])), noise_free(&rig));
+    // With the nominal force at 20 µm.
+    let stiffness = nominal().bearing().unwrap().bearing.contact_stiffness_n_per_m1_5;
+    rig.set(ModelKey::ContactStiffness, stiffness * 2e-5f64.powf(1.5 - 1.3)).unwrap();
+    let numbers = [(ParameterKey::Exponent, 1.3), (ParameterKey::DeflectionM, 2e-5)];
+    assert_eq!(noise_free(&with(EffectKind::ContactExponent, &numbers)), noise_free(&rig));
     // A power by another way, next to the square root.
     let near = noise_free(&with(EffectKind::ContactExponent, &[(ParameterKey::Exponent, 1.5 + 1e-13)]));
     let same = noise_free(&nominal());

@@ -37,8 +37,8 @@ pub enum Choices {
     Supported,
     /// Sections with a mass, a stiffness and a damping.
     Sections,
-    /// Sections with a mass, a stiffness and a damping, and the contact.
-    SectionsAndContact,
+    /// Components on a support, or one direction of them, and the contact.
+    SupportedAndContact,
     /// Channels of the recording.
     Channels,
     /// What excites a mode of the structure: the bearing's force along the sensor or across it, or the sensor's own
@@ -63,8 +63,10 @@ impl Choices {
             Self::Sources => &["along", "across", "motion"],
             _ if kind == RigKind::Sdof => &["mass"],
             Self::Supported => &["outer", "inner", "resonator", "outer-x", "outer-y", "inner-x", "inner-y"],
+            Self::SupportedAndContact => {
+                &["outer", "inner", "resonator", "outer-x", "outer-y", "inner-x", "inner-y", "bearing"]
+            }
             Self::Sections => &["outer", "inner", "resonator"],
-            Self::SectionsAndContact => &["outer", "inner", "resonator", "bearing"],
         }
     }
 }
@@ -162,6 +164,17 @@ impl Component {
             Self::OuterY => "y_p",
             Self::Resonator => "y_b − y_p",
             Self::Mass => "q",
+        }
+    }
+
+    /// The same race in the other direction.
+    pub fn across(self) -> Option<Self> {
+        match self {
+            Self::InnerX => Some(Self::InnerY),
+            Self::InnerY => Some(Self::InnerX),
+            Self::OuterX => Some(Self::OuterY),
+            Self::OuterY => Some(Self::OuterX),
+            Self::Bearing | Self::Inner | Self::Outer | Self::Resonator | Self::Mass => None,
         }
     }
 

@@ -1,4 +1,4 @@
-//! A damping that differs from nominal: `value` is what it is (Genta, "Vibration of Structures and Machines", 1999).
+//! A damping that differs from nominal, in both directions or one: `value` is what it is (Genta, "Vibration of Structures and Machines", 1999).
 
 use super::{
     Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing,
@@ -14,7 +14,7 @@ pub(super) const EFFECT: Definition = Definition {
     phase: Phase::Free,
     is_deterministic: false,
     parameters: &[
-        Parameter::component(Choices::Sections),
+        Parameter::component(Choices::Supported),
         Parameter::number(ParameterKey::Value, "N s/m", Domain::NotNegative, (1e-1, 1e6), Scale::Log),
     ],
     library: LibraryTerms::LINEAR,
@@ -29,7 +29,12 @@ pub(super) const EFFECT: Definition = Definition {
             (Machine::Bearing(rig), Component::Outer) => rig.outer.damping_n_s_per_m = value,
             (Machine::Bearing(rig), Component::Resonator) => rig.resonator.damping_n_s_per_m = value,
             (Machine::Sdof(rig), _) => rig.damping_n_s_per_m = value,
-            _ => {}
+            (machine, one_direction) => {
+                let part = one_direction.part_of(machine);
+                let more = value - part.damping;
+                assembly.declare_rate(2.0 * value / part.mass);
+                part.law(assembly, move |_, v| -more * v);
+            }
         }
     },
 };

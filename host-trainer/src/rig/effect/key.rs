@@ -27,7 +27,7 @@ macro_rules! keys {
 keys! {
     Amplitude = "amplitude", "Amplitude of an electrical line, in the unit of the signal.";
     AmplitudeM = "amplitude_m", "Amplitude of a race's waviness, m.";
-    AngleRad = "angle_rad", "Angle of a defect on its race, rad.";
+    AngleRad = "angle_rad", "Angle of a defect on its race, or of a force from its direction, rad.";
     ChangeN = "change_n", "Change of the load, N.";
     Channel = "channel", "Channel that a fault of the acquisition is in.";
     Component = "component", "Component of the rig that an effect acts on.";
@@ -35,6 +35,7 @@ keys! {
     CubicNPerM3 = "cubic_n_per_m3", "Coefficient of a cubic spring, N/m³.";
     DampingNSPerM = "damping_n_s_per_m", "Viscous damping, N s/m.";
     DampingRatio = "damping_ratio", "Damping as a fraction of critical damping.";
+    DeflectionM = "deflection_m", "Deflection at which a contact of another exponent has the nominal force, m.";
     DepthM = "depth_m", "Depth of a defect, m.";
     DragNS2PerM2 = "drag_n_s2_per_m2", "Quadratic drag, N s²/m².";
     DurationS = "duration_s", "Duration, s.";

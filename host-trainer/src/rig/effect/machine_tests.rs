@@ -4,6 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
+use crate::recording::Recording;
 use crate::rig::config::ModelKey;
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::simulate::assemble_in_noise;
@@ -95,6 +96,47 @@ fn invariant_changed_parameters_are_the_rigs_own() {
         assert_eq!(noise_free(&nominal().with_effect(effect)), noise_free(&rig), "{name} {component}");
         assert_ne!(noise_free(&nominal()), noise_free(&rig), "{name} {component}");
     }
+}
+
+/// What is changed in x and in y, one after the other, is changed in both; in one alone it is not.
+#[test]
+fn invariant_changes_in_each_direction_are_that_of_both() {
+    for (kind, component, value) in [
+        (EffectKind::StiffnessChange, "outer", 1.2e7),
+        (EffectKind::StiffnessChange, "inner", 9e6),
+        (EffectKind::DampingChange, "outer", 9000.0),
+        (EffectKind::ViscousFriction, "inner", 2000.0),
+    ] {
+        let key = if kind == EffectKind::ViscousFriction { ParameterKey::DampingNSPerM } else { ParameterKey::Value };
+        let on = |rig: Rig, place: &str| {
+            rig.with_effect(EffectEntry::new(kind, &[(key, value)]).with_text(ParameterKey::Component, place))
+        };
+        let in_x = on(nominal(), &format!("{component}-x"));
+        let both = on(nominal(), component);
+        let [in_x, in_each, both] = [&in_x, &on(in_x.clone(), &format!("{component}-y")), &both].map(noise_free);
+        let far = |a: &Recording, b: &Recording, channel: &str| {
+            let pairs = samples(a, channel).iter().zip(samples(b, channel));
+            pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / rms(samples(b, channel))
+        };
+        for channel in ["ax", "ay"] {
+            let apart = far(&in_each, &both, channel);
+            assert!(apart < 1e-6, "{kind} {component} {channel}: {apart}");
+        }
+        assert!(far(&in_x, &both, "ay") > 1e-3, "{kind} {component}");
+    }
+}
+
+/// A force between two directions is its parts along them.
+#[test]
+fn invariant_an_oblique_force_is_its_parts() {
+    let force = |rig: Rig, place: &str, force_n: f64, angle_rad: f64| {
+        let numbers = [(ParameterKey::ForceN, force_n), (ParameterKey::AngleRad, angle_rad)];
+        rig.with_effect(EffectEntry::new(EffectKind::ConstantForce, &numbers).with_text(ParameterKey::Component, place))
+    };
+    let oblique = noise_free(&force(nominal(), "inner-x", 200.0, 0.7));
+    let parts = force(force(nominal(), "inner-x", 200.0 * 0.7f64.cos(), 0.0), "inner-y", 200.0 * 0.7f64.sin(), 0.0);
+    assert_eq!(oblique, noise_free(&parts));
+    assert_ne!(oblique, noise_free(&force(nominal(), "inner-x", 200.0, 0.0)));
 }
 
 #[test]

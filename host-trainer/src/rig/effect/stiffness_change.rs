@@ -1,5 +1,6 @@
 //! A stiffness that differs from nominal: `value` is what it is. For component `bearing` it is that of the contact, k_b
-//! (Genta, "Vibration of Structures and Machines", 1999).
+//! (Genta, "Vibration of Structures and Machines", 1999). A loose foot or a cracked pedestal gives way in one direction: `inner-x` to
+//! `outer-y`.
 
 use super::{
     Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing,
@@ -15,7 +16,7 @@ pub(super) const EFFECT: Definition = Definition {
     phase: Phase::Free,
     is_deterministic: false,
     parameters: &[
-        Parameter::component(Choices::SectionsAndContact),
+        Parameter::component(Choices::SupportedAndContact),
         Parameter::number(ParameterKey::Value, "N/m", Domain::NotNegative, (1e3, 1e10), Scale::Log),
     ],
     library: LibraryTerms::LINEAR,
@@ -34,7 +35,12 @@ pub(super) const EFFECT: Definition = Definition {
             (Machine::Bearing(rig), Component::Outer) => rig.outer.stiffness_n_per_m = value,
             (Machine::Bearing(rig), Component::Resonator) => rig.resonator.stiffness_n_per_m = value,
             (Machine::Sdof(rig), _) => rig.stiffness_n_per_m = value,
-            _ => {}
+            (machine, one_direction) => {
+                let part = one_direction.part_of(machine);
+                let more = value - part.stiffness;
+                assembly.declare_rate((value / part.mass).sqrt());
+                part.law(assembly, move |q, _| -more * q);
+            }
         }
     },
 };

@@ -19,7 +19,7 @@ pub(super) const EFFECT: Definition = Definition {
     is_deterministic: false,
     parameters: &[
         Parameter::number(ParameterKey::DampingNSPerM, "N s/m", Domain::NotNegative, (1e-1, 1e6), Scale::Log),
-        Parameter::component(Choices::SectionsAndContact).usually(ParameterDefault::Name("bearing")),
+        Parameter::component(Choices::SupportedAndContact).usually(ParameterDefault::Name("bearing")),
     ],
     library: LibraryTerms::LINEAR,
     equation: |v| {

@@ -46,8 +46,7 @@ pub struct GateSettings {
     /// Probability of a second cause over that of a first one with its gain. Chosen on the same cases, flat from 0.7 to 0.9; 20 of 26
     /// second causes are right.
     pub second_trust: f64,
-    /// Share of the lack of fit beside causes up to which they are trusted, and from which not at all, where what is left is by
-    /// itself beyond chance. Chosen on `evaluate`, seeds 43 (`real`) and 44 (`exact`), every fourth case: right causes left at
+    /// Share of the lack of fit beyond chance beside causes up to which they are trusted, and from which not at all. Chosen on `evaluate`, seeds 43 (`real`) and 44 (`exact`), every fourth case: right causes left at
     /// most 0.27, wrong ones 0.56 to 1, but for one of each.
     pub left_share: [f64; 2],
     /// Share of the lack of fit of the other recordings up to which the effects of one, fitted to them anew, are causes. Effects that

@@ -58,6 +58,12 @@ pub struct SearchSettings {
     pub turns: [f64; 8],
     /// Angles from the best of these at which it is tried in the end, rad.
     pub near_turns_rad: [f64; 10],
+    /// Gain of an effect over that of the best from which it is tried in pairs. By hand.
+    pub pair_share: f64,
+    /// Most effects that are tried in pairs.
+    pub paired: usize,
+    /// Pairs whose fit is continued.
+    pub pairs_followed: usize,
     /// Searches from the best of these.
     pub restarts: usize,
     /// Gain below the best, nats, within which a fit is continued.
@@ -93,6 +99,9 @@ impl SearchSettings {
         turns: [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1],
         near_turns_rad: [-0.06, -0.04, -0.03, -0.02, -0.01, 0.01, 0.02, 0.03, 0.04, 0.06],
         other_modes: [[1.0, 0.3], [1.0, 1.0], [3.0, 1.0], [3.0, 3.0]],
+        pair_share: 0.2,
+        paired: 4,
+        pairs_followed: 2,
         restarts: 4,
         close_nats: 40.0,
         close_share: 0.05,
