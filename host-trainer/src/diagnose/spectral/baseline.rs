@@ -69,9 +69,6 @@ impl<'d, 'a> Baseline<'d, 'a> {
 mod tests {
     use super::*;
     use crate::diagnose::spectral::candidate::NullFit;
-    use crate::diagnose::spectral::guesses::Guesses;
-    use crate::diagnose::spectral::hypotheses::all;
-    use crate::diagnose::spectral::observation::mean_load_n;
     use crate::rig::effect::{EffectKind, ParameterKey};
     use crate::rig::test_support::{condition, nominal};
     use crate::rig::{Start, simulate};
@@ -92,7 +89,7 @@ mod tests {
         let point = model.start().unwrap();
         let mut baseline = Baseline::new(&healthy, &model, &point).unwrap();
         let null = NullFit::new(&model, &point);
-        let hypotheses = all(&rig, mean_load_n(&light), &Guesses::new(&data, &point));
+        let hypotheses = null.hypotheses();
         let softening = hypotheses.iter().find(|h| h.kind == EffectKind::SofteningStiffness).unwrap();
         let soft = softening.starts[0].clone().with_number(ParameterKey::CubicNPerM3, -1e15);
         let candidate = null.started(softening, &[soft]).swap_remove(0);

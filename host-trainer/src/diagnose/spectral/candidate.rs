@@ -4,8 +4,10 @@ use std::sync::{Arc, OnceLock};
 
 use super::data::Point;
 use super::fit::Model;
-use super::hypotheses::Hypothesis;
+use super::guesses::Guesses;
+use super::hypotheses::{Hypothesis, all};
 use super::likelihood::Colour;
+use super::observation::mean_load_n;
 use super::prediction::{Known, is_inner};
 use super::settings::GateSettings;
 use crate::identify::likelihood::coordinate::Coordinate;
@@ -34,7 +36,12 @@ pub struct Candidate<'d, 'a> {
     pub phase: f64,
 }
 
-impl Candidate<'_, '_> {
+impl<'d, 'a> Candidate<'d, 'a> {
+    /// Null fit with the effect, on top of which others are fitted.
+    pub fn as_null(&self) -> NullFit<'d, 'a> {
+        NullFit::new(&self.model, &self.point)
+    }
+
     /// Candidate after a search of at most `steps` steps; the same if the rig cannot run.
     pub fn searched(self, null: &NullFit, steps: usize) -> Self {
         match self.model.search(self.point.clone(), steps) {
@@ -48,13 +55,6 @@ impl Candidate<'_, '_> {
     pub fn merit(&self) -> f64 {
         let bins: usize = self.model.data.observations.iter().map(|o| CHANNELS.len() * o.bins().len()).sum();
         self.gain + self.phase - 0.5 * self.model.coordinates.len() as f64 * (bins as f64).ln()
-    }
-
-    /// Number of the effect's own fitted numbers.
-    pub fn own_numbers(&self) -> usize {
-        let last = self.model.rig.effects.len().wrapping_sub(1);
-        let is_own = |c: &&Coordinate| matches!(c.key, RigKey::Effect { index, .. } if index == last);
-        self.model.coordinates.iter().filter(is_own).count()
     }
 
     /// Whether the phase between the channels speaks against the effect.
@@ -101,6 +101,12 @@ impl<'d, 'a> NullFit<'d, 'a> {
     pub fn new(model: &Model<'d, 'a>, point: &Point) -> Self {
         let rig = model.rig_at(&point.values).unwrap_or_else(|_| model.rig.clone());
         Self { model: model.clone(), point: point.clone(), rig, noise_level_gains: OnceLock::new() }
+    }
+
+    /// Hypotheses beside what the rig has.
+    pub fn hypotheses(&self) -> Vec<Hypothesis> {
+        let data = self.model.data;
+        all(&self.rig, mean_load_n(data.observations), &Guesses::new(data, &self.point))
     }
 
     /// Decrease of −ln from the null fit to a point of a model; of a sensor's gain that beyond another level of its noise.

@@ -8,9 +8,7 @@ use rayon::prelude::*;
 use super::candidate::{Candidate, NullFit};
 use super::causes;
 use super::cross::set_phases;
-use super::guesses::Guesses;
-use super::hypotheses::{Hypothesis, all};
-use super::observation::mean_load_n;
+use super::hypotheses::Hypothesis;
 use super::settings::SearchSettings;
 use super::text::named;
 use crate::rig::effect::EffectKind;
@@ -50,7 +48,7 @@ impl<'d, 'a> Pair<'d, 'a> {
     /// Whether the phase between the channels speaks against both.
     pub fn is_contradicted(&self, asked: f64) -> bool {
         let mut second = [self.second.clone()];
-        set_phases(&NullFit::new(&self.first.model, &self.first.point), &mut second, asked);
+        set_phases(&self.first.as_null(), &mut second, asked);
         second[0].is_contradicted()
     }
 
@@ -71,8 +69,7 @@ impl fmt::Display for Pair<'_, '_> {
 
 /// Pairs of the best fits of single effects of different kinds on top of a null fit, the pair of greatest merit first.
 pub fn pairs<'d, 'a>(null: &NullFit<'d, 'a>, singles: &[Candidate<'d, 'a>]) -> Vec<Pair<'d, 'a>> {
-    let data = null.model.data;
-    let hypotheses = all(&null.rig, mean_load_n(data.observations), &Guesses::new(data, &null.point));
+    let hypotheses = null.hypotheses();
     let mut best: Vec<&Candidate> = singles.iter().filter(|c| c.kind.in_vocabulary()).collect();
     best.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let most = best.first().map_or(0.0, |c| c.gain);
@@ -88,25 +85,30 @@ pub fn pairs<'d, 'a>(null: &NullFit<'d, 'a>, singles: &[Candidate<'d, 'a>]) -> V
         .enumerate()
         .flat_map(|(n, first)| of_kinds[n + 1..].iter().map(move |second| (*first, *second)));
     let started = each.collect::<Vec<_>>().into_par_iter().filter_map(|(first, second)| {
-        let null = NullFit::new(&first.model, &first.point);
-        let started = null.started(&fitted_hypothesis(second, &hypotheses)?, &[second.effect()?]).pop()?;
-        Some(Pair { first: first.clone(), second: started.searched(&null, SETTINGS.steps[0]) })
+        let beside = first.as_null();
+        let hypothesis = fitted_hypothesis(second, null, &hypotheses)?;
+        let started = beside.started(&hypothesis, &[second.effect()?]).pop()?;
+        Some(Pair { first: first.clone(), second: started.searched(&beside, SETTINGS.steps[0]) })
     });
     let mut pairs: Vec<Pair> = started.collect();
-    pairs.sort_by(|a, b| b.merit().total_cmp(&a.merit()));
-    let best = pairs.len().min(SETTINGS.pairs_followed);
-    pairs[..best].par_iter_mut().for_each(|pair| {
-        let null = NullFit::new(&pair.first.model, &pair.first.point);
-        pair.second = pair.second.clone().searched(&null, SETTINGS.steps[1]);
+    rank(&mut pairs);
+    let followed = pairs.len().min(SETTINGS.pairs_followed);
+    pairs[..followed].par_iter_mut().for_each(|pair| {
+        pair.second = pair.second.clone().searched(&pair.first.as_null(), SETTINGS.steps[1]);
     });
-    pairs.sort_by(|a, b| b.merit().total_cmp(&a.merit()));
+    rank(&mut pairs);
     pairs
 }
 
-/// Hypothesis of a candidate, with as many numbers free as were fitted.
-fn fitted_hypothesis(candidate: &Candidate, hypotheses: &[Hypothesis]) -> Option<Hypothesis> {
+/// Sorts pairs, the one of greatest merit first.
+fn rank(pairs: &mut [Pair]) {
+    pairs.sort_by(|a, b| b.merit().total_cmp(&a.merit()));
+}
+
+/// Hypothesis of a candidate on top of a null fit, with as many numbers free as were fitted.
+fn fitted_hypothesis(candidate: &Candidate, null: &NullFit, hypotheses: &[Hypothesis]) -> Option<Hypothesis> {
     let of = hypotheses.iter().find(|h| candidate.is_of(h))?;
-    let own = candidate.own_numbers();
+    let own = candidate.model.coordinates.len() - null.model.coordinates.len();
     let free = if own > of.free.len() { of.extended } else { of.free };
     Some(Hypothesis { free, ..of.clone() })
 }
@@ -123,8 +125,8 @@ mod tests {
     use crate::rig::test_support::nominal;
     use crate::rig::{EffectEntry, Rig};
 
-    /// A softer housing and a greater load, of which either alone, and a third effect that is not there, is tried: both are found,
-    /// each beside the other; in a machine with one of them no pair explains more.
+    /// Of a softer housing, a greater load and a mass that is not changed, the first two are found in a machine that has both; in one
+    /// with a softer housing alone no pair explains more than that.
     #[test]
     fn invariant_two_effects_are_found_at_once() {
         let soft = EffectEntry::new(EffectKind::StiffnessChange, &[(Value, 1.2e7)]).with_text(Component, "outer");
@@ -136,7 +138,7 @@ mod tests {
             let data = Data::new(&observations, orders, UnevenMachines::default());
             let model = Model::fixed(&data, nominal());
             let null = NullFit::new(&model, &model.search(model.start().unwrap(), 4).unwrap());
-            let hypotheses = all(&null.rig, mean_load_n(&observations), &Guesses::new(&data, &null.point));
+            let hypotheses = null.hypotheses();
             let tried = [
                 (EffectKind::StiffnessChange, "outer"),
                 (EffectKind::ConstantForce, "inner-y"),
@@ -164,7 +166,7 @@ mod tests {
         assert!(gain < 12.0, "{gain}");
     }
 
-    /// A pair that another one comes near is as probable as that: an effect that both have is hardly less so.
+    /// Beside another pair of its merit, an effect that both have is as probable as before, one that the other has not half as much.
     #[test]
     fn invariant_a_pair_is_as_probable_as_its_rivals_let_it_be() {
         let observations = [observed(&nominal(), 500.0, &Point::default().in_recordings(1, 0))];

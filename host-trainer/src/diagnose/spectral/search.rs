@@ -5,10 +5,9 @@ use rayon::prelude::*;
 use super::angle::turned;
 use super::candidate::{Candidate, NullFit, best, rank};
 use super::cross::set_phases;
-use super::guesses::Guesses;
-use super::hypotheses::{Hypothesis, ISOTROPIC, LOAD_COMPONENT, MODE_SOURCES, all, ladder};
+use super::hypotheses::{Hypothesis, ISOTROPIC, LOAD_COMPONENT, MODE_SOURCES, ladder};
 use super::lack::lack;
-use super::observation::{duration_s, mean_load_n};
+use super::observation::duration_s;
 use super::screening::{Brief, StartScore, best_starts, scores, screened};
 use super::settings::{GateSettings, SearchSettings};
 use crate::rig::EffectEntry;
@@ -46,7 +45,7 @@ pub struct Sought<'s> {
 pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought) -> Vec<Candidate<'d, 'a>> {
     let Sought { asked, by_phase, corrections, only } = sought;
     let data = null.model.data;
-    let mut hypotheses = all(&null.rig, mean_load_n(data.observations), &Guesses::new(data, &null.point));
+    let mut hypotheses = null.hypotheses();
     let has = |kind: EffectKind| !corrections.contains(&kind) && null.rig.effects.iter().any(|e| e.kind == kind);
     hypotheses.retain(|h| !has(h.kind) && only.is_none_or(|only| h.kind == only));
     let mut kept = screened(null, brief, &hypotheses);

@@ -1,4 +1,4 @@
-//! Selection of causes: the best candidate, one after the other, by what it gains on fitted and on held-out recordings.
+//! Selection of causes by what they gain on fitted and on held-out recordings: the best candidate, one after the other, or two at once.
 
 use super::baseline::Baseline;
 use super::candidate::{Candidate, NullFit};
@@ -23,7 +23,7 @@ use crate::rig::{EffectEntry, RigError};
 const GATE: GateSettings = GateSettings::DEFAULT;
 const FIT: FitSettings = FitSettings::DEFAULT;
 
-/// Selection of causes, one after the other.
+/// Selection of causes.
 pub struct Selection<'d, 'a> {
     /// Nominal rig with the effects so far.
     pub model: Model<'d, 'a>,

@@ -35,7 +35,8 @@ pub(super) const EFFECT: Definition = Definition {
     },
 };
 
-/// Components that the force acts on, each with its part of it, N. What moves one way only, or in both directions, has no other direction to turn to.
+/// Components that the force acts on, each with its part of it, N. What moves one way only, or is named for both directions, has no
+/// other one to turn to.
 fn parts(v: &Values) -> impl Iterator<Item = (Component, f64)> {
     let (size, component) = (v.number(ParameterKey::ForceN), v.component());
     let across = component.across();

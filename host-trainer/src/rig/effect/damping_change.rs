@@ -1,4 +1,5 @@
-//! A damping that differs from nominal, in both directions or one: `value` is what it is (Genta, "Vibration of Structures and Machines", 1999).
+//! A damping that differs from nominal, in both directions or one: `value` is what it is (Genta, "Vibration of Structures and
+//! Machines", 1999).
 
 use super::{
     Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing,

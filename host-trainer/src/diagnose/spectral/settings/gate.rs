@@ -27,8 +27,8 @@ pub struct GateSettings {
     /// the powers alone is not it. Chosen on `evaluate`, seeds 53 to 56, every second case: right causes lose at most 0.05 of their
     /// gain, wrong ones 0.13 to 0.7 or nothing.
     pub phase: [f64; 2],
-    /// Lack of fit below which no second cause is searched for but a sensor's gain, which must gain as much, and no other shape of a
-    /// defect.
+    /// Lack of fit below which no second cause is searched for but a sensor's gain, which must gain as much, no pair, and no other
+    /// shape of a defect.
     pub second_lack: f64,
     /// Lack of fit over the number of recordings from which a mismatch without a cause is unexplained. Four recordings of healthy
     /// choosing machines of another hand leave at most 32 and of those of choosing seed 43 (`real`) 0 to 133, one of 17 above 100;
@@ -46,8 +46,9 @@ pub struct GateSettings {
     /// Probability of a second cause over that of a first one with its gain. Chosen on the same cases, flat from 0.7 to 0.9; 20 of 26
     /// second causes are right.
     pub second_trust: f64,
-    /// Share of the lack of fit beyond chance beside causes up to which they are trusted, and from which not at all. Chosen on `evaluate`, seeds 43 (`real`) and 44 (`exact`), every fourth case: right causes left at
-    /// most 0.27, wrong ones 0.56 to 1, but for one of each.
+    /// Share of the lack of fit beyond chance beside causes up to which they are trusted, and from which not at all. Chosen on
+    /// `evaluate`, seeds 43 (`real`) and 44 (`exact`), every fourth case, by the share of the whole lack: right causes left at most
+    /// 0.27, wrong ones 0.56 to 1, but for one of each.
     pub left_share: [f64; 2],
     /// Share of the lack of fit of the other recordings up to which the effects of one, fitted to them anew, are causes. Effects that
     /// grow tenfold over four simulated recordings left 0.07 to 0.25, effects without a name of `evaluate`, seed 62, 0.5 and 0.67.
