@@ -130,10 +130,11 @@ pub fn estimates(model: &Model, point: &Point, unknown: usize) -> (Intervals, Ve
         if a < unknown {
             numbers.push((coordinate.key.to_string(), value, ends));
         } else if let RigKey::Effect { index, key } = coordinate.key {
-            let is_of_one = key == ParameterKey::AngleRad && !has_phase;
+            let kind = model.rig.effects[index].kind;
+            let is_of_one = kind == EffectKind::OuterRaceDefect && key == ParameterKey::AngleRad && !has_phase;
             let of_form = match is_of_one {
                 true => INTERVALS.angle_of_one_rad,
-                false => INTERVALS.form_error(model.rig.effects[index].kind, key, value),
+                false => INTERVALS.form_error(kind, key, value),
             };
             let of_form = Z975 * of_form;
             let ends = [value - of_form.hypot(value - ends[0]), value + of_form.hypot(ends[1] - value)];
@@ -158,12 +159,14 @@ pub fn band(effect: &EffectEntry, accepted: &Accepted, values: &Intervals) -> [f
     ends.filter(|(_, value)| *value != 0.0).map_or([1.0, 1.0], |(ends, value)| ends.map(|end| end / value))
 }
 
-/// Parameters of the vocabulary, with the place.
+/// Parameters of the vocabulary, with the place, and the angle of an oblique force.
 fn stated(effect: &EffectEntry) -> BTreeMap<String, Parameter> {
     let vocabulary = effect.definition().parameters.iter().filter(|p| p.in_vocabulary());
     let keys: Vec<ParameterKey> =
         vocabulary.map(|p| p.key).chain([ParameterKey::Component, ParameterKey::Channel]).collect();
-    let all = effect.parameters.iter().filter(|(key, _)| keys.contains(key));
+    let is_oblique = effect.kind == EffectKind::ConstantForce && effect.number(ParameterKey::AngleRad) != Some(0.0);
+    let is_stated = |key: &ParameterKey| keys.contains(key) || is_oblique && *key == ParameterKey::AngleRad;
+    let all = effect.parameters.iter().filter(|(key, _)| is_stated(key));
     all.map(|(key, value)| (key.to_string(), value.into())).collect()
 }
 
@@ -215,4 +218,20 @@ pub fn event_tests<'e>(event: &'e Event, names: &'e [String], samples: usize) ->
 /// Recordings in which an event happened, with their names.
 fn occurrences<'e>(event: &'e Event, names: &'e [String]) -> impl Iterator<Item = (&'e Occurrence, &'e String)> {
     event.occurrences.iter().zip(names).filter(|(o, _)| o.is_event())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_oblique_force_is_stated_with_its_angle() {
+        let of = |angle_rad: f64| {
+            let numbers = [(ParameterKey::ForceN, 300.0), (ParameterKey::AngleRad, angle_rad)];
+            let force = EffectEntry::new(EffectKind::ConstantForce, &numbers);
+            stated(&force.with_text(ParameterKey::Component, "inner-x")).into_keys().collect::<Vec<_>>()
+        };
+        assert_eq!(of(0.0), ["component", "force_n"]);
+        assert_eq!(of(0.6), ["angle_rad", "component", "force_n"]);
+    }
 }

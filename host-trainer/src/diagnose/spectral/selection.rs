@@ -268,7 +268,10 @@ impl<'d, 'a> Selection<'d, 'a> {
 
 /// Effects that were considered and are no causes, each once, with the reason.
 pub fn rejected_names(accepted: &[Accepted], rejected: &[Candidate], causes: &[Cause]) -> Vec<Rejected> {
-    let kept = accepted.first().map(|a| a.beside.as_ref().map_or(a.candidate.gain, |beside| beside.gain));
+    let kept = accepted.first().map(|a| match &a.beside {
+        Some(both) => ("both causes", both.gain),
+        None => ("the cause", a.candidate.gain),
+    });
     let rivals = accepted.iter().flat_map(|a| a.rivals.iter().map(|rival| (rival, kept)));
     let mut out: Vec<Rejected> = Vec::new();
     let all = rivals.chain(rejected.iter().map(|c| (c, None)));

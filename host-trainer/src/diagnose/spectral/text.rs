@@ -41,10 +41,10 @@ pub fn event(times_s: &[(String, f64)], gain: f64) -> String {
 }
 
 /// Reason why a candidate is no cause.
-pub fn rejected(candidate: &Candidate, kept: Option<f64>) -> String {
+pub fn rejected(candidate: &Candidate, kept: Option<(&str, f64)>) -> String {
     let place = if candidate.place.is_empty() { String::new() } else { format!("({}) ", candidate.place) };
     match kept {
-        Some(kept) => format!("{place}gains {:.0} in ln L, the cause {kept:.0}", candidate.gain.max(0.0)),
+        Some((by, kept)) => format!("{place}gains {:.0} in ln L, {by} {kept:.0}", candidate.gain.max(0.0)),
         None if candidate.is_contradicted() => format!(
             "{place}gains {:.0} in ln L, but the phase between the channels is not that of it ({:.0})",
             candidate.gain, candidate.phase

@@ -29,7 +29,7 @@ pub(super) const EFFECT: Definition = Definition {
         parts.collect::<Vec<_>>().join(", ")
     },
     apply: |v, assembly| {
-        for (component, force) in parts(v) {
+        for (component, force) in parts(v).filter(|(_, force)| *force != 0.0) {
             component.part_of(&assembly.machine).law(assembly, move |_, _| force);
         }
     },
@@ -41,6 +41,6 @@ fn parts(v: &Values) -> impl Iterator<Item = (Component, f64)> {
     let (size, component) = (v.number(ParameterKey::ForceN), v.component());
     let across = component.across();
     let (sin, cos) = across.map_or((0.0, 1.0), |_| v.number(ParameterKey::AngleRad).sin_cos());
-    let all = [(Some(component), size * cos), (across, size * sin)];
-    all.into_iter().filter_map(|(component, force)| Some((component?, force))).filter(|(_, force)| *force != 0.0)
+    let turned = across.map(|across| (across, size * sin)).filter(|(_, force)| *force != 0.0);
+    std::iter::once((component, size * cos)).chain(turned)
 }

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use crate::recording::Recording;
-use crate::rig::config::ModelKey;
+use crate::rig::config::{ModelKey, RigKind};
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::simulate::assemble_in_noise;
 use crate::rig::state::{DOFS, Instant, OUTER_X, OUTER_Y, VelocityCovariance};
@@ -137,6 +137,10 @@ fn invariant_an_oblique_force_is_its_parts() {
     let parts = force(force(nominal(), "inner-x", 200.0 * 0.7f64.cos(), 0.0), "inner-y", 200.0 * 0.7f64.sin(), 0.0);
     assert_eq!(oblique, noise_free(&parts));
     assert_ne!(oblique, noise_free(&force(nominal(), "inner-x", 200.0, 0.0)));
+    let equation = |rig: &Rig| rig.effects[0].equation(RigKind::Bearing5Dof);
+    assert!(equation(&force(nominal(), "inner-x", 0.0, 0.0)).contains("0.0000 N, q = x_s"));
+    let both = equation(&force(nominal(), "inner-x", 200.0, 0.7));
+    assert!(both.contains("q = x_s") && both.contains("q = y_s"), "{both}");
 }
 
 #[test]
