@@ -36,7 +36,7 @@ pub struct Hypothesis {
     /// Parameter by whose square the power of the effect's lines grows, so that one run gives all its sizes; `None` for an
     /// effect whose sizes are simulated each.
     pub size: Option<ParameterKey>,
-    /// Parameters that are fitted where one more, the last, gains enough; empty where there is none.
+    /// All parameters of the effect's form, the last of which names it, fitted where they gain enough; empty where there are no more.
     pub extended: &'static [ParameterKey],
 }
 
@@ -90,21 +90,20 @@ impl Hypothesis {
     }
 }
 
-/// Parameters of an effect of which those of `free` are fitted, and one more.
-fn extended(kind: EffectKind, free: &'static [ParameterKey]) -> &'static [ParameterKey] {
+/// Parameters of an effect with those of its form that its first fit leaves as they are; none of most.
+fn extended(kind: EffectKind) -> &'static [ParameterKey] {
     use ParameterKey::{
-        AmplitudeM, AngleRad, DampingRatio, DeflectionM, DepthM, Exponent, Flank, FrequencyHz, Gain, GainAcross,
-        Neighbours, PhaseRad, WidthRad,
+        AboveCos, AboveSin, AmplitudeM, AngleRad, BelowCos, BelowSin, DampingRatio, DeflectionM, DepthM, Exponent,
+        Flank, FrequencyHz, Gain, GainAcross, PhaseRad, WidthRad,
     };
     match kind {
         EffectKind::ContactExponent => &[Exponent, DeflectionM],
         EffectKind::OuterRaceDefect => &[DepthM, WidthRad, AngleRad, Flank],
         EffectKind::InnerRaceDefect | EffectKind::BallDefect => &[DepthM, WidthRad, Flank],
         EffectKind::StructuralResonance => &[Gain, FrequencyHz, DampingRatio, GainAcross],
-        EffectKind::OuterRaceWaviness | EffectKind::InnerRaceWaviness if free.contains(&PhaseRad) => {
-            &[AmplitudeM, PhaseRad, Neighbours]
-        }
-        EffectKind::OuterRaceWaviness | EffectKind::InnerRaceWaviness => &[AmplitudeM, Neighbours],
+        EffectKind::OuterRaceWaviness => &[AmplitudeM, PhaseRad, BelowCos, BelowSin, AboveCos, AboveSin],
+        // The turns of the shaft take the main wave through all phases.
+        EffectKind::InnerRaceWaviness => &[AmplitudeM, BelowCos, BelowSin, AboveCos, AboveSin],
         _ => &[],
     }
 }
@@ -131,7 +130,7 @@ impl List<'_> {
             EffectKind::Misalignment => Some(ParameterKey::ForceN),
             _ => None,
         };
-        self.out.push(Hypothesis { kind, place: place.into(), free, starts, size, extended: extended(kind, free) });
+        self.out.push(Hypothesis { kind, place: place.into(), free, starts, size, extended: extended(kind) });
     }
 
     /// Deflection of the most loaded contact, m.
@@ -298,7 +297,7 @@ impl List<'_> {
             let small = [-0.7, -0.5, -0.3, -0.15, -0.06, -0.02, 0.02, 0.06, 0.15, 0.3, 0.5, 0.7];
             change(EffectKind::StiffnessChange, support.map_or(contact, |s| s.stiffness_n_per_m), &small);
             if let Some(support) = support {
-                change(EffectKind::DampingChange, support.damping_n_s_per_m, &[-0.8, 0.4, 1.2]);
+                change(EffectKind::DampingChange, support.damping_n_s_per_m, &[-0.8, 0.4, 1.2, 4.0, 12.0]);
                 change(EffectKind::MassChange, support.mass_kg, &small);
             }
         }

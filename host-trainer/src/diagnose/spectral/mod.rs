@@ -20,6 +20,7 @@
 //! | `search` | the effects that gain most |
 //! | `pairs` | two effects at once |
 //! | `angle` | angle of a defect in the outer race |
+//! | `waves` | waviness with neighbouring numbers of lobes |
 //! | `baseline` | calibration to the healthy machine, and what is no change since |
 //! | `refit` | fits on other recordings |
 //! | `gate` | what a candidate must be, beside its gain, to be a cause |
@@ -69,6 +70,7 @@ mod text;
 mod tolerance;
 mod unevenness;
 mod unsteady;
+mod waves;
 
 pub(crate) use baseline::calibrated;
 pub(crate) use subset::diagnose;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::candidate::NullFit;
+use super::candidate::{Candidate, NullFit, best};
 use super::data::{Data, Point};
 use super::fit::Model;
 use super::hypotheses::Hypothesis;
@@ -146,6 +146,19 @@ pub fn best_starts(mut scores: Vec<StartScore>, most: usize, each: usize) -> Vec
     });
     scores.truncate(most);
     scores
+}
+
+/// Best of the searches from the best of some starts of a hypothesis.
+pub fn searched_from_best<'d, 'a>(
+    hypothesis: &Hypothesis,
+    scores: Vec<StartScore>,
+    null: &NullFit<'d, 'a>,
+) -> Option<Candidate<'d, 'a>> {
+    let kept = best_starts(scores, SETTINGS.restarts, SETTINGS.restarts);
+    let starts: Vec<EffectEntry> = kept.into_iter().map(|score| score.effect).collect();
+    let started = null.started(hypothesis, &starts);
+    let searched: Vec<_> = started.into_par_iter().map(|c| c.searched(null, SETTINGS.steps[1])).collect();
+    best(searched)
 }
 
 fn rank(scores: &mut [StartScore]) {

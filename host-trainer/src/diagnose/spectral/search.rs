@@ -5,12 +5,15 @@ use rayon::prelude::*;
 use super::angle::turned;
 use super::candidate::{Candidate, NullFit, best, rank};
 use super::cross::set_phases;
+use super::data::Point;
 use super::hypotheses::{Hypothesis, ISOTROPIC, LOAD_COMPONENT, MODE_SOURCES, ladder};
 use super::lack::lack;
 use super::observation::duration_s;
-use super::screening::{Brief, StartScore, best_starts, scores, screened};
+use super::screening::{Brief, StartScore, scores, screened, searched_from_best};
 use super::settings::{GateSettings, SearchSettings};
+use super::waves::{other_lobes, with_neighbours};
 use crate::rig::EffectEntry;
+use crate::rig::effect::component::Component;
 use crate::rig::effect::{EffectKind, ParameterKey};
 
 const SETTINGS: SearchSettings = SearchSettings::DEFAULT;
@@ -19,6 +22,8 @@ const GATE: GateSettings = GateSettings::DEFAULT;
 /// Effects that bend a spring's force.
 const CURVATURES: [EffectKind; 3] =
     [EffectKind::HardeningStiffness, EffectKind::SofteningStiffness, EffectKind::AsymmetricStiffness];
+/// Effects of which only the best is fitted with its neighbours, for the computing time.
+const RACES: [EffectKind; 2] = [EffectKind::OuterRaceWaviness, EffectKind::InnerRaceWaviness];
 /// Effects that take a motion's energy.
 const DISSIPATION: [EffectKind; 3] =
     [EffectKind::CoulombFriction, EffectKind::QuadraticDrag, EffectKind::DampingChange];
@@ -40,7 +45,7 @@ pub struct Sought<'s> {
     pub only: Option<EffectKind>,
 }
 
-/// Candidates that gain most, the one of greatest merit first, those that the phase contradicts last; of the kinds that the rig has
+/// Candidates that gain most, each at a place once, the one of greatest merit first, those that the phase contradicts last; of the kinds that the rig has
 /// already, only corrections.
 pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought) -> Vec<Candidate<'d, 'a>> {
     let Sought { asked, by_phase, corrections, only } = sought;
@@ -88,14 +93,25 @@ pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought)
         let candidate = restarted(turned(candidate, null), hypothesis, null);
         turned(extended(candidate, hypothesis, null), null)
     };
-    let near = near.into_par_iter().map(followed);
-    let mut near: Vec<Candidate> = near.collect();
+    let mut near: Vec<Candidate> = near.into_par_iter().map(followed).collect();
+    rank(&mut near);
+    let of_races = RACES.into_par_iter().filter_map(|kind| near.iter().find(|c| c.kind == kind));
+    let of_races: Vec<_> = of_races.map(|best| with_neighbours(best, &hypotheses, null)).collect();
+    near.extend(of_races.into_iter().flatten());
     rank(&mut near);
     let siblings = near.first().map_or_else(Vec::new, |best| siblings(best, &near, &hypotheses, null));
     near.extend(siblings);
     ask_phase(&mut near);
     rank(&mut near);
-    near.into_iter().chain(far).chain(contradicted).collect()
+    let (against, near): (Vec<Candidate>, Vec<Candidate>) = near.into_iter().partition(Candidate::is_contradicted);
+    let all = near.into_iter().chain(far).chain(against).chain(contradicted);
+    let mut once: Vec<Candidate> = Vec::new();
+    for candidate in all {
+        if !once.iter().any(|c| (c.kind, &c.place) == (candidate.kind, &candidate.place)) {
+            once.push(candidate);
+        }
+    }
+    once
 }
 
 /// Scores, best first, without an effect in one direction that differs from that in both by chance, and the reverse.
@@ -116,16 +132,17 @@ fn without_twins(scores: Vec<StartScore>) -> Vec<StartScore> {
     kept
 }
 
-/// Fits of the other curvatures of the spring that the best candidate bends or stops, or of other dissipation there: they differ
-/// by little, and a screening may have lost the right one.
+/// Fits of the other curvatures of the spring that the best candidate bends or stops, of other dissipation there, or of other lobes
+/// of the race: they differ by little, and a screening may have lost the right one.
 fn siblings<'d, 'a>(
-    best_so_far: &Candidate,
+    best_so_far: &Candidate<'d, 'a>,
     fits: &[Candidate],
     hypotheses: &[Hypothesis],
     null: &NullFit<'d, 'a>,
 ) -> Vec<Candidate<'d, 'a>> {
-    // A stop with its gap and stiffness bends in most of the ways that a curvature does.
     let family = match best_so_far.kind {
+        EffectKind::OuterRaceWaviness => return other_lobes(best_so_far, hypotheses, null),
+        // A stop with its gap and stiffness bends in most of the ways that a curvature does.
         EffectKind::EndStopContact => CURVATURES,
         kind if CURVATURES.contains(&kind) => CURVATURES,
         kind if DISSIPATION.contains(&kind) => DISSIPATION,
@@ -138,7 +155,26 @@ fn siblings<'d, 'a>(
         Some(best(null.started(h, &starts))?.searched(null, SETTINGS.steps[1]))
     };
     let others = hypotheses.iter().filter(|h| family.contains(&h.kind) && h.place == best_so_far.place);
-    others.filter(|h| !is_fitted(h)).filter_map(of).collect()
+    others.filter(|h| !is_fitted(h)).filter_map(of).chain(as_damper(best_so_far, hypotheses, null)).collect()
+}
+
+/// The damper that a dry friction is at speeds below that at which it is rounded, searched from the friction's fit.
+fn as_damper<'d, 'a>(
+    friction: &Candidate,
+    hypotheses: &[Hypothesis],
+    null: &NullFit<'d, 'a>,
+) -> Option<Candidate<'d, 'a>> {
+    let effect = friction.effect().filter(|effect| effect.kind == EffectKind::CoulombFriction)?;
+    let slope = effect.number(ParameterKey::ForceN)? / effect.number(ParameterKey::RegularisationMPerS)?;
+    let is_damper = |h: &&Hypothesis| h.kind == EffectKind::DampingChange && h.place == friction.place;
+    let damper = hypotheses.iter().find(is_damper)?;
+    let own = Component::parse(&friction.place)?.part_of(&null.rig.model).damping;
+    let start = damper.placed(&EffectEntry::new(damper.kind, &[(ParameterKey::Value, own + slope)]));
+    let values = friction.point.values[..null.model.coordinates.len()].to_vec();
+    let beside = NullFit::new(&null.model, &Point { values, ..friction.point.clone() });
+    let (model, from) = beside.with_effect(damper, &start, false)?;
+    let point = model.start_from(&from).ok()?;
+    Some(null.candidate(damper, model, point).searched(null, SETTINGS.steps[1]))
 }
 
 /// Effect at the sizes from which its fit to all recordings starts: as screened and, of friction, weaker, since it reduces the
@@ -155,25 +191,25 @@ fn sizes(effect: &EffectEntry) -> Vec<EffectEntry> {
     }
 }
 
-/// Better of a candidate and of the same effect with one number more.
+/// Better of a candidate and of the same effect with all numbers of its form.
 fn extended<'d, 'a>(
     candidate: Candidate<'d, 'a>,
     hypothesis: &Hypothesis,
     null: &NullFit<'d, 'a>,
 ) -> Candidate<'d, 'a> {
+    use ParameterKey::{DeflectionM, Flank, Gain, GainAcross};
     let Some((key, effect)) = hypothesis.extended.last().zip(candidate.effect()) else { return candidate };
     let extended = Hypothesis { free: hypothesis.extended, ..hypothesis.clone() };
-    if *key == ParameterKey::Flank {
-        return reshaped(candidate, &extended, null);
-    }
     let number = |key: ParameterKey| effect.number(key).unwrap_or(1.0);
     let starts = match *key {
-        ParameterKey::DeflectionM => vec![effect.clone().with_number(*key, number(*key))],
+        Flank => return reshaped(candidate, &extended, null),
+        DeflectionM => vec![effect.clone().with_number(DeflectionM, number(DeflectionM))],
         // The gain of a mode at the other sensor is over that at its own.
-        _ => SETTINGS
-            .extension
-            .map(|share| effect.clone().with_number(*key, share * number(ParameterKey::Gain)))
-            .to_vec(),
+        GainAcross => {
+            SETTINGS.extension.map(|share| effect.clone().with_number(GainAcross, share * number(Gain))).to_vec()
+        }
+        // Neighbours of a race's lobes are costly.
+        _ => return candidate,
     };
     let searched = best(null.started(&extended, &starts)).map(|c| c.searched(null, SETTINGS.steps[1]));
     searched.filter(|searched| searched.merit() > candidate.merit()).unwrap_or(candidate)
@@ -190,19 +226,6 @@ fn reshaped<'d, 'a>(candidate: Candidate<'d, 'a>, extended: &Hypothesis, null: &
     let starts = shaped.iter().flat_map(|effect| of_widths(effect, &widths)).map(|start| (extended, start)).collect();
     let searched = searched_from_best(extended, scores(null, starts, &SETTINGS.other_depths), null);
     searched.filter(|searched| searched.merit() > candidate.merit()).unwrap_or(candidate)
-}
-
-/// Best of the searches from the best of some starts of a hypothesis.
-fn searched_from_best<'d, 'a>(
-    hypothesis: &Hypothesis,
-    scores: Vec<StartScore>,
-    null: &NullFit<'d, 'a>,
-) -> Option<Candidate<'d, 'a>> {
-    let kept = best_starts(scores, SETTINGS.restarts, SETTINGS.restarts);
-    let starts: Vec<EffectEntry> = kept.into_iter().map(|score| score.effect).collect();
-    let started = null.started(hypothesis, &starts);
-    let searched: Vec<_> = started.into_par_iter().map(|c| c.searched(null, SETTINGS.steps[1])).collect();
-    best(searched)
 }
 
 /// Better of a candidate of a hypothesis and of effects with like spectra, at which a search may have ended.

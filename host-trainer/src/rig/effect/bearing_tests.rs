@@ -85,26 +85,26 @@ fn literature_ball_pit_gives_twice_bsf_with_cage_sidebands() {
     assert!(line(&after, RATE, cage) > 5.0 * line(&after, RATE, 1.5 * cage));
 }
 
-/// Wardle (1988), table 1: lobes of a multiple of the number of balls, or one off.
 /// The same as three numbers of lobes.
 #[test]
-fn invariant_neighbours_are_one_lobe_more_and_less() {
-    let lobes = |rig: Rig, count: f64, amplitude: f64, neighbours: f64| {
-        let numbers = [
-            (ParameterKey::AmplitudeM, amplitude),
-            (ParameterKey::Lobes, count),
-            (ParameterKey::PhaseRad, 0.3),
-            (ParameterKey::Neighbours, neighbours),
-        ];
-        rig.with_effect(EffectEntry::new(EffectKind::InnerRaceWaviness, &numbers))
+fn invariant_neighbours_are_one_lobe_less_and_more() {
+    use ParameterKey::{AboveCos, AboveSin, AmplitudeM, BelowCos, BelowSin, Lobes, PhaseRad};
+    let lobes = |rig: Rig, numbers: &[(ParameterKey, f64)]| {
+        rig.with_effect(EffectEntry::new(EffectKind::InnerRaceWaviness, numbers))
     };
-    let together = noise_free(&lobes(nominal(), 11.0, 4e-7, 0.25));
-    let apart = lobes(lobes(lobes(nominal(), 11.0, 4e-7, 0.0), 10.0, 1e-7, 0.0), 12.0, 1e-7, 0.0);
-    let apart = noise_free(&apart);
+    let main = [(AmplitudeM, 4e-7), (Lobes, 11.0), (PhaseRad, 0.3)];
+    let (s, c) = 0.7f64.sin_cos();
+    let beside = [(BelowCos, 0.0), (BelowSin, 0.25), (AboveCos, 0.5 * c), (AboveSin, -0.5 * s)];
+    let together = noise_free(&lobes(nominal(), &[main.as_slice(), &beside].concat()));
+    // sin x = cos(x − π/2).
+    let apart = lobes(nominal(), &main);
+    let apart = lobes(apart, &[(AmplitudeM, 1e-7), (Lobes, 10.0), (PhaseRad, -std::f64::consts::FRAC_PI_2)]);
+    let apart = noise_free(&lobes(apart, &[(AmplitudeM, 2e-7), (Lobes, 12.0), (PhaseRad, 0.7)]));
     let pairs = samples(&together, "ay").iter().zip(samples(&apart, "ay"));
     assert!(pairs.clone().all(|(a, b)| (a - b).abs() < 1e-9) && pairs.clone().any(|(a, _)| a.abs() > 1e-3));
 }
 
+/// Wardle (1988), table 1: lobes of a multiple of the number of balls, or one off.
 #[test]
 fn literature_waviness_lines() {
     let before = noise_free(&nominal());

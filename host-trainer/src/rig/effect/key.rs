@@ -25,9 +25,13 @@ macro_rules! keys {
 }
 
 keys! {
+    AboveCos = "above_cos", "Amplitude of the cosine of one lobe more, as a share of the lobes' own.";
+    AboveSin = "above_sin", "Amplitude of the sine of one lobe more, as a share of the lobes' own.";
     Amplitude = "amplitude", "Amplitude of an electrical line, in the unit of the signal.";
     AmplitudeM = "amplitude_m", "Amplitude of a race's waviness, m.";
     AngleRad = "angle_rad", "Angle of a defect on its race, or of a force from its direction, rad.";
+    BelowCos = "below_cos", "Amplitude of the cosine of one lobe less, as a share of the lobes' own.";
+    BelowSin = "below_sin", "Amplitude of the sine of one lobe less, as a share of the lobes' own.";
     ChangeN = "change_n", "Change of the load, N.";
     Channel = "channel", "Channel that a fault of the acquisition is in.";
     Component = "component", "Component of the rig that an effect acts on.";
@@ -49,7 +53,6 @@ keys! {
     GapM = "gap_m", "Gap to an end stop, m.";
     ImpulseNS = "impulse_n_s", "Impulse, N s.";
     Lobes = "lobes", "Lobes of a race around its circumference.";
-    Neighbours = "neighbours", "Amplitude of one lobe more and one less, as a share of the lobes' own.";
     PhaseRad = "phase_rad", "Phase, rad.";
     PhaseYRad = "phase_y_rad", "Phase of a force's vertical part beyond that of a rotating force, rad.";
     PressureViscosityPerPa = "pressure_viscosity_per_pa", "Pressure–viscosity coefficient of a lubricant, 1/Pa.";
