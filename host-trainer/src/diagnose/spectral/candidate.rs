@@ -135,7 +135,7 @@ impl<'d, 'a> NullFit<'d, 'a> {
         let own = hypothesis.free.iter();
         let own = own.filter_map(|key| Coordinate::for_key(&rig, RigKey::Effect { index, key: *key }));
         let coordinates = null.coordinates.iter().cloned().chain(own).collect();
-        // A screening moves no number of the rig.
+        // A screening moves no number of the rig but the effect's.
         let is_steady = effect.definition().is_deterministic && (is_screening || null.coordinates.is_empty());
         let keeps_inner = !is_inner(effect) && self.point.predictions.iter().all(|p| p.inner.is_some());
         let known = match (is_steady, is_screening) {

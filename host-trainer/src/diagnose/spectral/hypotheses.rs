@@ -36,7 +36,8 @@ pub struct Hypothesis {
     /// Parameter by whose square the power of the effect's lines grows, so that one run gives all its sizes; `None` for an
     /// effect whose sizes are simulated each.
     pub size: Option<ParameterKey>,
-    /// All parameters of the effect's form, the last of which names it, fitted where they gain enough; empty where there are no more.
+    /// All parameters of the effect's form, fitted where they gain enough, the last of them one that the first fit leaves as it is;
+    /// empty where there are no more.
     pub extended: &'static [ParameterKey],
 }
 

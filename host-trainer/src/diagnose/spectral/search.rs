@@ -45,17 +45,17 @@ pub struct Sought<'s> {
     pub only: Option<EffectKind>,
 }
 
-/// Candidates that gain most, each at a place once, the one of greatest merit first, those that the phase contradicts last; of the kinds that the rig has
-/// already, only corrections.
+/// Candidates that gain most, at each place the best of a kind, the one of greatest merit first, those that the phase contradicts
+/// last; of the kinds that the rig has already, only corrections.
 pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought) -> Vec<Candidate<'d, 'a>> {
-    let Sought { asked, by_phase, corrections, only } = sought;
+    let Sought { asked: wanted, by_phase, corrections, only } = sought;
     let data = null.model.data;
     let mut hypotheses = null.hypotheses();
     let has = |kind: EffectKind| !corrections.contains(&kind) && null.rig.effects.iter().any(|e| e.kind == kind);
     hypotheses.retain(|h| !has(h.kind) && only.is_none_or(|only| h.kind == only));
     let mut kept = screened(null, brief, &hypotheses);
     let most = kept.first().map_or(0.0, |score| score.gain);
-    let asked = asked / SETTINGS.growth;
+    let asked = wanted / SETTINGS.growth;
     let asked_of_brief = asked * brief.duration_s() / duration_s(data.observations);
     kept.retain(|score| score.gain > (SETTINGS.rival_share * most).max(asked_of_brief));
     let mut kept = without_twins(kept);
@@ -95,7 +95,8 @@ pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought)
     };
     let mut near: Vec<Candidate> = near.into_par_iter().map(followed).collect();
     rank(&mut near);
-    let of_races = RACES.into_par_iter().filter_map(|kind| near.iter().find(|c| c.kind == kind));
+    // So many numbers gain something by any strong lines: the lobes alone are the reason to fit them.
+    let of_races = RACES.into_par_iter().filter_map(|kind| near.iter().find(|c| c.kind == kind && c.gain > wanted));
     let of_races: Vec<_> = of_races.map(|best| with_neighbours(best, &hypotheses, null)).collect();
     near.extend(of_races.into_iter().flatten());
     rank(&mut near);

@@ -8,12 +8,13 @@ use rayon::prelude::*;
 use super::candidate::{Candidate, NullFit, best};
 use super::hypotheses::{Hypothesis, ladder};
 use super::screening::{best_starts, scores, searched_from_best};
-use super::settings::SearchSettings;
+use super::settings::{GateSettings, SearchSettings};
 use crate::rig::EffectEntry;
 use crate::rig::effect::EffectKind;
 use crate::rig::effect::ParameterKey::{self, AboveCos, AboveSin, AmplitudeM, BelowCos, BelowSin, Lobes, PhaseRad};
 
 const SETTINGS: SearchSettings = SearchSettings::DEFAULT;
+const GATE: GateSettings = GateSettings::DEFAULT;
 const QUARTERS: [f64; 4] = [0.0, FRAC_PI_2, PI, -FRAC_PI_2];
 /// Cosine and sine of one lobe less, then of one more.
 const NEIGHBOURS: [[ParameterKey; 2]; 2] = [[BelowCos, BelowSin], [AboveCos, AboveSin]];
@@ -33,16 +34,15 @@ pub fn with_neighbours<'d, 'a>(
     let centred = beside.as_ref().and_then(|beside| better(beside, centred));
     let again = centred.as_ref().and_then(|centred| better(centred, alone));
     let mut forms: Vec<Candidate> = [beside, centred, again].into_iter().flatten().collect();
-    // So many numbers take their steps.
-    if let Some(last) = forms.pop() {
-        forms.push(last.searched(null, SETTINGS.steps[1]));
-    }
+    // So many numbers take more steps.
+    let last = forms.pop().map(|last| last.searched(null, SETTINGS.steps[1]));
+    forms.extend(last);
     forms
 }
 
 /// Candidates of other numbers of lobes than the few of a candidate at rest, and the best of them with its neighbours: they bend the
-/// balls' mean path alike, and a screening of brief recordings may have lost the right ones. None where the noise is not known, for
-/// the computing time.
+/// balls' mean path alike, and a screening of brief recordings may have lost the right ones. None of a candidate that gains little, as
+/// one of so many numbers of lobes gains something by any strong lines, nor where the noise is not known, for the computing time.
 pub fn other_lobes<'d, 'a>(
     of: &Candidate<'d, 'a>,
     hypotheses: &[Hypothesis],
@@ -50,7 +50,7 @@ pub fn other_lobes<'d, 'a>(
 ) -> Vec<Candidate<'d, 'a>> {
     // Those of few lobes have a phase in their first fit.
     let is_few = hypotheses.iter().any(|h| of.is_of(h) && h.free.contains(&PhaseRad));
-    if !is_few || !null.model.coordinates.is_empty() {
+    if !is_few || of.gain < GATE.second_lack || !null.model.coordinates.is_empty() {
         return Vec::new();
     }
     let others = hypotheses.iter().filter(|h| h.kind == of.kind && h.place != of.place);
