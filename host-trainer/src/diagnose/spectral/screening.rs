@@ -148,13 +148,14 @@ pub fn best_starts(mut scores: Vec<StartScore>, most: usize, each: usize) -> Vec
     scores
 }
 
-/// Best of the searches from the best of some starts of a hypothesis.
+/// Best of as many searches, from the best of some starts of a hypothesis.
 pub fn searched_from_best<'d, 'a>(
     hypothesis: &Hypothesis,
     scores: Vec<StartScore>,
+    searches: usize,
     null: &NullFit<'d, 'a>,
 ) -> Option<Candidate<'d, 'a>> {
-    let kept = best_starts(scores, SETTINGS.restarts, SETTINGS.restarts);
+    let kept = best_starts(scores, searches, searches);
     let starts: Vec<EffectEntry> = kept.into_iter().map(|score| score.effect).collect();
     let started = null.started(hypothesis, &starts);
     let searched: Vec<_> = started.into_par_iter().map(|c| c.searched(null, SETTINGS.steps[1])).collect();

@@ -22,7 +22,7 @@ const GATE: GateSettings = GateSettings::DEFAULT;
 /// Effects that bend a spring's force.
 const CURVATURES: [EffectKind; 3] =
     [EffectKind::HardeningStiffness, EffectKind::SofteningStiffness, EffectKind::AsymmetricStiffness];
-/// Effects of which only the best is fitted with its neighbours, for the computing time.
+/// Waviness, of which only the best on each race is fitted with its neighbours, for the computing time.
 const RACES: [EffectKind; 2] = [EffectKind::OuterRaceWaviness, EffectKind::InnerRaceWaviness];
 /// Effects that take a motion's energy.
 const DISSIPATION: [EffectKind; 3] =
@@ -48,16 +48,16 @@ pub struct Sought<'s> {
 /// Candidates that gain most, at each place the best of a kind, the one of greatest merit first, those that the phase contradicts
 /// last; of the kinds that the rig has already, only corrections.
 pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought) -> Vec<Candidate<'d, 'a>> {
-    let Sought { asked: wanted, by_phase, corrections, only } = sought;
+    let Sought { asked, by_phase, corrections, only } = sought;
     let data = null.model.data;
     let mut hypotheses = null.hypotheses();
     let has = |kind: EffectKind| !corrections.contains(&kind) && null.rig.effects.iter().any(|e| e.kind == kind);
     hypotheses.retain(|h| !has(h.kind) && only.is_none_or(|only| h.kind == only));
     let mut kept = screened(null, brief, &hypotheses);
     let most = kept.first().map_or(0.0, |score| score.gain);
-    let asked = wanted / SETTINGS.growth;
-    let asked_of_brief = asked * brief.duration_s() / duration_s(data.observations);
-    kept.retain(|score| score.gain > (SETTINGS.rival_share * most).max(asked_of_brief));
+    let followed_from = asked / SETTINGS.growth;
+    let of_brief = followed_from * brief.duration_s() / duration_s(data.observations);
+    kept.retain(|score| score.gain > (SETTINGS.rival_share * most).max(of_brief));
     let mut kept = without_twins(kept);
     kept.truncate(SETTINGS.full_fits);
     let mut sought: Vec<_> = kept.into_iter().map(|score| (score.hypothesis, sizes(&score.effect))).collect();
@@ -76,14 +76,14 @@ pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought)
     let mut fits: Vec<Candidate> = sought.into_par_iter().filter_map(fit).collect();
     let ask_phase = |fits: &mut [Candidate]| {
         if by_phase {
-            set_phases(null, fits, asked);
+            set_phases(null, fits, followed_from);
         }
     };
     ask_phase(&mut fits);
     rank(&mut fits);
     let (contradicted, fits): (Vec<Candidate>, Vec<Candidate>) = fits.into_iter().partition(Candidate::is_contradicted);
     let most = fits.first().map_or(0.0, |c| c.gain);
-    let least = (most - SETTINGS.close_nats - SETTINGS.close_share * most.abs()).max(asked);
+    let least = (most - SETTINGS.close_nats - SETTINGS.close_share * most.abs()).max(followed_from);
     let close = |c: &Candidate| c.gain > least;
     let (near, far): (Vec<Candidate>, Vec<Candidate>) = fits.into_iter().partition(close);
     let followed = |candidate: Candidate<'d, 'a>| {
@@ -96,7 +96,7 @@ pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought)
     let mut near: Vec<Candidate> = near.into_par_iter().map(followed).collect();
     rank(&mut near);
     // So many numbers gain something by any strong lines: the lobes alone are the reason to fit them.
-    let of_races = RACES.into_par_iter().filter_map(|kind| near.iter().find(|c| c.kind == kind && c.gain > wanted));
+    let of_races = RACES.into_par_iter().filter_map(|kind| near.iter().find(|c| c.kind == kind && c.gain > asked));
     let of_races: Vec<_> = of_races.map(|best| with_neighbours(best, &hypotheses, null)).collect();
     near.extend(of_races.into_iter().flatten());
     rank(&mut near);
@@ -105,14 +105,18 @@ pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought)
     ask_phase(&mut near);
     rank(&mut near);
     let (against, near): (Vec<Candidate>, Vec<Candidate>) = near.into_iter().partition(Candidate::is_contradicted);
-    let all = near.into_iter().chain(far).chain(against).chain(contradicted);
-    let mut once: Vec<Candidate> = Vec::new();
+    first_of_each(near.into_iter().chain(far).chain(against).chain(contradicted))
+}
+
+/// The first candidate of each kind at each place.
+fn first_of_each<'d, 'a>(all: impl Iterator<Item = Candidate<'d, 'a>>) -> Vec<Candidate<'d, 'a>> {
+    let mut first: Vec<Candidate> = Vec::new();
     for candidate in all {
-        if !once.iter().any(|c| (c.kind, &c.place) == (candidate.kind, &candidate.place)) {
-            once.push(candidate);
+        if !first.iter().any(|c| (c.kind, &c.place) == (candidate.kind, &candidate.place)) {
+            first.push(candidate);
         }
     }
-    once
+    first
 }
 
 /// Scores, best first, without an effect in one direction that differs from that in both by chance, and the reverse.
@@ -165,17 +169,23 @@ fn as_damper<'d, 'a>(
     hypotheses: &[Hypothesis],
     null: &NullFit<'d, 'a>,
 ) -> Option<Candidate<'d, 'a>> {
-    let effect = friction.effect().filter(|effect| effect.kind == EffectKind::CoulombFriction)?;
-    let slope = effect.number(ParameterKey::ForceN)? / effect.number(ParameterKey::RegularisationMPerS)?;
     let is_damper = |h: &&Hypothesis| h.kind == EffectKind::DampingChange && h.place == friction.place;
     let damper = hypotheses.iter().find(is_damper)?;
-    let own = Component::parse(&friction.place)?.part_of(&null.rig.model).damping;
-    let start = damper.placed(&EffectEntry::new(damper.kind, &[(ParameterKey::Value, own + slope)]));
+    let start = damper.placed(&damper_of(&friction.effect()?, null)?);
     let values = friction.point.values[..null.model.coordinates.len()].to_vec();
     let beside = NullFit::new(&null.model, &Point { values, ..friction.point.clone() });
     let (model, from) = beside.with_effect(damper, &start, false)?;
     let point = model.start_from(&from).ok()?;
     Some(null.candidate(damper, model, point).searched(null, SETTINGS.steps[1]))
+}
+
+/// Damping of a dry friction's component with the friction's slope at rest; `None` of another effect.
+fn damper_of(effect: &EffectEntry, null: &NullFit) -> Option<EffectEntry> {
+    use ParameterKey::{ForceN, RegularisationMPerS, Value};
+    let place = effect.text(ParameterKey::Component).filter(|_| effect.kind == EffectKind::CoulombFriction)?;
+    let own = Component::parse(place)?.part_of(&null.rig.model).damping;
+    let slope = effect.number(ForceN)? / effect.number(RegularisationMPerS)?;
+    Some(EffectEntry::new(EffectKind::DampingChange, &[(Value, own + slope)]))
 }
 
 /// Effect at the sizes from which its fit to all recordings starts: as screened and, of friction, weaker, since it reduces the
@@ -209,7 +219,7 @@ fn extended<'d, 'a>(
         GainAcross => {
             SETTINGS.extension.map(|share| effect.clone().with_number(GainAcross, share * number(Gain))).to_vec()
         }
-        // Neighbours of a race's lobes are costly.
+        // Of the waviness of a race only the best is fitted with its neighbours.
         _ => return candidate,
     };
     let searched = best(null.started(&extended, &starts)).map(|c| c.searched(null, SETTINGS.steps[1]));
@@ -225,7 +235,7 @@ fn reshaped<'d, 'a>(candidate: Candidate<'d, 'a>, extended: &Hypothesis, null: &
     let ([least, greatest], steps) = SETTINGS.flank_widths;
     let widths = ladder(least * width, greatest * width, steps);
     let starts = shaped.iter().flat_map(|effect| of_widths(effect, &widths)).map(|start| (extended, start)).collect();
-    let searched = searched_from_best(extended, scores(null, starts, &SETTINGS.other_depths), null);
+    let searched = searched_from_best(extended, scores(null, starts, &SETTINGS.other_depths), SETTINGS.restarts, null);
     searched.filter(|searched| searched.merit() > candidate.merit()).unwrap_or(candidate)
 }
 
@@ -247,7 +257,8 @@ fn restarted<'d, 'a>(
         return candidate;
     };
     let starts = starts.into_iter().map(|start| (hypothesis, start)).collect();
-    let searched = searched_from_best(hypothesis, scores(null, starts, &SETTINGS.other_depths), null);
+    let searched =
+        searched_from_best(hypothesis, scores(null, starts, &SETTINGS.other_depths), SETTINGS.restarts, null);
     searched.filter(|best| best.gain > candidate.gain).unwrap_or(candidate)
 }
 
@@ -278,4 +289,44 @@ fn other_modes(effect: &EffectEntry) -> Vec<EffectEntry> {
 /// Defect with other widths, rad: the zeros in the lines' envelope are elsewhere.
 fn of_widths(effect: &EffectEntry, widths: &[f64]) -> Vec<EffectEntry> {
     widths.iter().map(|width| effect.clone().with_number(ParameterKey::WidthRad, *width)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::spectral::data::Data;
+    use crate::diagnose::spectral::fit::Model;
+    use crate::diagnose::spectral::imperfect::testing::observed;
+    use crate::diagnose::spectral::unevenness::UnevenMachines;
+    use crate::rig::test_support::nominal;
+
+    /// A dry friction that is rounded far beyond the motion's speeds is a damper, with a number less; nothing else is tried as one.
+    #[test]
+    fn invariant_a_friction_rounded_beyond_the_motion_is_a_damper() {
+        use ParameterKey::{ForceN, RegularisationMPerS, Value};
+        let damped =
+            EffectEntry::new(EffectKind::DampingChange, &[(Value, 9e3)]).with_text(ParameterKey::Component, "outer");
+        let rig = nominal().with_effect(damped);
+        let orders = rig.bearing().unwrap().bearing.geometry().orders();
+        let observations = [observed(&rig, 500.0, &Point::default().in_recordings(1, 0))];
+        let data = Data::new(&observations, orders, UnevenMachines::default());
+        let model = Model::fixed(&data, nominal());
+        let null = NullFit::new(&model, &model.search(model.start().unwrap(), 4).unwrap());
+        let hypotheses = null.hypotheses();
+        let at = |kind: EffectKind| hypotheses.iter().find(|h| h.kind == kind && h.place == "outer").unwrap();
+        let fitted = |kind: EffectKind, start: EffectEntry| {
+            best(null.started(at(kind), &[start])).unwrap().searched(&null, SETTINGS.steps[0])
+        };
+        let rounded = at(EffectKind::CoulombFriction).starts[0].clone();
+        let rounded = rounded.with_number(ForceN, 3e3).with_number(RegularisationMPerS, 1.0);
+        let own = nominal().bearing().unwrap().outer.damping_n_s_per_m;
+        assert_eq!(damper_of(&rounded, &null).unwrap().number(Value), Some(own + 3e3));
+        let friction = fitted(EffectKind::CoulombFriction, rounded);
+        let damper = as_damper(&friction, &hypotheses, &null).unwrap();
+        assert!(friction.gain > 50.0 && damper.gain > friction.gain - 1.0, "{} {}", friction.gain, damper.gain);
+        assert!(damper.merit() > friction.merit(), "{} {}", damper.merit(), friction.merit());
+        let value = damper.effect().unwrap().number(Value).unwrap();
+        assert!((value / 9e3 - 1.0).abs() < 0.1, "{value}");
+        assert!(as_damper(&damper, &hypotheses, &null).is_none());
+    }
 }

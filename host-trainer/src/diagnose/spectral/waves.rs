@@ -8,13 +8,12 @@ use rayon::prelude::*;
 use super::candidate::{Candidate, NullFit, best};
 use super::hypotheses::{Hypothesis, ladder};
 use super::screening::{best_starts, scores, searched_from_best};
-use super::settings::{GateSettings, SearchSettings};
+use super::settings::SearchSettings;
 use crate::rig::EffectEntry;
 use crate::rig::effect::EffectKind;
 use crate::rig::effect::ParameterKey::{self, AboveCos, AboveSin, AmplitudeM, BelowCos, BelowSin, Lobes, PhaseRad};
 
 const SETTINGS: SearchSettings = SearchSettings::DEFAULT;
-const GATE: GateSettings = GateSettings::DEFAULT;
 const QUARTERS: [f64; 4] = [0.0, FRAC_PI_2, PI, -FRAC_PI_2];
 /// Cosine and sine of one lobe less, then of one more.
 const NEIGHBOURS: [[ParameterKey; 2]; 2] = [[BelowCos, BelowSin], [AboveCos, AboveSin]];
@@ -50,7 +49,7 @@ pub fn other_lobes<'d, 'a>(
 ) -> Vec<Candidate<'d, 'a>> {
     // Those of few lobes have a phase in their first fit.
     let is_few = hypotheses.iter().any(|h| of.is_of(h) && h.free.contains(&PhaseRad));
-    if !is_few || of.gain < GATE.second_lack || !null.model.coordinates.is_empty() {
+    if !is_few || of.gain < SETTINGS.other_lobes_nats || !null.model.coordinates.is_empty() {
         return Vec::new();
     }
     let others = hypotheses.iter().filter(|h| h.kind == of.kind && h.place != of.place);
@@ -84,8 +83,7 @@ fn searched<'d, 'a>(
     let of = hypotheses.iter().find(is_of)?;
     let of = Hypothesis { free: of.extended, ..of.clone() };
     let starts = starts.into_iter().map(|start| (&of, start)).collect();
-    let kept = best_starts(scores(null, starts, &[]), SETTINGS.wave_searches, SETTINGS.wave_searches);
-    searched_from_best(&of, kept, null)
+    searched_from_best(&of, scores(null, starts, &[]), SETTINGS.wave_searches, null)
 }
 
 /// Lobes of any size and, where the race does not turn, at any phase to the load, with neighbours of no size yet: the balls that
@@ -129,8 +127,35 @@ fn centred(effect: &EffectEntry) -> Vec<EffectEntry> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::spectral::data::{Data, Point};
+    use crate::diagnose::spectral::fit::Model;
+    use crate::diagnose::spectral::imperfect::testing::observed;
+    use crate::diagnose::spectral::unevenness::UnevenMachines;
     use crate::rig::test_support::{condition, nominal};
     use crate::rig::{Start, simulate};
+
+    /// Lobes with neighbours are found with both, in number and, to a factor of 1.5, in size, where the search begins at a neighbour.
+    #[test]
+    fn invariant_lobes_are_found_from_a_neighbour() {
+        let numbers =
+            [(AmplitudeM, 4e-7), (Lobes, 10.0), (BelowCos, 0.1), (BelowSin, 0.2), (AboveCos, -0.3), (AboveSin, 0.1)];
+        let rig = nominal().with_effect(EffectEntry::new(EffectKind::InnerRaceWaviness, &numbers));
+        let orders = rig.bearing().unwrap().bearing.geometry().orders();
+        let observations = [400.0, 700.0].map(|load_n| observed(&rig, load_n, &Point::default().in_recordings(1, 0)));
+        let data = Data::new(&observations, orders, UnevenMachines::default());
+        let model = Model::fixed(&data, nominal());
+        let null = NullFit::new(&model, &model.search(model.start().unwrap(), 4).unwrap());
+        let hypotheses = null.hypotheses();
+        let of = hypotheses.iter().find(|h| h.kind == EffectKind::InnerRaceWaviness && h.place == "11 lobes").unwrap();
+        let single = best(null.started(of, &of.starts)).unwrap().searched(&null, SETTINGS.steps[1]);
+        let forms = with_neighbours(&single, &hypotheses, &null);
+        let found = forms.last().unwrap();
+        let effect = found.effect().unwrap();
+        let size = effect.number(AmplitudeM).unwrap();
+        assert!(found.gain > single.gain + 100.0, "{} {}", found.gain, single.gain);
+        assert_eq!(found.place, "10 lobes", "{effect:?}");
+        assert!((size / 4e-7).ln().abs() < 1.5f64.ln(), "{effect:?}");
+    }
 
     /// Lobes with a greater neighbour are that neighbour with smaller ones.
     #[test]

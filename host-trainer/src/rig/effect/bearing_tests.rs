@@ -1,5 +1,7 @@
 //! What the faults of a bearing must show in a spectrum.
 
+use std::f64::consts::FRAC_PI_2;
+
 use crate::recording::Recording;
 use crate::rig::config::ModelKey;
 use crate::rig::effect::{EffectKind, ParameterKey};
@@ -98,7 +100,7 @@ fn invariant_neighbours_are_one_lobe_less_and_more() {
     let together = noise_free(&lobes(nominal(), &[main.as_slice(), &beside].concat()));
     // sin x = cos(x − π/2).
     let apart = lobes(nominal(), &main);
-    let apart = lobes(apart, &[(AmplitudeM, 1e-7), (Lobes, 10.0), (PhaseRad, -std::f64::consts::FRAC_PI_2)]);
+    let apart = lobes(apart, &[(AmplitudeM, 1e-7), (Lobes, 10.0), (PhaseRad, -FRAC_PI_2)]);
     let apart = noise_free(&lobes(apart, &[(AmplitudeM, 2e-7), (Lobes, 12.0), (PhaseRad, 0.7)]));
     let pairs = samples(&together, "ay").iter().zip(samples(&apart, "ay"));
     assert!(pairs.clone().all(|(a, b)| (a - b).abs() < 1e-9) && pairs.clone().any(|(a, _)| a.abs() > 1e-3));
