@@ -195,7 +195,7 @@ fn most_telling(outcome: &DiagnosisResult) -> String {
     change.or_else(test).unwrap_or_default()
 }
 
-/// Name and parameters of a cause, for a sentence.
+/// Name and parameters of a cause and, below one half, its probability, for a sentence.
 fn short(cause: &Cause) -> String {
     let one = |(name, value): (&String, &Parameter)| match value {
         Parameter::Number(v) => in_words(name, *v, cause.interval95.get(name).copied()),
@@ -204,7 +204,8 @@ fn short(cause: &Cause) -> String {
     let (names, numbers): (Vec<_>, Vec<_>) =
         cause.parameters.iter().partition(|(_, v)| matches!(v, Parameter::Name(_)));
     let signs = Some(&cause.signs).filter(|signs| !signs.is_empty());
-    let told: Vec<String> = numbers.into_iter().chain(names).map(one).chain(signs.cloned()).collect();
+    let doubt = (cause.probability < 0.5).then(|| format!("probability {}", percent(cause.probability)));
+    let told: Vec<String> = numbers.into_iter().chain(names).map(one).chain(signs.cloned()).chain(doubt).collect();
     if told.is_empty() { cause.name.clone() } else { format!("{} ({})", cause.name, told.join(", ")) }
 }
 

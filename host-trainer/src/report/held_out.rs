@@ -113,25 +113,29 @@ fn acceleration(section: Section, held: &HeldOut, rigs: Rigs<'_>, location: &Loc
     if held.before == held.after {
         signals.remove(1);
     }
-    let segment = SETTINGS.segment.min(held.measured.len());
-    let spectra: Vec<Curve<'_>> = signals
-        .iter()
-        .filter_map(|(name, samples, color)| {
-            let spectrum = welch(&[samples.as_slice()], held.sample_rate_hz, segment)?;
-            // The mean was subtracted: its two bins hold nothing of the machine.
-            let points = spectrum.points().skip(2).map(|(f, v)| (f, 10.0 * v.max(1e-30).log10())).collect();
-            Some(Curve { name, points, color: *color })
-        })
-        .collect();
-    let mut section = section;
     let marks = marks(location);
     let dashed = if marks.is_empty() { "" } else { "; dashed, the edges of bands with a mismatch" };
-    if !spectra.is_empty() {
-        let names = Names { x: "frequency, Hz", y: "density, dB re 1 (m/s²)²/Hz" };
-        section = section.figure(
-            comparison::svg(&spectra, 0.0..0.5 * held.sample_rate_hz, names, &marks)?,
-            format!("{}: power spectral density{dashed}.", held.name),
-        );
+    let nyquist_hz = 0.5 * held.sample_rate_hz;
+    let whole = (0.0..nyquist_hz, SETTINGS.segment, "power spectral density");
+    // Segments of half of Welch's overlap.
+    let long = 2 * held.measured.len() / (SETTINGS.enlarged_segments + 1);
+    let enlarged = enlarged_hz(location, nyquist_hz).map(|range| (range, long.max(SETTINGS.segment), "enlarged"));
+    let mut section = section;
+    for (range, segment, what) in std::iter::once(whole).chain(enlarged) {
+        let spectra: Vec<Curve<'_>> = signals
+            .iter()
+            .filter_map(|(name, samples, color)| {
+                let spectrum = welch(&[samples.as_slice()], held.sample_rate_hz, segment.min(samples.len()))?;
+                // The mean was subtracted: its two bins hold nothing of the machine.
+                let points = spectrum.points().skip(2).map(|(f, v)| (f, 10.0 * v.max(1e-30).log10())).collect();
+                Some(Curve { name, points, color: *color })
+            })
+            .collect();
+        if !spectra.is_empty() {
+            let names = Names { x: "frequency, Hz", y: "density, dB re 1 (m/s²)²/Hz" };
+            let picture = comparison::svg(&spectra, range, names, &marks)?;
+            section = section.figure(picture, format!("{}: {what}{dashed}.", held.name));
+        }
     }
     let Shown { samples: shown, why } = stretch(held);
     let range = shown.start as f64 / held.sample_rate_hz..shown.end as f64 / held.sample_rate_hz;
@@ -149,6 +153,14 @@ fn acceleration(section: Section, held: &HeldOut, rigs: Rigs<'_>, location: &Loc
         ),
     };
     Ok(section.figure(comparison::svg(&courses, range, names, &[])?, caption))
+}
+
+/// Range around the bands of a mismatch, as wide again on either side, where the spectrum up to some frequency hardly shows them.
+fn enlarged_hz(location: &Location, nyquist_hz: f64) -> Option<Range<f64>> {
+    let bands = location.frequency_hz.iter();
+    let [low, high] = bands.copied().reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])?;
+    let range = (2.0 * low - high).max(0.0)..(2.0 * high - low).min(nyquist_hz);
+    (range.end - range.start < SETTINGS.enlarged_share * nyquist_hz).then_some(range)
 }
 
 fn marks(location: &Location) -> Vec<Mark> {
@@ -263,6 +275,19 @@ pub fn table(held: &[HeldOut], quantity: Quantity) -> (Vec<&'static str>, Vec<Ve
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Bands that the whole spectrum hardly shows are drawn enlarged, wide ones not.
+    #[test]
+    fn narrow_bands_are_enlarged() {
+        let within = |bands: &[[f64; 2]]| {
+            let location = Location { frequency_hz: bands.to_vec(), ..Location::default() };
+            enlarged_hz(&location, 12_800.0)
+        };
+        assert_eq!(within(&[[50.0, 80.0], [90.0, 110.0]]), Some(0.0..170.0));
+        assert_eq!(within(&[[12_700.0, 12_790.0]]), Some(12_610.0..12_800.0));
+        assert_eq!(within(&[[50.0, 80.0], [2000.0, 2100.0]]), None);
+        assert_eq!(within(&[]), None);
+    }
 
     /// A burst in the second half is shown where the correction meets it; of a correction of other instants the loudest
     /// stretch measured is, and the caption does not speak of a gain.

@@ -17,6 +17,10 @@ pub struct ReportSettings {
     pub gain: f64,
     /// Points beyond which a curve is thinned; a picture is 1000 pixels wide. Not tuned: chosen by hand.
     pub points: usize,
+    /// Share of a spectrum below which the bands of a mismatch are drawn enlarged. Not tuned: chosen by hand.
+    pub enlarged_share: f64,
+    /// Averaged segments of an enlarged spectrum. Not tuned: chosen by hand.
+    pub enlarged_segments: usize,
     /// Ratio of RMS residuals before and after from which the one after is drawn enlarged. Not tuned: chosen by hand.
     pub enlarged_ratio: f64,
     /// Tests listed in the report of a diagnosis. Not tuned: chosen by hand.
@@ -51,6 +55,8 @@ impl ReportSettings {
         zoom: 400,
         gain: 0.9,
         points: 1600,
+        enlarged_share: 0.25,
+        enlarged_segments: 4,
         enlarged_ratio: 5.0,
         tests: 12,
         equations: 16,

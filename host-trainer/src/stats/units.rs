@@ -28,6 +28,9 @@ const UNITS: [(&str, &str, f64, bool); 22] = [
     ("_s", "s", 1.0, true),
 ];
 
+/// Keys of whole numbers.
+const COUNTS: [&str; 2] = ["count", "lobes"];
+
 /// Prefixes of units from 1e−9 on, in steps of a thousand.
 const PREFIXES: [&str; 8] = ["n", "µ", "m", "", "k", "M", "G", "T"];
 
@@ -66,8 +69,11 @@ impl NamedUnit {
         [name, significant(self.factor * before, 4), text, interval]
     }
 
-    /// A value and its 95 % interval, in SI, as texts in this unit, to the digits of the interval.
+    /// A value and its 95 % interval, in SI, as texts in this unit, to the digits of the interval; of a whole number without decimals.
     pub fn texts(&self, value: f64, interval95: Option<[f64; 2]>) -> (String, String) {
+        if interval95.is_none() && COUNTS.contains(&self.name.as_str()) {
+            return (format!("{value:.0}"), "–".into());
+        }
         with_interval(self.factor * value, interval95.map(|ends| ends.map(|end| self.factor * end)))
     }
 }
@@ -98,6 +104,7 @@ mod tests {
         assert_eq!(said("force_n", -2500.0), "force −2.500 kN");
         assert_eq!(said("outer.stiffness_n_per_m", 1e7), "outer stiffness 10.00 MN/m");
         assert_eq!(said("damping_ratio", 0.03), "damping ratio 0.03000");
+        assert_eq!(said("lobes", 8.0), "lobes 8");
         let row = NamedUnit::new("outer.stiffness_n_per_m", 1.25e7).row(1e7, 1.25e7, [1.2e7, 1.3e7]);
         assert_eq!(row, ["outer stiffness, MN/m", "10.00", "12.5", "12.0 to 13.0"]);
     }
