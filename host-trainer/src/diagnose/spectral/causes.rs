@@ -11,8 +11,10 @@ use super::data::Point;
 use super::events::{Event, Occurrence};
 use super::expansion::Expansion;
 use super::fit::Model;
+use super::gate::is_overdamped;
 use super::settings::{EventSettings, GateSettings, IntervalSettings};
 use super::text;
+use super::tolerance::is_tolerance;
 use crate::diagnose::result::{Aspect, Cause, Fitted, Parameter, Test};
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::rig::EffectEntry;
@@ -37,6 +39,8 @@ pub struct Accepted<'d, 'a> {
     pub effect: usize,
     /// Gain of both, where it was found at once with another.
     pub beside: Option<Beside>,
+    /// Whether it is a dry friction that holds its component, whose force the motion does not show.
+    pub is_held: bool,
 }
 
 /// Gain of two causes that were found at once.
@@ -48,21 +52,27 @@ pub struct Beside {
     pub next: Option<(String, f64)>,
 }
 
-/// Probability of a candidate among its rivals: a small gain, and one in what a first cause leaves, may be an imperfection of
-/// the machine.
+/// Probability of a candidate among its rivals, others of its kind only if they are no cause: a small gain, and one in what a first
+/// cause leaves, may be an imperfection of the machine.
 pub fn probability(best: &Candidate, rivals: &[Candidate], is_second: bool) -> f64 {
-    let others = rivals.iter().filter(|c| c.kind != best.kind).map(|c| c.merit() - best.merit());
+    let others = rivals.iter().filter(|c| c.kind != best.kind || is_tolerance(c)).map(|c| c.merit() - best.merit());
     probability_of(best.gain, others, best.gain, is_second)
 }
 
 /// Probability of a cause of some gain among others of other merits, as differences from that of the `explained` gain it is part of.
 pub fn probability_of(gain: f64, others: impl Iterator<Item = f64>, explained: f64, is_second: bool) -> f64 {
-    let [least, share] = GATE.rivalry;
-    let scale = least + share * explained.max(0.0);
+    let scale = GATE.model_error_nats(explained);
     let others: f64 = others.map(|merit| (merit / scale).exp()).sum();
     let by_gain = 1.0 - GATE.doubt / gain.max(1.0).sqrt();
     let by_rank = if is_second { GATE.second_trust } else { 1.0 };
     (by_gain.max(0.0) * by_rank / (1.0 + others)).min(GATE.most_probable)
+}
+
+/// Whether a dry friction holds its component: of all `refused`, a damper that does so gains as much.
+pub fn is_held(friction: &Candidate, refused: &[Candidate]) -> bool {
+    let least = friction.gain - GATE.model_error_nats(friction.gain);
+    let locks = |c: &Candidate| c.kind == EffectKind::DampingChange && c.place == friction.place && c.gain > least;
+    friction.kind == EffectKind::CoulombFriction && refused.iter().any(|c| locks(c) && is_overdamped(c))
 }
 
 /// Trust in causes by what they leave, and by what else changes the level.
@@ -172,7 +182,10 @@ fn stated(effect: &EffectEntry) -> BTreeMap<String, Parameter> {
 
 /// Cause of a candidate, `effect` as it was fitted in the end.
 pub fn cause(accepted: &Accepted, effect: &EffectEntry, values: &Intervals) -> Cause {
-    let parameters = stated(effect);
+    let mut parameters = stated(effect);
+    if accepted.is_held {
+        parameters.remove(ParameterKey::ForceN.name());
+    }
     let interval = |(key, ends): (&(usize, ParameterKey), &[f64; 2])| {
         (key.0 == accepted.effect && parameters.contains_key(key.1.name())).then(|| (key.1.to_string(), *ends))
     };

@@ -6,7 +6,9 @@ use super::observation::duration_s;
 use super::refit::refit;
 use super::settings::{GateSettings, LikelihoodSettings};
 use super::unsteady::is_fleeting;
+use crate::rig::effect::component::{Component, Part};
 use crate::rig::effect::{EffectKind, ParameterKey};
+use crate::rig::{EffectEntry, Rig};
 
 const GATE: GateSettings = GateSettings::DEFAULT;
 const LIKELIHOOD: LikelihoodSettings = LikelihoodSettings::DEFAULT;
@@ -23,11 +25,27 @@ pub fn is_no_tone(candidate: &Candidate) -> bool {
         && !is_fleeting(observations, frequency_hz, half_power_hz)
 }
 
-/// Whether a candidate is a mode of more damping than a structure has: a broad tilt of the spectrum.
+/// Whether a candidate is a mode of more damping than a structure has, which is a broad tilt of the spectrum, or a damper that locks
+/// its component, as dry friction does.
 pub fn is_overdamped(candidate: &Candidate) -> bool {
-    let Some(mode) = candidate.effect().filter(|e| e.kind == EffectKind::StructuralResonance) else { return false };
-    let greatest = mode.definition().parameter(ParameterKey::DampingRatio).map_or(1.0, |p| p.search_range.1);
-    mode.number(ParameterKey::DampingRatio).is_some_and(|ratio| ratio > greatest)
+    let Some(effect) = candidate.effect() else { return false };
+    if effect.kind == EffectKind::StructuralResonance {
+        let greatest = effect.definition().parameter(ParameterKey::DampingRatio).map_or(1.0, |p| p.search_range.1);
+        return effect.number(ParameterKey::DampingRatio).is_some_and(|ratio| ratio > greatest);
+    }
+    let Some((part, damping)) = damped(&effect, &candidate.model.rig) else { return false };
+    damping > (GATE.most_critical * 2.0 * (part.mass * part.stiffness).sqrt()).max(part.damping)
+}
+
+/// The component of a damper between a part and the ground, and its damping with it.
+pub fn damped(effect: &EffectEntry, rig: &Rig) -> Option<(Part, f64)> {
+    let part = Component::parse(effect.text(ParameterKey::Component)?)?.part_of(&rig.model);
+    let damping = match effect.kind {
+        EffectKind::DampingChange => effect.number(ParameterKey::Value)?,
+        EffectKind::ViscousFriction => part.damping + effect.number(ParameterKey::DampingNSPerM)?,
+        _ => return None,
+    };
+    (part.stiffness > 0.0).then_some((part, damping))
 }
 
 /// Whether a candidate is a sensor's gain that the noise does not show: its colours are no less than without it. What a first cause
@@ -56,7 +74,6 @@ mod tests {
     use crate::diagnose::spectral::fit::Model;
     use crate::diagnose::spectral::imperfect::testing::observed;
     use crate::diagnose::spectral::unevenness::UnevenMachines;
-    use crate::rig::EffectEntry;
     use crate::rig::test_support::nominal;
 
     /// A resonance, and a mode that is a tilt of the spectrum.
@@ -73,6 +90,34 @@ mod tests {
             is_overdamped(&Candidate { kind, place, model, point: Point::default(), gain: 700.0, phase: 0.0 })
         };
         assert!(of(0.7) && !of(0.1));
+    }
+
+    /// Dampers of a housing, and one that holds it fast.
+    #[test]
+    fn null_a_damper_that_locks_its_component_is_none() {
+        let observations = [observed(&nominal(), 500.0, &Point::default().in_recordings(1, 0))];
+        let orders = nominal().bearing().unwrap().bearing.geometry().orders();
+        let data = Data::new(&observations, orders, UnevenMachines::default());
+        let part = Component::Outer.part_of(&nominal().model);
+        let critical = 2.0 * (part.mass * part.stiffness).sqrt();
+        let is_locked = |kind: EffectKind, key: ParameterKey, ratio: f64| {
+            let damper = EffectEntry::new(kind, &[(key, ratio * critical)]).with_text(ParameterKey::Component, "outer");
+            let model = Model::fixed(&data, nominal().with_effect(damper));
+            is_overdamped(&Candidate {
+                kind,
+                place: "outer".into(),
+                model,
+                point: Point::default(),
+                gain: 700.0,
+                phase: 0.0,
+            })
+        };
+        for (kind, key) in [
+            (EffectKind::DampingChange, ParameterKey::Value),
+            (EffectKind::ViscousFriction, ParameterKey::DampingNSPerM),
+        ] {
+            assert!(is_locked(kind, key, 70.0) && !is_locked(kind, key, 5.0), "{kind}");
+        }
     }
 
     /// A gain that leaves the noise as it is or moves it away, beside one that takes its level.

@@ -412,7 +412,7 @@ impl List<'_> {
 }
 
 /// Rate of dry friction near standstill that is simulated, 1/s: no faster than a few steps a sample follow.
-const FASTEST_FRICTION_PER_S: f64 = 1e5;
+pub const FASTEST_FRICTION_PER_S: f64 = 1e5;
 /// Speed at which dry friction is rounded at least, m/s: far below what a housing vibrates at.
 const SHARPEST_M_PER_S: f64 = 2e-6;
 

@@ -6,7 +6,8 @@ use super::angle::turned;
 use super::candidate::{Candidate, NullFit, best, rank};
 use super::cross::set_phases;
 use super::data::Point;
-use super::hypotheses::{Hypothesis, ISOTROPIC, LOAD_COMPONENT, MODE_SOURCES, ladder};
+use super::gate::{damped, is_overdamped};
+use super::hypotheses::{FASTEST_FRICTION_PER_S, Hypothesis, ISOTROPIC, LOAD_COMPONENT, MODE_SOURCES, ladder};
 use super::lack::lack;
 use super::observation::duration_s;
 use super::screening::{Brief, StartScore, scores, screened, searched_from_best};
@@ -160,23 +161,43 @@ fn siblings<'d, 'a>(
         Some(best(null.started(h, &starts))?.searched(null, SETTINGS.steps[1]))
     };
     let others = hypotheses.iter().filter(|h| family.contains(&h.kind) && h.place == best_so_far.place);
-    others.filter(|h| !is_fitted(h)).filter_map(of).chain(as_damper(best_so_far, hypotheses, null)).collect()
+    let others = others.filter(|h| !is_fitted(h)).filter_map(of);
+    others.chain(as_friction_or_damper(best_so_far, hypotheses, null)).collect()
 }
 
-/// The damper that a dry friction is at speeds below that at which it is rounded, searched from the friction's fit.
-fn as_damper<'d, 'a>(
-    friction: &Candidate,
+/// The damper that a dry friction is at speeds below that at which it is rounded and, of a damper that locks its component, found so or
+/// by itself, that friction, each searched from the other's fit.
+fn as_friction_or_damper<'d, 'a>(
+    best_so_far: &Candidate<'d, 'a>,
     hypotheses: &[Hypothesis],
     null: &NullFit<'d, 'a>,
+) -> Vec<Candidate<'d, 'a>> {
+    let hypothesis = |kind: EffectKind| hypotheses.iter().find(|h| h.kind == kind && h.place == best_so_far.place);
+    let both = (hypothesis(EffectKind::DampingChange), hypothesis(EffectKind::CoulombFriction), best_so_far.effect());
+    let (Some(damper), Some(friction), Some(effect)) = both else { return Vec::new() };
+    let as_damper = damper_of(&effect, null).and_then(|start| searched_from(best_so_far, damper, &start, null));
+    let locking = as_damper.as_ref().unwrap_or(best_so_far);
+    let start = || {
+        let rounded = std::iter::once(&effect).chain(&friction.starts);
+        let rounding = rounded.filter_map(|e| e.number(ParameterKey::RegularisationMPerS)).next()?;
+        friction_of(&locking.effect().filter(|_| is_overdamped(locking))?, rounding, null)
+    };
+    let as_friction = start().and_then(|start| searched_from(locking, friction, &start, null));
+    as_damper.into_iter().chain(as_friction).collect()
+}
+
+/// Search of a hypothesis at a start beside what another candidate's fit has of the machine.
+fn searched_from<'d, 'a>(
+    of: &Candidate,
+    hypothesis: &Hypothesis,
+    start: &EffectEntry,
+    null: &NullFit<'d, 'a>,
 ) -> Option<Candidate<'d, 'a>> {
-    let is_damper = |h: &&Hypothesis| h.kind == EffectKind::DampingChange && h.place == friction.place;
-    let damper = hypotheses.iter().find(is_damper)?;
-    let start = damper.placed(&damper_of(&friction.effect()?, null)?);
-    let values = friction.point.values[..null.model.coordinates.len()].to_vec();
-    let beside = NullFit::new(&null.model, &Point { values, ..friction.point.clone() });
-    let (model, from) = beside.with_effect(damper, &start, false)?;
+    let values = of.point.values[..null.model.coordinates.len()].to_vec();
+    let beside = NullFit::new(&null.model, &Point { values, ..of.point.clone() });
+    let (model, from) = beside.with_effect(hypothesis, &hypothesis.placed(start), false)?;
     let point = model.start_from(&from).ok()?;
-    Some(null.candidate(damper, model, point).searched(null, SETTINGS.steps[1]))
+    Some(null.candidate(hypothesis, model, point).searched(null, SETTINGS.steps[1]))
 }
 
 /// Damping of a dry friction's component with the friction's slope at rest; `None` of another effect.
@@ -186,6 +207,15 @@ fn damper_of(effect: &EffectEntry, null: &NullFit) -> Option<EffectEntry> {
     let own = Component::parse(place)?.part_of(&null.rig.model).damping;
     let slope = effect.number(ForceN)? / effect.number(RegularisationMPerS)?;
     Some(EffectEntry::new(EffectKind::DampingChange, &[(Value, own + slope)]))
+}
+
+/// Dry friction, rounded at a speed, with a damper's slope at rest, or as much of it as is simulated.
+fn friction_of(damper: &EffectEntry, rounding_m_per_s: f64, null: &NullFit) -> Option<EffectEntry> {
+    use ParameterKey::{ForceN, RegularisationMPerS};
+    let (part, damping) = damped(damper, &null.rig)?;
+    let slope = (damping - part.damping).min(FASTEST_FRICTION_PER_S * part.mass);
+    let numbers = [(ForceN, slope * rounding_m_per_s), (RegularisationMPerS, rounding_m_per_s)];
+    Some(EffectEntry::new(EffectKind::CoulombFriction, &numbers))
 }
 
 /// Effect at the sizes from which its fit to all recordings starts: as screened and, of friction, weaker, since it reduces the
@@ -294,39 +324,67 @@ fn of_widths(effect: &EffectEntry, widths: &[f64]) -> Vec<EffectEntry> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::spectral::causes::is_held;
     use crate::diagnose::spectral::data::Data;
     use crate::diagnose::spectral::fit::Model;
     use crate::diagnose::spectral::imperfect::testing::observed;
     use crate::diagnose::spectral::unevenness::UnevenMachines;
     use crate::rig::test_support::nominal;
 
-    /// A dry friction that is rounded far beyond the motion's speeds is a damper, with a number less; nothing else is tried as one.
-    #[test]
-    fn invariant_a_friction_rounded_beyond_the_motion_is_a_damper() {
-        use ParameterKey::{ForceN, RegularisationMPerS, Value};
-        let damped =
-            EffectEntry::new(EffectKind::DampingChange, &[(Value, 9e3)]).with_text(ParameterKey::Component, "outer");
-        let rig = nominal().with_effect(damped);
+    /// Machine whose housing has a damper, with the hypotheses of its diagnosis, to be asked something.
+    fn with_damper(damping_n_s_per_m: f64, asked: impl Fn(&NullFit, &[Hypothesis])) {
+        let numbers = [(ParameterKey::Value, damping_n_s_per_m)];
+        let damper = EffectEntry::new(EffectKind::DampingChange, &numbers);
+        let rig = nominal().with_effect(damper.with_text(ParameterKey::Component, "outer"));
         let orders = rig.bearing().unwrap().bearing.geometry().orders();
         let observations = [observed(&rig, 500.0, &Point::default().in_recordings(1, 0))];
         let data = Data::new(&observations, orders, UnevenMachines::default());
         let model = Model::fixed(&data, nominal());
         let null = NullFit::new(&model, &model.search(model.start().unwrap(), 4).unwrap());
-        let hypotheses = null.hypotheses();
-        let at = |kind: EffectKind| hypotheses.iter().find(|h| h.kind == kind && h.place == "outer").unwrap();
-        let fitted = |kind: EffectKind, start: EffectEntry| {
-            best(null.started(at(kind), &[start])).unwrap().searched(&null, SETTINGS.steps[0])
-        };
-        let rounded = at(EffectKind::CoulombFriction).starts[0].clone();
-        let rounded = rounded.with_number(ForceN, 3e3).with_number(RegularisationMPerS, 1.0);
-        let own = nominal().bearing().unwrap().outer.damping_n_s_per_m;
-        assert_eq!(damper_of(&rounded, &null).unwrap().number(Value), Some(own + 3e3));
-        let friction = fitted(EffectKind::CoulombFriction, rounded);
-        let damper = as_damper(&friction, &hypotheses, &null).unwrap();
-        assert!(friction.gain > 50.0 && damper.gain > friction.gain - 1.0, "{} {}", friction.gain, damper.gain);
-        assert!(damper.merit() > friction.merit(), "{} {}", damper.merit(), friction.merit());
-        let value = damper.effect().unwrap().number(Value).unwrap();
-        assert!((value / 9e3 - 1.0).abs() < 0.1, "{value}");
-        assert!(as_damper(&damper, &hypotheses, &null).is_none());
+        asked(&null, &null.hypotheses());
+    }
+
+    fn of_housing(kind: EffectKind, hypotheses: &[Hypothesis]) -> &Hypothesis {
+        hypotheses.iter().find(|h| h.kind == kind && h.place == "outer").unwrap()
+    }
+
+    fn fitted<'d, 'a>(hypothesis: &Hypothesis, start: EffectEntry, null: &NullFit<'d, 'a>) -> Candidate<'d, 'a> {
+        best(null.started(hypothesis, &[start])).unwrap().searched(null, SETTINGS.steps[0])
+    }
+
+    /// A dry friction that is rounded far beyond the motion's speeds is a damper, with a number less; nothing else is tried as one.
+    #[test]
+    fn invariant_a_friction_rounded_beyond_the_motion_is_a_damper() {
+        use ParameterKey::{ForceN, RegularisationMPerS, Value};
+        with_damper(9e3, |null, hypotheses| {
+            let friction = of_housing(EffectKind::CoulombFriction, hypotheses);
+            let rounded = friction.starts[0].clone().with_number(ForceN, 3e3).with_number(RegularisationMPerS, 1.0);
+            let own = nominal().bearing().unwrap().outer.damping_n_s_per_m;
+            assert_eq!(damper_of(&rounded, null).unwrap().number(Value), Some(own + 3e3));
+            let friction = fitted(friction, rounded, null);
+            let damper = as_friction_or_damper(&friction, hypotheses, null).remove(0);
+            assert!(friction.gain > 50.0 && damper.gain > friction.gain - 1.0, "{} {}", friction.gain, damper.gain);
+            assert!(damper.merit() > friction.merit(), "{} {}", damper.merit(), friction.merit());
+            let value = damper.effect().unwrap().number(Value).unwrap();
+            assert!((value / 9e3 - 1.0).abs() < 0.1, "{value}");
+            assert!(as_friction_or_damper(&damper, hypotheses, null).is_empty());
+        });
+    }
+
+    /// A damper that locks its component is tried as dry friction, which gains as much, so that its force is not known.
+    #[test]
+    fn invariant_a_damper_that_locks_its_component_is_a_friction() {
+        let part = Component::Outer.part_of(&nominal().model);
+        let locked = 60.0 * (part.mass * part.stiffness).sqrt();
+        with_damper(locked, |null, hypotheses| {
+            let damping = of_housing(EffectKind::DampingChange, hypotheses);
+            let start = damping.placed(&EffectEntry::new(damping.kind, &[(ParameterKey::Value, locked)]));
+            let damper = fitted(damping, start, null);
+            let [friction] = &as_friction_or_damper(&damper, hypotheses, null)[..] else { panic!("one") };
+            assert_eq!(friction.kind, EffectKind::CoulombFriction);
+            assert!(damper.gain > 50.0 && friction.gain > damper.gain - 6.0, "{} {}", damper.gain, friction.gain);
+            assert!(is_held(friction, std::slice::from_ref(&damper)) && !is_held(friction, &[]));
+            assert!(!is_held(&damper, std::slice::from_ref(&damper)));
+        });
     }
 }

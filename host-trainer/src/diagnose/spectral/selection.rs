@@ -13,7 +13,7 @@ use super::screening::Brief;
 use super::search::{Sought, candidates};
 use super::settings::{FitSettings, GateSettings};
 use super::text;
-use super::tolerance::{is_tolerance, load_error_or_first};
+use super::tolerance::{first_to_judge, is_tolerance};
 use super::unevenness::turns_otherwise;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::result::{Cause, Fit, Rejected};
@@ -97,11 +97,10 @@ impl<'d, 'a> Selection<'d, 'a> {
             };
             let (refused, mut found): (Vec<_>, Vec<_>) =
                 candidates(&null, &brief, sought).into_iter().partition(is_refused);
+            let first = (!found.is_empty()).then(|| found.remove(first_to_judge(&found, asked)));
+            let is_held = first.as_ref().is_some_and(|friction| causes::is_held(friction, &refused));
             self.rejected.extend(refused);
-            if found.is_empty() {
-                break;
-            }
-            let mut best = found.remove(load_error_or_first(&found, observations));
+            let Some(mut best) = first else { break };
             let of_machine = self.refit_without(&best)?;
             if of_machine > 0.0 {
                 found.iter_mut().chain([&mut best]).for_each(|candidate| candidate.gain -= of_machine);
@@ -119,7 +118,7 @@ impl<'d, 'a> Selection<'d, 'a> {
             }
             (self.model, self.point, held_now) = (best.model.clone(), best.point.clone(), judged);
             let is_of_step = self.is_stepped && best.kind == EffectKind::ConstantForce;
-            if let Some(effect) = best.effect().filter(|_| is_of_step || is_tolerance(&best, observations)) {
+            if let Some(effect) = best.effect().filter(|_| is_of_step || is_tolerance(&best)) {
                 self.tolerated.push(effect);
                 continue;
             }
@@ -140,6 +139,7 @@ impl<'d, 'a> Selection<'d, 'a> {
                 rivals: found,
                 effect,
                 beside: None,
+                is_held,
             });
             if turns_otherwise(&self.model.rig) {
                 held_now = self.turn(held_data)?;
@@ -174,7 +174,7 @@ impl<'d, 'a> Selection<'d, 'a> {
             && !best.is_contradicted(asked)
             && is_in(held_data, held_null, held_out[1], &both)
             && best.each().into_iter().all(|c| is_no_tone(c) && !is_overdamped(c))
-            && best.each().into_iter().all(|c| !is_tolerance(c, self.model.data.observations))
+            && best.each().into_iter().all(|c| !is_tolerance(c))
             && best.each().into_iter().all(|c| baseline.as_mut().is_none_or(|baseline| !baseline.shows(c)));
         if is_pair {
             self.accepted = self.pair_of_causes(best, held_out, &found, &singles);
@@ -207,6 +207,7 @@ impl<'d, 'a> Selection<'d, 'a> {
             rivals: singles.iter().filter(|c| !best.kinds().contains(&c.kind)).cloned().collect(),
             effect: self.uncaused.0.rig.effects.len() + n,
             beside: Some(Beside { gain: best.gain(), next: next.map(|other| (other.to_string(), other.gain())) }),
+            is_held: false,
         });
         accepted.collect()
     }
@@ -334,6 +335,7 @@ mod tests {
             rivals: Vec::new(),
             effect: 0,
             beside: None,
+            is_held: false,
         });
         let fit = |after: f64| Fit { before: 1.4, after, ..Fit::default() };
         assert!(selection.take_back_unshown(&fit(1.39)).is_none());

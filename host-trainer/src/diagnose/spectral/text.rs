@@ -2,7 +2,9 @@
 
 use super::candidate::Candidate;
 use super::causes::{Accepted, Beside};
+use super::gate::is_overdamped;
 use super::settings::GateSettings;
+use super::tolerance::is_tolerance;
 use crate::diagnose::acquisition::Converter;
 use crate::rig::EffectEntry;
 use crate::rig::config::RigKind;
@@ -24,12 +26,20 @@ pub fn evidence(accepted: &Accepted) -> String {
             (format!(", {gain:.0} with the other cause"), next)
         }
         None => {
-            let rival = accepted.rivals.first();
-            (String::new(), rival.map_or(String::new(), |r| next(&named(r.kind.name(), &r.place), r.gain)))
+            let next = |r: &Candidate| {
+                let within = if is_tolerance(r) { ", and would be within the tolerances of every machine" } else { "" };
+                next(&named(r.kind.name(), &r.place), r.gain) + within
+            };
+            (String::new(), accepted.rivals.first().map_or(String::new(), next))
         }
     };
+    let held = if accepted.is_held {
+        "; it holds the component, as a damper would, so that its force is not known"
+    } else {
+        ""
+    };
     format!(
-        "Gain of {:.0} in ln L of the power spectra on the fitted recordings and {:.0} on the held-out ones{of_pair}{next}.",
+        "Gain of {:.0} in ln L of the power spectra on the fitted recordings and {:.0} on the held-out ones{of_pair}{next}{held}.",
         accepted.candidate.gain, accepted.held_out
     )
 }
@@ -49,6 +59,9 @@ pub fn rejected(candidate: &Candidate, kept: Option<(&str, f64)>) -> String {
             "{place}gains {:.0} in ln L, but the phase between the channels is not that of it ({:.0})",
             candidate.gain, candidate.phase
         ),
+        None if is_overdamped(candidate) => {
+            format!("{place}gains {:.0} in ln L, but with more damping than there is", candidate.gain.max(0.0))
+        }
         None if candidate.gain > GATE.gain => {
             format!(
                 "{place}gains {:.0} in ln L, too little of what is left or of it on the held-out recordings",

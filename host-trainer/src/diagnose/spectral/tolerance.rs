@@ -2,31 +2,38 @@
 
 use super::candidate::Candidate;
 use super::hypotheses::LOAD_COMPONENT;
-use super::observation::{Observation, duration_s, mean_load_n};
-use super::settings::ToleranceSettings;
+use super::observation::{duration_s, mean_load_n};
+use super::settings::{GateSettings, ToleranceSettings};
 use crate::rig::EffectEntry;
 use crate::rig::effect::{EffectKind, ParameterKey};
 
+const GATE: GateSettings = GateSettings::DEFAULT;
 const SETTINGS: ToleranceSettings = ToleranceSettings::DEFAULT;
 
-/// Index of the first candidate, or of an error of the stated load that gains nearly as much.
-pub fn load_error_or_first(found: &[Candidate], observations: &[Observation]) -> usize {
-    let first = found[0].gain;
-    let is_close = |c: &Candidate| c.gain > first - SETTINGS.load_nats - SETTINGS.load_share_of_gain * first;
-    found.iter().position(|c| is_load_error(c, observations) && is_close(c)).unwrap_or(0)
+/// Index of the candidate to be judged: the first, an error of the stated load that gains nearly as much, or, of a first one within
+/// tolerances, a cause of its kind that gains what is asked and as much: an all-clear must not be chance.
+pub fn first_to_judge(found: &[Candidate], asked: f64) -> usize {
+    let first = &found[0];
+    let is_close = |c: &Candidate| c.gain > first.gain - SETTINGS.load_nats - SETTINGS.load_share_of_gain * first.gain;
+    let load_error = found.iter().position(|c| is_load_error(c) && is_close(c));
+    let is_alike = |c: &Candidate| c.gain > asked && c.merit() > first.merit() - GATE.model_error_nats(first.gain);
+    let is_cause = |c: &Candidate| c.kind == first.kind && !is_tolerance(c) && is_alike(c);
+    let cause = || found.iter().position(is_cause).filter(|_| is_tolerance(first));
+    load_error.or_else(cause).unwrap_or(0)
 }
 
 /// Whether a candidate is an error of the stated load.
-fn is_load_error(candidate: &Candidate, observations: &[Observation]) -> bool {
+fn is_load_error(candidate: &Candidate) -> bool {
     let force = candidate.effect().and_then(|e| e.number(ParameterKey::ForceN)).unwrap_or_default();
     let is_of_load = candidate.kind == EffectKind::ConstantForce && candidate.place == LOAD_COMPONENT;
-    is_of_load && force.abs() < SETTINGS.load_share * mean_load_n(observations)
+    is_of_load && force.abs() < SETTINGS.load_share * mean_load_n(candidate.model.data.observations)
 }
 
 /// Whether a candidate is what every machine has: an error of the stated load, or an effect within its tolerances.
-pub fn is_tolerance(candidate: &Candidate, observations: &[Observation]) -> bool {
-    let seconds = observations.iter().map(|o| duration_s(std::slice::from_ref(o))).fold(0.0, f64::max);
-    is_load_error(candidate, observations) || candidate.effect().is_some_and(|e| is_within_tolerance(&e, seconds))
+pub fn is_tolerance(candidate: &Candidate) -> bool {
+    let each = candidate.model.data.observations.iter();
+    let seconds = each.map(|o| duration_s(std::slice::from_ref(o))).fold(0.0, f64::max);
+    is_load_error(candidate) || candidate.effect().is_some_and(|e| is_within_tolerance(&e, seconds))
 }
 
 /// Whether an effect is roundness or finish of races and balls, or a speed that wanders within recordings of some length, s.
@@ -49,6 +56,37 @@ fn is_within_tolerance(effect: &EffectEntry, seconds: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::spectral::causes::probability;
+    use crate::diagnose::spectral::data::{Data, Point};
+    use crate::diagnose::spectral::fit::Model;
+    use crate::diagnose::spectral::imperfect::testing::observed;
+    use crate::diagnose::spectral::unevenness::UnevenMachines;
+    use crate::rig::test_support::nominal;
+
+    /// Where three lobes, a race's roundness, and five gain alike, five are judged, and as no more probable than not.
+    #[test]
+    fn null_an_all_clear_is_not_chance() {
+        use ParameterKey::{AmplitudeM, Lobes};
+        let orders = nominal().bearing().unwrap().bearing.geometry().orders();
+        let observations = [observed(&nominal(), 500.0, &Point::default().in_recordings(1, 0))];
+        let data = Data::new(&observations, orders, UnevenMachines::default());
+        let waves = |lobes: f64, gain: f64| {
+            let kind = EffectKind::OuterRaceWaviness;
+            let effect = EffectEntry::new(kind, &[(AmplitudeM, 3e-7), (Lobes, lobes)]);
+            let model = Model::fixed(&data, nominal().with_effect(effect));
+            let point = model.start().unwrap();
+            Candidate { kind, place: format!("{lobes} lobes"), model, point, gain, phase: 0.0 }
+        };
+        let judged =
+            |gain: f64, asked: f64| first_to_judge(&[waves(3.0, 650.0), waves(2.0, 649.0), waves(5.0, gain)], asked);
+        assert_eq!(judged(645.0, 100.0), 2);
+        assert_eq!(judged(600.0, 100.0), 0);
+        assert_eq!(judged(645.0, 646.0), 0);
+        assert_eq!(first_to_judge(&[waves(5.0, 650.0), waves(8.0, 649.0), waves(3.0, 645.0)], 100.0), 0);
+        let doubted = probability(&waves(5.0, 645.0), &[waves(3.0, 650.0)], false);
+        assert!((0.3..0.5).contains(&doubted), "{doubted}");
+        assert!(probability(&waves(5.0, 650.0), &[waves(8.0, 650.0)], false) > 0.9);
+    }
 
     #[test]
     fn tolerances_are_of_make_and_drive() {

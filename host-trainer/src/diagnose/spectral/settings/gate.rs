@@ -27,6 +27,9 @@ pub struct GateSettings {
     /// the powers alone is not it. Chosen on `evaluate`, seeds 53 to 56, every second case: right causes lose at most 0.05 of their
     /// gain, wrong ones 0.13 to 0.7 or nothing.
     pub phase: [f64; 2],
+    /// Greatest damping of a component over its critical one that is a damper's. Choosing seeds 62 to 78 have dampers of at most 1.8,
+    /// and dry frictions that hold their component as dampers of 26 to 96 would.
+    pub most_critical: f64,
     /// Lack of fit below which no second cause is searched for but a sensor's gain, which must gain as much, no pair, and no other
     /// shape of a defect.
     pub second_lack: f64,
@@ -82,6 +85,7 @@ impl GateSettings {
         form_share: 0.15,
         second_share: 0.3,
         phase: [6.0, 0.1],
+        most_critical: 10.0,
         second_lack: 100.0,
         lack: 25.0,
         doubtful_gain: 100.0,
@@ -99,4 +103,10 @@ impl GateSettings {
         baseline_share: 0.1,
         most_corrections: 3,
     };
+
+    /// Nats of model error by which rivals of some gain count as equally probable.
+    pub fn model_error_nats(&self, gain: f64) -> f64 {
+        let [least, share] = self.rivalry;
+        least + share * gain.max(0.0)
+    }
 }
