@@ -324,7 +324,7 @@ fn of_widths(effect: &EffectEntry, widths: &[f64]) -> Vec<EffectEntry> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::spectral::causes::is_held;
+    use crate::diagnose::spectral::causes::{Accepted, Intervals, cause, is_held};
     use crate::diagnose::spectral::data::Data;
     use crate::diagnose::spectral::fit::Model;
     use crate::diagnose::spectral::imperfect::testing::observed;
@@ -385,6 +385,16 @@ mod tests {
             assert!(damper.gain > 50.0 && friction.gain > damper.gain - 6.0, "{} {}", damper.gain, friction.gain);
             assert!(is_held(friction, std::slice::from_ref(&damper)) && !is_held(friction, &[]));
             assert!(!is_held(&damper, std::slice::from_ref(&damper)));
+            let said = |is_held: bool| {
+                let candidate = friction.clone();
+                let (rivals, beside) = (Vec::new(), None);
+                let accepted =
+                    Accepted { candidate, held_out: 20.0, probability: 0.9, rivals, effect: 0, beside, is_held };
+                cause(&accepted, &friction.effect().unwrap(), &Intervals::new())
+            };
+            assert_eq!(said(false).parameters.into_keys().collect::<Vec<_>>(), ["component", "force_n"]);
+            assert_eq!(said(true).parameters.into_keys().collect::<Vec<_>>(), ["component"]);
+            assert!(said(true).evidence.ends_with("so that its force is not known."));
         });
     }
 }
