@@ -117,20 +117,15 @@ fn acceleration(section: Section, held: &HeldOut, rigs: Rigs<'_>, location: &Loc
     let dashed = if marks.is_empty() { "" } else { "; dashed, the edges of bands with a mismatch" };
     let nyquist_hz = 0.5 * held.sample_rate_hz;
     let whole = (0.0..nyquist_hz, SETTINGS.segment, "power spectral density");
-    // Segments of half of Welch's overlap.
+    // Segments overlap by half.
     let long = 2 * held.measured.len() / (SETTINGS.enlarged_segments + 1);
     let enlarged = enlarged_hz(location, nyquist_hz).map(|range| (range, long.max(SETTINGS.segment), "enlarged"));
     let mut section = section;
     for (range, segment, what) in std::iter::once(whole).chain(enlarged) {
-        let spectra: Vec<Curve<'_>> = signals
-            .iter()
-            .filter_map(|(name, samples, color)| {
-                let spectrum = welch(&[samples.as_slice()], held.sample_rate_hz, segment.min(samples.len()))?;
-                // The mean was subtracted: its two bins hold nothing of the machine.
-                let points = spectrum.points().skip(2).map(|(f, v)| (f, 10.0 * v.max(1e-30).log10())).collect();
-                Some(Curve { name, points, color: *color })
-            })
-            .collect();
+        let density = |samples| density_db(samples, held.sample_rate_hz, segment);
+        let curves =
+            signals.iter().map(|(name, samples, color)| Some(Curve { name, points: density(samples)?, color: *color }));
+        let spectra: Vec<Curve<'_>> = curves.flatten().collect();
         if !spectra.is_empty() {
             let names = Names { x: "frequency, Hz", y: "density, dB re 1 (m/s²)²/Hz" };
             let picture = comparison::svg(&spectra, range, names, &marks)?;
@@ -153,6 +148,13 @@ fn acceleration(section: Section, held: &HeldOut, rigs: Rigs<'_>, location: &Loc
         ),
     };
     Ok(section.figure(comparison::svg(&courses, range, names, &[])?, caption))
+}
+
+/// Points of a power spectral density in dB over segments of at most some samples; `None` of too few samples.
+fn density_db(samples: &[f64], sample_rate_hz: f64, segment: usize) -> Option<Vec<(f64, f64)>> {
+    let spectrum = welch(&[samples], sample_rate_hz, segment.min(samples.len()))?;
+    // The mean was subtracted: its two bins hold nothing of the machine.
+    Some(spectrum.points().skip(2).map(|(f, v)| (f, 10.0 * v.max(1e-30).log10())).collect())
 }
 
 /// Range around the bands of a mismatch, as wide again on either side, where the spectrum up to some frequency hardly shows them.

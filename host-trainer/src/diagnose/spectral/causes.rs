@@ -40,7 +40,7 @@ pub struct Accepted<'d, 'a> {
     /// Gain of both, where it was found at once with another.
     pub beside: Option<Beside>,
     /// Whether it is a dry friction that holds its component, whose force the motion does not show.
-    pub is_held: bool,
+    pub holds: bool,
 }
 
 /// Gain of two causes that were found at once.
@@ -69,7 +69,7 @@ pub fn probability_of(gain: f64, others: impl Iterator<Item = f64>, explained: f
 }
 
 /// Whether a dry friction holds its component: of all `refused`, a damper that does so gains as much.
-pub fn is_held(friction: &Candidate, refused: &[Candidate]) -> bool {
+pub fn holds(friction: &Candidate, refused: &[Candidate]) -> bool {
     let least = friction.gain - GATE.model_error_nats(friction.gain);
     let locks = |c: &Candidate| c.kind == EffectKind::DampingChange && c.place == friction.place && c.gain > least;
     friction.kind == EffectKind::CoulombFriction && refused.iter().any(|c| locks(c) && is_overdamped(c))
@@ -183,7 +183,7 @@ fn stated(effect: &EffectEntry) -> BTreeMap<String, Parameter> {
 /// Cause of a candidate, `effect` as it was fitted in the end.
 pub fn cause(accepted: &Accepted, effect: &EffectEntry, values: &Intervals) -> Cause {
     let mut parameters = stated(effect);
-    if accepted.is_held {
+    if accepted.holds {
         parameters.remove(ParameterKey::ForceN.name());
     }
     let interval = |(key, ends): (&(usize, ParameterKey), &[f64; 2])| {

@@ -42,6 +42,7 @@ mod candidate;
 mod causes;
 mod cross;
 mod data;
+mod dissipation;
 mod events;
 mod expansion;
 mod fit;

@@ -98,7 +98,7 @@ impl<'d, 'a> Selection<'d, 'a> {
             let (refused, mut found): (Vec<_>, Vec<_>) =
                 candidates(&null, &brief, sought).into_iter().partition(is_refused);
             let first = (!found.is_empty()).then(|| found.remove(first_to_judge(&found, asked)));
-            let is_held = first.as_ref().is_some_and(|friction| causes::is_held(friction, &refused));
+            let holds = first.as_ref().is_some_and(|friction| causes::holds(friction, &refused));
             self.rejected.extend(refused);
             let Some(mut best) = first else { break };
             let of_machine = self.refit_without(&best)?;
@@ -139,7 +139,7 @@ impl<'d, 'a> Selection<'d, 'a> {
                 rivals: found,
                 effect,
                 beside: None,
-                is_held,
+                holds,
             });
             if turns_otherwise(&self.model.rig) {
                 held_now = self.turn(held_data)?;
@@ -207,7 +207,7 @@ impl<'d, 'a> Selection<'d, 'a> {
             rivals: singles.iter().filter(|c| !best.kinds().contains(&c.kind)).cloned().collect(),
             effect: self.uncaused.0.rig.effects.len() + n,
             beside: Some(Beside { gain: best.gain(), next: next.map(|other| (other.to_string(), other.gain())) }),
-            is_held: false,
+            holds: false,
         });
         accepted.collect()
     }
@@ -335,7 +335,7 @@ mod tests {
             rivals: Vec::new(),
             effect: 0,
             beside: None,
-            is_held: false,
+            holds: false,
         });
         let fit = |after: f64| Fit { before: 1.4, after, ..Fit::default() };
         assert!(selection.take_back_unshown(&fit(1.39)).is_none());

@@ -33,11 +33,8 @@ pub fn evidence(accepted: &Accepted) -> String {
             (String::new(), accepted.rivals.first().map_or(String::new(), next))
         }
     };
-    let held = if accepted.is_held {
-        "; it holds the component, as a damper would, so that its force is not known"
-    } else {
-        ""
-    };
+    let held =
+        if accepted.holds { "; it holds the component, as a damper would, so that its force is not known" } else { "" };
     format!(
         "Gain of {:.0} in ln L of the power spectra on the fitted recordings and {:.0} on the held-out ones{of_pair}{next}{held}.",
         accepted.candidate.gain, accepted.held_out
@@ -60,7 +57,10 @@ pub fn rejected(candidate: &Candidate, kept: Option<(&str, f64)>) -> String {
             candidate.gain, candidate.phase
         ),
         None if is_overdamped(candidate) => {
-            format!("{place}gains {:.0} in ln L, but with more damping than there is", candidate.gain.max(0.0))
+            format!(
+                "{place}gains {:.0} in ln L, but with more damping than structures and dampers have",
+                candidate.gain.max(0.0)
+            )
         }
         None if candidate.gain > GATE.gain => {
             format!(
