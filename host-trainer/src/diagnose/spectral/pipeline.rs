@@ -209,13 +209,14 @@ struct Found<'f, 'd, 'a> {
 }
 
 impl Found<'_, '_, '_> {
-    /// Causes: faults of the acquisition, the event, and the lasting effects, the most probable first.
+    /// Causes, the most probable first; of equal ones faults of the acquisition, then the event.
     fn causes(&self, acquired: &Acquired) -> Vec<Cause> {
         let cause = |a: &Accepted| causes::cause(a, &self.corrected.effects[a.effect], self.intervals);
-        let mut lasting: Vec<Cause> = self.accepted.iter().map(cause).collect();
-        lasting.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         let event = self.event.map(|e| causes::event_cause(e, self.names, self.trust));
-        acquired.faults().map(Fault::cause).chain(event).chain(lasting).collect()
+        let lasting = self.accepted.iter().map(cause);
+        let mut all: Vec<Cause> = acquired.faults().map(Fault::cause).chain(event).chain(lasting).collect();
+        all.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        all
     }
 
     /// Terms under a load, N.

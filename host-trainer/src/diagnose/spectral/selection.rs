@@ -242,10 +242,10 @@ impl<'d, 'a> Selection<'d, 'a> {
         is_taken_back
     }
 
-    /// Takes the causes back if simulations with them are farther from the held-out recordings than without, whatever the likelihood
-    /// says; the first of them.
+    /// Takes the causes back if simulations with them are farther from the held-out recordings than without, and than noise alone,
+    /// whatever the likelihood says; the first of them.
     pub fn take_back_unshown(&mut self, fit: &Fit) -> Option<Candidate<'d, 'a>> {
-        let first = self.accepted.first().filter(|_| fit.after > fit.before)?.candidate.clone();
+        let first = self.accepted.first().filter(|_| fit.after > fit.before.max(fit.noise_floor))?.candidate.clone();
         self.take_back();
         Some(first)
     }
@@ -337,8 +337,10 @@ mod tests {
             beside: None,
             holds: false,
         });
-        let fit = |after: f64| Fit { before: 1.4, after, ..Fit::default() };
+        let fit = |after: f64| Fit { before: 1.4, after, noise_floor: 1.29, ..Fit::default() };
         assert!(selection.take_back_unshown(&fit(1.39)).is_none());
+        let of_noise = Fit { before: 1.27, ..fit(1.28) };
+        assert!(selection.take_back_unshown(&of_noise).is_none());
         assert_eq!(selection.accepted.len(), 1);
         let unshown = selection.take_back_unshown(&fit(1.41)).unwrap();
         assert!(text::unshown(&unshown).starts_with("viscous-friction (bearing) gains 60 in ln L"));
