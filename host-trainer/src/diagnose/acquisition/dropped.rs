@@ -20,12 +20,16 @@ const WHOLE_SAMPLES: f64 = 1.0 / 6.0;
 const LEAST_Z: f64 = 6.0;
 /// Samples after a jump in which an autoregression errs.
 const JUMP: usize = 12;
+/// Samples by which a gap found by phases may be farther away than one within a turn. By hand.
+const REACH: usize = 600;
 
 /// How a logger leaves missing samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Those after them follow at once.
+    /// Those after them follow at once: a turn of the shaft is short.
     Cut,
+    /// The same, without a tachometer: phases jump.
+    Skipped,
     /// The last one before them stands in their place.
     Held,
 }
@@ -45,13 +49,13 @@ pub struct Gap {
 }
 
 impl Gap {
-    /// Samples of the recording that stand where others are missing.
+    /// Samples of the recording that stand where others are missing, or among which others are.
     pub fn span(&self) -> Range<usize> {
-        let count = match self.kind {
-            Kind::Cut => 0,
-            Kind::Held => self.count,
-        };
-        self.sample..self.sample + count
+        match self.kind {
+            Kind::Cut => self.sample..self.sample,
+            Kind::Skipped => self.sample.saturating_sub(REACH)..self.sample + REACH,
+            Kind::Held => self.sample..self.sample + self.count,
+        }
     }
 }
 

@@ -7,6 +7,7 @@ mod dropped;
 mod held;
 mod offset;
 mod pace;
+mod phases;
 mod step;
 
 use std::ops::Range;
@@ -136,13 +137,22 @@ fn without(recording: &Recording, offsets: &[Offset]) -> Recording {
     out
 }
 
+/// Gaps of a recording.
+fn gaps(recording: &Recording) -> Vec<Gap> {
+    if let Some(gap) = dropped::gap(recording) {
+        return vec![gap];
+    }
+    let held = held::gaps(recording);
+    if !held.is_empty() || recording.channel("tacho").is_some() {
+        return held;
+    }
+    phases::gap(recording).into_iter().collect()
+}
+
 /// Cuts recordings where samples are missing to the longest part between; the fault of the longest gaps, with the median count, if
 /// there are any.
 pub fn whole_part(recordings: &mut [Recording]) -> Option<Fault> {
-    let gaps: Vec<Vec<Gap>> = recordings
-        .iter()
-        .map(|recording| dropped::gap(recording).map_or_else(|| held::gaps(recording), |gap| vec![gap]))
-        .collect();
+    let gaps: Vec<Vec<Gap>> = recordings.iter().map(gaps).collect();
     let longest = |(gaps, r): (&Vec<Gap>, &Recording)| {
         gaps.iter().max_by_key(|gap| gap.count).map(|gap| (*gap, r.sample_rate_hz))
     };
@@ -154,6 +164,7 @@ pub fn whole_part(recordings: &mut [Recording]) -> Option<Fault> {
     let (gap, rate) = found[found.len() / 2];
     let what = match gap.kind {
         Kind::Cut => format!("One turn of the shaft is {} samples short, all others are alike,", gap.count),
+        Kind::Skipped => format!("The phases of all lines jump by {} samples, or by whole periods more,", gap.count),
         Kind::Held => format!("{} samples in a row repeat the one before them", gap.count),
     };
     let evidence =
