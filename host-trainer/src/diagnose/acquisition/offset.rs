@@ -12,6 +12,9 @@ use crate::stats::significance::two_sided;
 
 /// Standard deviations from 0 of a mean that is an offset.
 const FAR: f64 = 4.0;
+/// Standard errors of an offset that others do not have. By hand: far beyond the slow motion of a machine; the least of choosing seeds 83
+/// and 84 has 128, a machine with a great defect 4.
+const ALONE: f64 = 12.0;
 /// Standard deviation of an offset that a sensor has when nothing is wrong with it, over that of its noise: by hand.
 const OF_NOISE: f64 = 0.5;
 /// Standard errors by which two channels' offsets may differ and count as one.
@@ -197,6 +200,9 @@ fn alone(levels: &[Level], names: &[String], noise_std: f64) -> Option<Offset> {
         return None;
     }
     let z = value.abs() / std;
+    if z < ALONE {
+        return None;
+    }
     let said = format!("a mean of {value:.4} m/s², {z:.0} standard errors from 0");
     let of_channel = |channel: usize| weighted(levels.iter().filter(|level| level.channel == channel));
     // Density of a difference of 0 of healthy sensors with offsets over that of ones without.

@@ -52,7 +52,9 @@ impl Mains {
             moved.map(|(n, there, _)| bounded(gain(data, at, n, there))).sum()
         };
         let most_locked = having().map(locked).fold(0.0, f64::max);
-        if most_locked > SETTINGS.locked_share * total || !is_of_supply(&having().collect::<Vec<_>>(), hz) {
+        if most_locked > SETTINGS.locked_share * total
+            || !is_of_supply(&having().collect::<Vec<_>>(), hz, is_in.iter().all(|is| *is))
+        {
             return None;
         }
         let stands_out = |multiple: &f64| {
@@ -163,15 +165,19 @@ fn gain(data: &Data, at: &Point, recording: usize, hz: f64) -> f64 {
     of(0) + of(1)
 }
 
-/// Whether a line is at one frequency in recordings of different speeds, or at that of a supply and at no harmonic of the shaft.
-fn is_of_supply(having: &[&Observation], hz: f64) -> bool {
+/// Whether a line is near the frequency of a supply, and stays there at different speeds or is no harmonic of the shaft; or stays at
+/// another frequency in all recordings.
+fn is_of_supply(having: &[&Observation], hz: f64, is_in_all: bool) -> bool {
     let speeds = || having.iter().map(|o| o.condition.shaft_hz);
     let Some(bin) = having.iter().map(|o| o.hz(1.0)).reduce(f64::max) else { return false };
     let (least, most) = (speeds().fold(f64::MAX, f64::min), speeds().fold(0.0, f64::max));
     let moves = hz * (most - least) / most > SETTINGS.moved_bins * bin;
     let is_harmonic = |shaft: f64| ((hz / shaft).round() * shaft - hz).abs() < SETTINGS.harmonic_bins * bin;
     let is_near = SETTINGS.supplies_hz.iter().any(|supply| (hz - supply).abs() < SETTINGS.supply_reach_hz);
-    moves || (is_near && !speeds().all(is_harmonic))
+    match is_near {
+        true => moves || !speeds().all(is_harmonic),
+        false => moves && is_in_all,
+    }
 }
 
 /// Frequency of the greatest power of recordings near one, Hz.
