@@ -208,3 +208,23 @@ fn fitted(columns: &[Vec<f64>], samples: &[f64]) -> Vec<f64> {
     let right: Vec<f64> = columns.iter().map(|c| dot(c, samples)).collect();
     cholesky_solve(&mut normal, &right, 0.0).unwrap_or_else(|| vec![0.0; columns.len()])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::spectral::imperfect::testing::observed;
+    use crate::rig::test_support::nominal;
+
+    /// At two speeds, of which neither has a line at a supply's frequency as its harmonic.
+    #[test]
+    fn null_a_line_away_from_the_supplies_is_in_all_recordings_or_none_of_one() {
+        let mut slow = observed(&nominal(), 500.0, &Point::default().in_recordings(1, 0));
+        slow.condition.shaft_hz = 30.0;
+        let mut fast = slow.clone();
+        fast.condition.shaft_hz = 41.0;
+        let both = [&slow, &fast];
+        assert!(is_of_supply(&both, 52.5, true) && !is_of_supply(&both, 52.5, false));
+        assert!(is_of_supply(&both, 50.1, false) && is_of_supply(&both[..1], 50.1, false));
+        assert!(!is_of_supply(&both[..1], 52.5, true) && !is_of_supply(&both[..1], 60.0, true));
+    }
+}
