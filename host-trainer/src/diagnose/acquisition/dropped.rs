@@ -23,13 +23,13 @@ const JUMP: usize = 12;
 /// Samples by which a gap found by phases may be farther away than one within a turn. By hand.
 const REACH: usize = 600;
 
-/// How a logger leaves missing samples.
+/// How missing samples show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Those after them follow at once: a turn of the shaft is short.
-    Cut,
-    /// The same, without a tachometer: phases jump.
-    Skipped,
+    /// Those after them follow at once: a turn of the shaft is short by the tachometer.
+    ShortTurn,
+    /// The same without a tachometer: the phases of lines jump.
+    PhaseJump,
     /// The last one before them stands in their place.
     Held,
 }
@@ -44,7 +44,7 @@ pub struct Gap {
     /// Standard deviations of a turn by which this one is short; a turn's is at least that of its whole samples. Of held samples √(−2 ln p)
     /// of the probability p of such a run.
     pub z: f64,
-    /// How they were left.
+    /// How they show.
     pub kind: Kind,
 }
 
@@ -52,8 +52,8 @@ impl Gap {
     /// Samples of the recording that stand where others are missing, or among which others are.
     pub fn span(&self) -> Range<usize> {
         match self.kind {
-            Kind::Cut => self.sample..self.sample,
-            Kind::Skipped => self.sample.saturating_sub(REACH)..self.sample + REACH,
+            Kind::ShortTurn => self.sample..self.sample,
+            Kind::PhaseJump => self.sample.saturating_sub(REACH)..self.sample + REACH,
             Kind::Held => self.sample..self.sample + self.count,
         }
     }
@@ -84,7 +84,7 @@ pub fn gap(recording: &Recording) -> Option<Gap> {
         return None;
     }
     let sample = jump(recording, pulses[*odd]..pulses[*odd + 1])?;
-    Some(Gap { sample, count: count.round() as usize, z, kind: Kind::Cut })
+    Some(Gap { sample, count: count.round() as usize, z, kind: Kind::ShortTurn })
 }
 
 /// Turn by a straight line through those around it, of the median slope and the median height, which one odd turn among them does

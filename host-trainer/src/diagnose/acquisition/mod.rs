@@ -7,7 +7,7 @@ mod dropped;
 mod held;
 mod offset;
 mod pace;
-mod phases;
+mod phase_jump;
 mod step;
 
 use std::ops::Range;
@@ -17,13 +17,14 @@ pub use converter::Converter;
 use dropped::{Gap, Kind};
 use offset::{Offset, offsets};
 use pace::Pace;
+pub use pace::WANDER;
 use step::steady_part;
 
 use super::DiagnoseError;
 use super::result::Cause;
 use crate::identify::calibrate::split::part;
-use crate::identify::likelihood::observed::{CHANNELS, Observed};
-use crate::recording::Recording;
+use crate::identify::likelihood::observed::{CHANNELS, Observed, accelerations};
+use crate::recording::{Channel, Recording};
 use crate::rig::config::RigKind;
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{EffectEntry, Rig};
@@ -103,11 +104,8 @@ impl Acquired {
         let offset: f64 = self.offsets.iter().filter_map(|o| o.of(recording, CHANNELS[channel])).sum();
         let limits = self.limits.iter().find(|(name, _)| name == recording).map(|(_, limits)| limits);
         let within = |value: f64| limits.map_or(value, |limits| limits.clamped(channel, value));
-        let samples = match &self.pace {
-            Some(pace) => &pace.as_recorded(recording, samples),
-            None => samples,
-        };
-        samples.iter().map(|v| within(v + offset)).collect()
+        let own = self.pace.as_ref().and_then(|pace| pace.as_recorded(recording, samples));
+        own.as_deref().unwrap_or(samples).iter().map(|v| within(v + offset)).collect()
     }
 
     /// All faults, the removed ones first.
@@ -130,9 +128,10 @@ pub fn clipped(recordings: &[Recording]) -> Vec<Fault> {
 /// A recording without its offsets.
 fn without(recording: &Recording, offsets: &[Offset]) -> Recording {
     let (mut out, name) = (recording.clone(), recording.name());
-    for channel in &mut out.channels {
-        let offset: f64 = offsets.iter().filter_map(|o| o.of(&name, &channel.name)).sum();
-        channel.samples.iter_mut().for_each(|v| *v -= offset);
+    for (channel, measured) in CHANNELS.into_iter().zip(accelerations(recording)) {
+        let offset: f64 = offsets.iter().filter_map(|o| o.of(&name, channel)).sum();
+        let is_it = |c: &&mut Channel| measured.is_some_and(|measured| measured.name == c.name);
+        out.channels.iter_mut().filter(is_it).flat_map(|c| &mut c.samples).for_each(|v| *v -= offset);
     }
     out
 }
@@ -146,7 +145,7 @@ fn gaps(recording: &Recording) -> Vec<Gap> {
     if !held.is_empty() || recording.channel("tacho").is_some() {
         return held;
     }
-    phases::gap(recording).into_iter().collect()
+    phase_jump::gap(recording).into_iter().collect()
 }
 
 /// Cuts recordings where samples are missing to the longest part between; the fault of the longest gaps, with the median count, if
@@ -163,8 +162,8 @@ pub fn whole_part(recordings: &mut [Recording]) -> Option<Fault> {
     found.sort_by_key(|(gap, _)| gap.count);
     let (gap, rate) = found[found.len() / 2];
     let what = match gap.kind {
-        Kind::Cut => format!("One turn of the shaft is {} samples short, all others are alike,", gap.count),
-        Kind::Skipped => format!("The phases of all lines jump by {} samples, or by whole periods more,", gap.count),
+        Kind::ShortTurn => format!("One turn of the shaft is {} samples short, all others are alike,", gap.count),
+        Kind::PhaseJump => format!("The phases of all lines jump by {} samples, or by whole periods more,", gap.count),
         Kind::Held => format!("{} samples in a row repeat the one before them", gap.count),
     };
     let evidence =
@@ -195,7 +194,7 @@ mod tests {
     #[test]
     fn the_longest_part_between_gaps_is_kept() {
         let span = |sample, count, kind| Gap { sample, count, z: 9.0, kind }.span();
-        assert_eq!(between(&[span(9000, 300, Kind::Cut)], 25_600), 9000 + MARGIN..25_600);
+        assert_eq!(between(&[span(9000, 300, Kind::ShortTurn)], 25_600), 9000 + MARGIN..25_600);
         let held = [span(2000, 900, Kind::Held), span(20_000, 900, Kind::Held)];
         assert_eq!(between(&held, 25_600), 2900 + MARGIN..20_000 - MARGIN);
     }

@@ -124,13 +124,12 @@ fn great(levels: &[Level], names: &[String], noise_std: f64) -> Vec<Offset> {
     let (mut out, mut variances) = (Vec::new(), Vec::new());
     for (channel, name) in CHANNELS.into_iter().enumerate() {
         let means: Vec<&Level> = levels.iter().filter(|level| level.channel == channel).collect();
-        let weight: f64 = means.iter().map(|level| level.of_noise.powi(-2)).sum();
-        let mean = means.iter().map(|level| level.mean / level.of_noise.powi(2)).sum::<f64>() / weight;
+        let (mean, std) = weighted(means.iter().map(|level| (level.mean, level.of_noise)));
         // Means that differ by more than their noise are no offset of the sensor to that extent.
         let count = means.len() as f64;
         let squares: f64 = means.iter().map(|level| (level.mean - mean).powi(2)).sum();
         let scatter = (squares / (count - 1.0).max(1.0) / count).sqrt();
-        let z = mean.abs() / healthy.hypot(weight.sqrt().recip().max(scatter));
+        let z = mean.abs() / healthy.hypot(std.max(scatter));
         let is_alike = means.iter().all(|level| {
             level.mean.signum() == mean.signum() && level.mean.abs() > 0.5 * FAR * healthy.hypot(level.of_noise)
         });
@@ -143,7 +142,7 @@ fn great(levels: &[Level], names: &[String], noise_std: f64) -> Vec<Offset> {
         // Sensors differ by more than the prior says, the more so the nearer.
         let probability = SURE * -(-(z - FAR / 2.0) / FAR).exp_m1();
         out.push(Offset::new(mean, z, probability, vec![name], names.to_vec(), evidence));
-        variances.push((z, healthy * healthy + weight.recip()));
+        variances.push((z, healthy * healthy + std * std));
     }
     // The same offset in all channels is one fault.
     if let ([first, second], [(za, va), (zb, vb)]) = (out.as_slice(), variances.as_slice())
@@ -157,13 +156,13 @@ fn great(levels: &[Level], names: &[String], noise_std: f64) -> Vec<Offset> {
     out
 }
 
-/// Mean of levels and its standard deviation.
-fn weighted<'l>(levels: impl Iterator<Item = &'l Level>) -> (f64, f64) {
-    let (weight, sum) = levels.fold((0.0, 0.0), |(weight, sum), level| {
-        let of_this = level.std.powi(-2);
-        (weight + of_this, sum + of_this * level.mean)
+/// Mean of values with their standard deviations, and its own.
+fn weighted(values: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
+    let (weight, sum) = values.fold((0.0, 0.0), |(weight, sum), (value, std)| {
+        let of_this = f64::powi(std, -2);
+        (weight + of_this, sum + of_this * value)
     });
-    (sum / weight, weight.sqrt().recip())
+    (sum / weight, f64::sqrt(weight).recip())
 }
 
 /// Levels less that of most recordings of their channel, if the recordings of a channel differ.
@@ -190,7 +189,7 @@ fn beside_healthy(levels: &[Level]) -> Vec<Level> {
 fn alone(levels: &[Level], names: &[String], noise_std: f64) -> Option<Offset> {
     let levels = beside_healthy(levels);
     let (far, others): (Vec<&Level>, Vec<&Level>) = levels.iter().partition(|level| level.is_far());
-    let (value, std) = weighted(far.iter().copied());
+    let (value, std) = weighted(far.iter().map(|level| (level.mean, level.std)));
     let channels: Vec<usize> =
         (0..CHANNELS.len()).filter(|channel| far.iter().any(|level| level.channel == *channel)).collect();
     let (with, without): (Vec<usize>, Vec<usize>) =
@@ -204,7 +203,10 @@ fn alone(levels: &[Level], names: &[String], noise_std: f64) -> Option<Offset> {
         return None;
     }
     let said = format!("a mean of {value:.4} m/s², {z:.0} standard errors from 0");
-    let of_channel = |channel: usize| weighted(levels.iter().filter(|level| level.channel == channel));
+    let of_channel = |channel: usize| {
+        let of = levels.iter().filter(|level| level.channel == channel);
+        weighted(of.map(|level| (level.mean, level.std)))
+    };
     // Density of a difference of 0 of healthy sensors with offsets over that of ones without.
     let odds = |(mean, std): (f64, f64)| std / (OF_NOISE * noise_std) * (0.5 * (mean / std).powi(2)).exp();
     let of = |recordings: &[usize]| recordings.iter().map(|n| names[*n].as_str()).collect::<Vec<_>>();
@@ -213,7 +215,7 @@ fn alone(levels: &[Level], names: &[String], noise_std: f64) -> Option<Offset> {
         _ if !without.is_empty() => {
             let having = channels.iter().map(|channel| CHANNELS[*channel]).collect::<Vec<_>>().join(" and ");
             let [with, without] = [&with, &without].map(|recordings| of(recordings).join(", "));
-            (0.0, format!("Beside the other recordings, {without}, {having} of {with} has {said}."))
+            (0.0, format!("In {having} of {with} there is {said}, beside what {without} have."))
         }
         [channel] if others.iter().any(|level| level.channel != *channel) => {
             let [this, other] = [*channel, 1 - channel];

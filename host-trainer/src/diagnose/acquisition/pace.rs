@@ -11,8 +11,8 @@ use crate::signal::interpolate::{Interpolator, held};
 use crate::signal::order::ShaftAngle;
 use crate::stats::significance::two_sided;
 
-/// Standard deviation of a speed over its mean that is the wander of a drive, as that of an even drift.
-const WANDER: f64 = 0.003;
+/// Greatest standard deviation of a speed over its mean that is the wander of a drive: by hand.
+pub const WANDER: f64 = 0.003;
 /// Standard deviations of a healthy wander that this is. By hand.
 const WANDER_Z: f64 = 3.0;
 /// Share of the standard deviation that a straight line leaves of an even change. By hand.
@@ -87,12 +87,10 @@ impl Pace {
         Some(Self { fault, turning })
     }
 
-    /// Samples at the constant speed of the recording of that name as they are at its own.
-    pub fn as_recorded(&self, recording: &str, samples: &[f64]) -> Vec<f64> {
-        match self.turning.iter().find(|(name, _)| name == recording) {
-            Some((_, turning)) => resampled(samples, |i| turning.even_place(i)),
-            None => samples.to_vec(),
-        }
+    /// Samples at the constant speed of the recording of that name as they are at its own; `None` if that has no tachometer.
+    pub fn as_recorded(&self, recording: &str, samples: &[f64]) -> Option<Vec<f64>> {
+        let (_, turning) = self.turning.iter().find(|(name, _)| name == recording)?;
+        Some(resampled(samples, |i| turning.even_place(i)))
     }
 }
 
@@ -205,7 +203,7 @@ mod tests {
         let off = |i: usize| (even[i] - (TAU * 7.0 * (start + hz * i as f64 / 25_600.0)).sin()).abs();
         let worst = (100..25_500).map(off).fold(0.0, f64::max);
         assert!(worst < 0.06, "{worst}");
-        let back = pace.as_recorded(&recordings[0].name(), even);
+        let back = pace.as_recorded(&recordings[0].name(), even).unwrap();
         let off = |i: usize| (back[i] - recorded[0].channels[0].samples[i]).abs();
         let worst = (100..25_500).map(off).fold(0.0, f64::max);
         assert!(worst < 1e-3, "{worst}");

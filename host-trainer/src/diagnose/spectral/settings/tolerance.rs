@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::diagnose::acquisition::WANDER;
+
 /// Settings of what every machine has within the tolerances of its make, load and drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ToleranceSettings {
@@ -20,9 +22,10 @@ pub struct ToleranceSettings {
     /// least true one of choosing seeds 35 nm.
     pub wave_m: f64,
     /// Greatest depth of a local defect that is the finish of a race or ball, m: by hand, the roughness of a honed race. A healthy
-    /// machine of another hand had 12 nm; defects of choosing seeds 83 and 84 were found as of 15, 30 and 46 nm.
+    /// machine of another hand had 12 nm; defects of choosing seeds 83 and 84 were found as of 15 nm, which is finish
+    /// still, 30 and 46 nm.
     pub finish_m: f64,
-    /// Greatest standard deviation of a drifting speed over its mean that is the wander of a drive: by hand.
+    /// Greatest standard deviation of a drifting speed over its mean that is the wander of a drive.
     pub wander: f64,
 }
 
@@ -36,6 +39,6 @@ impl ToleranceSettings {
         round_m: 5e-7,
         wave_m: 3e-8,
         finish_m: 2e-8,
-        wander: 0.003,
+        wander: WANDER,
     };
 }

@@ -98,7 +98,7 @@ pub fn gap(recording: &Recording) -> Option<Gap> {
         return None;
     }
     let count = jump.fewest.round() as usize;
-    Some(Gap { sample: times[best], count, z: (2.0 * jump.gain()).sqrt(), kind: Kind::Skipped })
+    Some(Gap { sample: times[best], count, z: (2.0 * jump.gain()).sqrt(), kind: Kind::PhaseJump })
 }
 
 /// How well a jump of the phases explains them at a time.
