@@ -62,7 +62,8 @@ pub struct IntegrationSettings {
     pub settle_s: f64,
     /// Shortest settling time in runs for the likelihood, s. Not tuned: chosen by hand.
     pub min_settle_s: f64,
-    /// Settling time in runs for the likelihood, time constants of the mass that is damped least: e⁻¹² is 6e-6.
+    /// Settling time in runs for the likelihood, time constants of the mass that is damped least. Chosen on rig A under loads of
+    /// 200 to 1500 N: what remains of the start is 1e-5 m/s² at most.
     pub settle_time_constants: f64,
     /// Share of its greatest value to which the impulse response of a transmission path decays before the recording. Not
     /// tuned: chosen by hand.
@@ -90,7 +91,7 @@ impl IntegrationSettings {
         vector_from_runs: 3,
         settle_s: 0.4,
         min_settle_s: 0.02,
-        settle_time_constants: 12.0,
+        settle_time_constants: 9.0,
         path_decay: 1e-3,
         max_path_preroll_s: 0.2,
     };
@@ -115,6 +116,8 @@ pub struct LinearisationSettings {
     pub cage_positions: usize,
     /// Most steps of Newton's method for the rest position; on this convex, smooth force it converges quadratically.
     pub newton_steps: usize,
+    /// Halvings of a step of Newton's method that leaves more than before. Not tuned: chosen by hand.
+    pub newton_halvings: i32,
     /// Rate of a changing damping times step. Chosen on friction that all but holds the housing.
     pub damping_rate_per_step: f64,
     /// Most steps a sample for a changing damping. Chosen on friction that all but holds the housing.
@@ -144,6 +147,7 @@ impl LinearisationSettings {
         noise_free_difference_std: 1e-3,
         cage_positions: 48,
         newton_steps: 60,
+        newton_halvings: 12,
         damping_rate_per_step: 0.5,
         max_damping_steps: 8.0,
         decay_check_samples: 256,

@@ -10,7 +10,7 @@ use super::simulate::simulate_altered;
 use super::state::{DOFS, INNER_X, INNER_Y, OUTER_X, OUTER_Y};
 use super::{
     EffectEntry, OperatingCondition, Rig, RigError, Run, Start, simulate, simulate_many,
-    test_support::{RATE, condition, noise_free, nominal, parse, rms, samples},
+    test_support::{RATE, condition, noise_free, nominal, parse, rms, samples, with},
 };
 use crate::recording::reference_data;
 
@@ -156,6 +156,22 @@ fn invariant_energy_decays_without_excitation() {
     let windows: Vec<f64> = samples(&recording, "ay").chunks(1280).map(rms).collect();
     assert!(windows.windows(2).take(4).all(|w| w[1] < 0.1 * w[0]), "{windows:?}");
     assert!(windows[9] < 1e-10 * windows[0], "{windows:?}");
+}
+
+/// A load that comes at once swings a softening spring past its summit.
+#[test]
+fn invariant_a_run_starts_where_the_rig_rests() {
+    let softening = EffectEntry::new(EffectKind::SofteningStiffness, &[(ParameterKey::CubicNPerM3, -4.5e15)])
+        .with_text(ParameterKey::Component, "outer");
+    let pushed = with(EffectKind::ConstantForce, &[(ParameterKey::ForceN, 200.0), (ParameterKey::AngleRad, 0.5)]);
+    for rig in [nominal(), nominal().with_effect(softening), pushed] {
+        let start = Start { settle_s: 0.0, ..Start::noise_free(0.3, 0.7) };
+        let recording = simulate(&rig, &condition(0.0, 500.0, 2000), &start).unwrap();
+        // Without effects the balance is that in y; a load that comes at once shakes the housing with 100 m/s².
+        let most = |channel| samples(&recording, channel).iter().fold(0.0, |most: f64, a| most.max(a.abs()));
+        let bound = if rig.effects.is_empty() { 1.0 } else { 1e-6 };
+        assert!(most("ax") < bound && most("ay") < bound, "{} {}", most("ax"), most("ay"));
+    }
 }
 
 #[test]

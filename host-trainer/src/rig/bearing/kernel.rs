@@ -123,7 +123,7 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
         }
     }
 
-    /// Runs from rest to the end; writes accelerations, m/s², from the preroll on. Where all runs have diverged it ends, with
+    /// Runs from rest under the load to the end; writes accelerations, m/s², from the preroll on. Where all runs have diverged it ends, with
     /// accelerations that are no numbers.
     #[inline(always)]
     pub(super) fn run(&mut self, out: &mut [Signals]) {
@@ -132,6 +132,9 @@ impl<'a, L: Lanes, const HOOKS: bool> Kernel<'a, L, HOOKS> {
         let (settle, total) = (first.settle, first.settle + first.samples);
         let block = if first.drifting { 1 } else { SETTINGS.exact_angles_every };
         let mut z = [l.splat(0.0); STATES];
+        for (dof, position) in POSITIONS.into_iter().enumerate() {
+            z[position] = gather(l, self.runs, |run| run.rest_m[dof]);
+        }
         let mut angles = Angles { cage: [l.splat(0.0); 2], shaft: [l.splat(0.0); 2] };
         let mut half_step = angles;
         for sample in 0..total {

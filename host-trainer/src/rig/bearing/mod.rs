@@ -5,6 +5,7 @@ mod lanes;
 mod phi;
 mod prepare;
 mod response;
+mod rest;
 mod setup;
 mod step;
 

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::SETTINGS;
+use super::rest::rest_m;
 use super::step::Step;
 use crate::rig::{
     assembly::{Assembly, Force, Meeting, Profile, RandomForce},
@@ -70,6 +71,8 @@ pub(in crate::rig) struct Prepared {
     pub clearance: f64,
     pub stiffness: f64,
     pub exponent: f64,
+    /// Displacements at the start of settling, m.
+    pub rest_m: [f64; DOFS],
     pub inner_y: f64,
     pub resonator_y: f64,
     /// Unbalance m e, kg m.
@@ -140,6 +143,22 @@ impl Prepared {
         }
         let mut profiles = std::mem::take(&mut assembly.profiles);
         profiles.extend(ball_sizes(rig.bearing.balls, start));
+        let turning = Turning {
+            shaft0: start.shaft_angle0_rad,
+            cage0: start.cage_angle0_rad,
+            omega: TAU * condition.shaft_hz,
+            rate: assembly.speed_rate_per_s,
+            cage_per_shaft: rig.bearing.geometry().orders().ftf * assembly.cage_factor,
+        };
+        let from_s = -(settle as f64) / rate;
+        let from = Instant {
+            time_s: from_s,
+            shaft_rad: turning.shaft(from_s),
+            shaft_rad_per_s: turning.speed(from_s),
+            cage_rad: turning.cage(from_s),
+        };
+        let forces = std::mem::take(&mut assembly.forces);
+        let rest_m = rest_m(rig, condition.load_n, &from, &forces);
         Self {
             balls: rig.bearing.balls,
             balls_rad: balls_rad(rig.bearing.balls, start),
@@ -149,13 +168,7 @@ impl Prepared {
             path_force: assembly.needs_path_force,
             substeps,
             sample_rate_hz: rate,
-            turning: Turning {
-                shaft0: start.shaft_angle0_rad,
-                cage0: start.cage_angle0_rad,
-                omega: TAU * condition.shaft_hz,
-                rate: assembly.speed_rate_per_s,
-                cage_per_shaft: rig.bearing.geometry().orders().ftf * assembly.cage_factor,
-            },
+            turning,
             drifting: assembly.speed_rate_per_s != 0.0,
             x,
             y,
@@ -164,12 +177,13 @@ impl Prepared {
             clearance: rig.bearing.radial_clearance_m,
             stiffness: rig.bearing.contact_stiffness_n_per_m1_5,
             exponent: rig.bearing.contact_exponent,
+            rest_m,
             inner_y: condition.load_n - rig.inner.mass_kg * GRAVITY,
             resonator_y: -rig.resonator.mass_kg * GRAVITY,
             unbalance: rig.excitation.unbalance_kg_m,
             process,
             random,
-            forces: std::mem::take(&mut assembly.forces),
+            forces,
             profiles,
             defects: std::mem::take(&mut assembly.defects),
         }

@@ -9,18 +9,19 @@
 use std::f64::consts::TAU;
 
 use super::{
-    GRAVITY, LINEARISATION,
+    LINEARISATION,
     prepare::{masses, system_x, system_y},
+    rest::{MeanContact, contact_at, normals},
     step::Step,
 };
 use crate::rig::{
     assembly::Force,
-    config::{Bearing, BearingRig},
+    config::BearingRig,
     state::{DOFS, INNER_X, INNER_Y, Instant, OUTER_X, OUTER_Y, RESONATOR_Y},
 };
 
 /// Slopes of the forces outside the rig's linear part; rows are the degrees of freedom that the force acts on.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(in crate::rig) struct Tangent {
     /// Stiffness −∂F/∂q, N/m.
     pub stiffness: [[f64; DOFS]; DOFS],
@@ -182,7 +183,7 @@ pub(in crate::rig) fn damping_along(
 }
 
 /// Inverse by Gauss–Jordan elimination without pivoting, for a matrix that is diagonal but for relative motions.
-fn inverse(mut a: [[f64; DOFS]; DOFS]) -> [[f64; DOFS]; DOFS] {
+pub(super) fn inverse(mut a: [[f64; DOFS]; DOFS]) -> [[f64; DOFS]; DOFS] {
     for k in 0..DOFS {
         let pivot = 1.0 / a[k][k];
         a[k][k] = 1.0;
@@ -197,7 +198,7 @@ fn inverse(mut a: [[f64; DOFS]; DOFS]) -> [[f64; DOFS]; DOFS] {
 }
 
 /// Slope −∂F/∂x of all forces together, by a difference of twice `step` in the coordinate or velocity x; 0 for no step.
-fn slope(
+pub(super) fn slope(
     forces: &[Force],
     (at, q, v): &Visited,
     step: f64,
@@ -226,7 +227,7 @@ fn deviations(visited: &[Visited], of: fn(&Visited) -> &[f64; DOFS]) -> [f64; DO
 }
 
 /// Matrix A of ż = A z of all five degrees of freedom (positions, then velocities), theory (50).
-fn coupled(rig: &BearingRig, tangent: &Tangent) -> [[f64; 10]; 10] {
+pub(super) fn coupled(rig: &BearingRig, tangent: &Tangent) -> [[f64; 10]; 10] {
     let (x, y) = (system_x(rig), system_y(rig));
     let mass = masses(rig);
     let mut a = [[0.0; 10]; 10];
@@ -258,7 +259,7 @@ impl Tangent {
         Self { damping: [[0.0; DOFS]; DOFS], ..self }
     }
 
-    fn of_contact(contact: [[f64; 2]; 2]) -> Self {
+    pub(super) fn of_contact(contact: [[f64; 2]; 2]) -> Self {
         let mut stiffness = [[0.0; DOFS]; DOFS];
         let (inner, outer) = ([INNER_X, INNER_Y], [OUTER_X, OUTER_Y]);
         for i in 0..2 {
@@ -299,76 +300,12 @@ pub(in crate::rig) fn along(rig: &BearingRig, forces: &[Force], visited: &[Visit
     tangent
 }
 
-/// Mean slope of the contact where the races rest under the load: Newton's method for the balance of mean contact force and
-/// load, theory (49).
+/// Mean slope of the contact where the races rest under the load, over one pitch of the cage, theory (49).
 pub(in crate::rig) fn at_rest(rig: &BearingRig, load_n: f64) -> Tangent {
-    let soft = |k: f64| 1.0 / k.max(1.0);
-    let (inner, outer) = (soft(rig.inner.stiffness_n_per_m), soft(rig.outer.stiffness_n_per_m));
-    // Distance of the races in y without contact, m, and their approach for 1 N of contact, m/N.
-    let open = (load_n - rig.inner.mass_kg * GRAVITY) * inner + rig.resonator.mass_kg * GRAVITY * outer;
-    let compliance = inner + outer;
-    let guess = (load_n.abs() / rig.bearing.contact_stiffness_n_per_m1_5).powf(1.0 / rig.bearing.contact_exponent);
-    let clearance = rig.bearing.radial_clearance_m;
-    // Over one pitch of the cage.
     let pitch = TAU / rig.bearing.balls as f64;
     let positions = LINEARISATION.cage_positions;
     let phases = (0..positions).flat_map(|phase| normals(&rig.bearing, pitch * phase as f64 / positions as f64));
     let normals: Vec<[f64; 2]> = phases.collect();
-    let mean = |displacement: f64| {
-        let (force, slope) = contact_at(&rig.bearing, [0.0, displacement], normals.iter().copied());
-        (force[1] / positions as f64, slope.map(|row| row.map(|v| v / positions as f64)))
-    };
-    // The balance falls with the displacement: bracket it, then Newton's steps inside the bracket.
-    let side = if open < 0.0 { -1.0 } else { 1.0 };
-    let (mut low, mut high) = (0.0, open.abs());
-    let mut at = (clearance + guess).clamp(low, high.max(low));
-    for _ in 0..LINEARISATION.newton_steps {
-        let (force, slope) = mean(side * at);
-        let balance = at - open.abs() + side * force * compliance;
-        if balance > 0.0 {
-            high = at;
-        } else {
-            low = at;
-        }
-        let newton = at - balance / (1.0 + slope[1][1] * compliance);
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-        if next == at {
-            break;
-        }
-        at = next;
-    }
-    Tangent::of_contact(mean(side * at).1)
-}
-
-/// Directions of the balls from the centre, at an angle of ball 0.
-fn normals(bearing: &Bearing, cage_rad: f64) -> impl Iterator<Item = [f64; 2]> {
-    let pitch = TAU / bearing.balls as f64;
-    (0..bearing.balls).map(move |ball| {
-        let (s, c) = (cage_rad + pitch * ball as f64).sin_cos();
-        [c, s]
-    })
-}
-
-/// Contact force in x and y, N, and its slope, N/m, at a relative displacement, m, of balls in directions `normals`:
-/// theory (29), (30) and (49).
-fn contact_at(
-    bearing: &Bearing,
-    displacement: [f64; 2],
-    normals: impl Iterator<Item = [f64; 2]>,
-) -> ([f64; 2], [[f64; 2]; 2]) {
-    let (mut force, mut slope) = ([0.0; 2], [[0.0; 2]; 2]);
-    for normal in normals {
-        let deflection = displacement[0] * normal[0] + displacement[1] * normal[1] - bearing.radial_clearance_m;
-        if deflection > 0.0 {
-            let root = deflection.powf(bearing.contact_exponent - 1.0);
-            let stiffness = bearing.contact_exponent * bearing.contact_stiffness_n_per_m1_5 * root;
-            for i in 0..2 {
-                force[i] += bearing.contact_stiffness_n_per_m1_5 * root * deflection * normal[i];
-                for j in 0..2 {
-                    slope[i][j] += stiffness * normal[i] * normal[j];
-                }
-            }
-        }
-    }
-    (force, slope)
+    let contact = MeanContact { bearing: &rig.bearing, normals: &normals, positions };
+    Tangent::of_contact(contact.at(contact.rest_m(rig, load_n)).1)
 }
