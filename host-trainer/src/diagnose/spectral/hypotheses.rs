@@ -94,11 +94,12 @@ impl Hypothesis {
 /// Parameters of an effect with those of its form that its first fit leaves as they are; none of most.
 fn extended(kind: EffectKind) -> &'static [ParameterKey] {
     use ParameterKey::{
-        AboveCos, AboveSin, AmplitudeM, AngleRad, BelowCos, BelowSin, DampingRatio, DeflectionM, DepthM, Exponent,
-        Flank, FrequencyHz, Gain, GainAcross, PhaseRad, WidthRad,
+        AboveCos, AboveSin, AmplitudeM, AngleRad, BelowCos, BelowSin, DampingNSPerM, DampingRatio, DeflectionM, DepthM,
+        Exponent, Flank, FrequencyHz, Gain, GainAcross, GapM, PhaseRad, StiffnessNPerM, WidthRad,
     };
     match kind {
         EffectKind::ContactExponent => &[Exponent, DeflectionM],
+        EffectKind::EndStopContact => &[StiffnessNPerM, GapM, DampingNSPerM],
         EffectKind::OuterRaceDefect => &[DepthM, WidthRad, AngleRad, Flank],
         EffectKind::InnerRaceDefect | EffectKind::BallDefect => &[DepthM, WidthRad, Flank],
         EffectKind::StructuralResonance => &[Gain, FrequencyHz, DampingRatio, GainAcross],

@@ -70,7 +70,13 @@ pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought)
         let started = best(null.started(hypothesis, &starts))?;
         // The colours of the noise have yet to make room for a random force.
         let is_hopeless = started.gain < -hopeless && hypothesis.kind != EffectKind::RandomForce;
-        Some(if is_hopeless { started } else { started.searched(null, SETTINGS.steps[0]) })
+        if is_hopeless {
+            return Some(started);
+        }
+        let searched = started.searched(null, SETTINGS.steps[0]);
+        // A stop's damping can be most of what it does.
+        let is_stop = hypothesis.kind == EffectKind::EndStopContact;
+        Some(if is_stop { extended(searched, hypothesis, null) } else { searched })
     };
     let mut fits: Vec<Candidate> = sought.into_par_iter().filter_map(fit).collect();
     let ask_phase = |fits: &mut [Candidate]| {
@@ -183,7 +189,7 @@ fn extended<'d, 'a>(
     hypothesis: &Hypothesis,
     null: &NullFit<'d, 'a>,
 ) -> Candidate<'d, 'a> {
-    use ParameterKey::{DeflectionM, Flank, Gain, GainAcross};
+    use ParameterKey::{DampingNSPerM, DeflectionM, Flank, Gain, GainAcross, StiffnessNPerM};
     let Some((key, effect)) = hypothesis.extended.last().zip(candidate.effect()) else { return candidate };
     let extended = Hypothesis { free: hypothesis.extended, ..hypothesis.clone() };
     let number = |key: ParameterKey| effect.number(key).unwrap_or(1.0);
@@ -193,6 +199,10 @@ fn extended<'d, 'a>(
         // The gain of a mode at the other sensor is over that at its own.
         GainAcross => {
             SETTINGS.extension.map(|share| effect.clone().with_number(GainAcross, share * number(Gain))).to_vec()
+        }
+        DampingNSPerM => {
+            let damped = |delay_s: f64| effect.clone().with_number(DampingNSPerM, delay_s * number(StiffnessNPerM));
+            SETTINGS.stop_delays_s.map(damped).to_vec()
         }
         // Of the waviness of a race only the best is fitted with its neighbours.
         _ => return candidate,

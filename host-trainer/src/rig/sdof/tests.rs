@@ -74,6 +74,25 @@ fn literature_time_at_a_stop() {
     assert!((samples(&recording, "qd")[299] + 0.2).abs() < 1e-5);
 }
 
+/// A stop with a damper that does not pull gives back the share exp[−(β/ω)(π − arctan(2βω/(ω² − β²)))] of the speed, β = c/2m and
+/// ω² = k/m − β² (T. Schwager, T. Pöschel, "Coefficient of restitution and linear-dashpot model revisited", Granular Matter 9
+/// (2007) 465–469).
+#[test]
+fn literature_restitution_of_a_damped_stop() {
+    let rig = parse(&SDOF.replace("stiffness_n_per_m = 800.0", "stiffness_n_per_m = 0.0"));
+    let numbers =
+        [(ParameterKey::GapM, 0.01), (ParameterKey::StiffnessNPerM, 5000.0), (ParameterKey::DampingNSPerM, 40.0)];
+    let rig = rig.with_effect(EffectEntry::new(EffectKind::EndStopContact, &numbers));
+    let drive = Drive { input: &[0.0; 300], sample_rate_hz: RATE, velocity: 0.2, ..Drive::default() };
+    let recording = simulate(&rig, &drive).unwrap();
+    let beta = 40.0 / (2.0 * 2.0);
+    let omega = (5000.0f64 / 2.0 - beta * beta).sqrt();
+    let share = (-beta / omega * (PI - (2.0 * beta * omega / (omega * omega - beta * beta)).atan())).exp();
+    let back = -samples(&recording, "qd")[299] / 0.2;
+    assert!((back - share).abs() < 2e-3, "{back} {share}");
+    assert!(samples(&recording, "qdd").iter().all(|a| *a <= 0.0));
+}
+
 #[test]
 fn invariant_input_is_held_or_drawn_straight() {
     let rig = parse(&SDOF.replace("stiffness_n_per_m = 800.0", "stiffness_n_per_m = 0.0"));

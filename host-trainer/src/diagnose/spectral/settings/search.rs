@@ -39,6 +39,8 @@ pub struct SearchSettings {
     pub other_sizes: [f64; 4],
     /// Gain of a mode at the other sensor over that at its own from which its fit starts. By hand.
     pub extension: [f64; 2],
+    /// Damping of a stop over its stiffness from which its fit starts, s. By hand: about the time of an impact.
+    pub stop_delays_s: [f64; 2],
     /// Least and greatest size of waviness from which its fit with neighbours starts, over that found alone. By hand.
     pub wave_sizes: [f64; 2],
     /// Number of these sizes. By hand: close enough that one of them is in the right valley.
@@ -99,6 +101,7 @@ impl SearchSettings {
         hopeless_nats: 300.0,
         other_sizes: [0.5, 0.8, 1.2, 2.0],
         extension: [0.4, -0.4],
+        stop_delays_s: [2e-5, 2e-4],
         wave_sizes: [0.5, 3.5],
         wave_steps: 12,
         wave_searches: 2,
