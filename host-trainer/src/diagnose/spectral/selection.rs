@@ -101,7 +101,7 @@ impl<'d, 'a> Selection<'d, 'a> {
             let holds = first.as_ref().is_some_and(|friction| causes::holds(friction, &refused));
             self.rejected.extend(refused);
             let Some(mut best) = first else { break };
-            let of_machine = self.refit_without(&best)?;
+            let of_machine = self.refit_without(&best, asked)?;
             if of_machine > 0.0 {
                 found.iter_mut().chain([&mut best]).for_each(|candidate| candidate.gain -= of_machine);
                 held_now = held_now.min(objective_of(held_data, &self.model, &self.point));
@@ -218,16 +218,30 @@ impl<'d, 'a> Selection<'d, 'a> {
         before.iter().map(|a| a.candidate.gain).sum::<f64>() + last.candidate.merit()
     }
 
-    /// Moves the fit to what a candidate's fit found of the machine beside the effect, if that is better without the effect too: a
-    /// search may have ended before it. The gain of that.
-    fn refit_without(&mut self, candidate: &Candidate) -> Result<f64, RigError> {
+    /// Moves the fit to what a candidate's fit found of the machine and of earlier effects beside the effect, if that is better
+    /// without the effect too: a search may have ended before it. The gain of that. Where nothing else takes the candidate below
+    /// the gain that is `asked`, the numbers of the rig are moved too.
+    fn refit_without(&mut self, candidate: &Candidate, asked: f64) -> Result<f64, RigError> {
+        let before = self.point.objective();
         let moved = self.model.with_nuisances(&self.point, &candidate.point);
-        let point = self.model.search(moved, FIT.held_out_steps)?;
-        let gain = self.point.objective() - point.objective();
-        if gain > 0.0 {
+        self.keep_better(self.model.search(moved, FIT.held_out_steps)?);
+        let gain = before - self.point.objective();
+        let numbers = self.model.coordinates.len();
+        if numbers > 0 && candidate.gain - gain >= asked {
+            // A rig of these numbers may not run without the effect.
+            let rig = self.model.rig_at(&candidate.point.values[..numbers]);
+            let moved = rig.and_then(|rig| Model { rig, ..self.model.clone() }.start_from(&candidate.point));
+            if let Ok(moved) = moved {
+                self.keep_better(self.model.search(moved, FIT.held_out_steps)?);
+            }
+        }
+        Ok(before - self.point.objective())
+    }
+
+    fn keep_better(&mut self, point: Point) {
+        if point.objective() < self.point.objective() {
             self.point = point;
         }
-        Ok(gain.max(0.0))
     }
 
     /// Lowers the probability of the causes by what they leave; none is one if the most probable leaves too much. Whether the model
@@ -288,8 +302,11 @@ pub fn rejected_names(accepted: &[Accepted], rejected: &[Candidate], causes: &[C
 #[cfg(test)]
 mod tests {
     use super::*;
+
     use crate::diagnose::spectral::imperfect::testing::{observed, pitted};
     use crate::diagnose::spectral::unevenness::UnevenMachines;
+    use crate::identify::likelihood::coordinate::Coordinate;
+    use crate::rig::config::{ModelKey, RigKey};
     use crate::rig::effect::ParameterKey;
     use crate::rig::test_support::nominal;
 
@@ -307,9 +324,34 @@ mod tests {
         let (kind, place) = (EffectKind::ViscousFriction, String::new());
         let candidate = Candidate { kind, place, model: model.clone(), point: late, gain: gained, phase: 0.0 };
         let mut selection = Selection::new(&model, &early, None);
-        let of_machine = selection.refit_without(&candidate).unwrap();
+        let of_machine = selection.refit_without(&candidate, 25.0).unwrap();
         assert!(gained > 25.0 && of_machine > gained - 1.0, "{gained} {of_machine}");
-        assert!(selection.refit_without(&candidate).unwrap() < 1.0);
+        assert!(selection.refit_without(&candidate, 25.0).unwrap() < 1.0);
+    }
+
+    /// A bearing of unknown clearance, whose fit is in another valley of the likelihood, and a candidate whose fit is not.
+    #[test]
+    fn null_what_a_fit_found_of_the_rigs_numbers_beside_an_effect_is_no_gain_of_the_effect() {
+        let rig = nominal();
+        let orders = rig.bearing().unwrap().bearing.geometry().orders();
+        let observations = [observed(&rig, 500.0, &Point::default().in_recordings(1, 0))];
+        let data = Data::new(&observations, orders, UnevenMachines::default());
+        let key = RigKey::Model(ModelKey::RadialClearance);
+        let coordinates = vec![Coordinate::for_key(&rig, key).unwrap()];
+        let of_clearance = |clearance_m: f64| {
+            let mut rig = rig.clone();
+            rig.set(key, clearance_m).unwrap();
+            Model { coordinates: coordinates.clone(), ..Model::fixed(&data, rig) }
+        };
+        let own = rig.get(key).unwrap();
+        let [early_model, late_model] = [own + 2e-5, own].map(of_clearance);
+        let [early, late] = [&early_model, &late_model].map(|model| model.start().unwrap());
+        let gained = early.objective() - late.objective();
+        let (kind, place) = (EffectKind::ViscousFriction, String::new());
+        let candidate = Candidate { kind, place, model: late_model, point: late, gain: gained, phase: 0.0 };
+        let of = |asked: f64| Selection::new(&early_model, &early, None).refit_without(&candidate, asked).unwrap();
+        let [of_machine, of_numbers] = [f64::INFINITY, 25.0].map(of);
+        assert!(of_machine < gained - 25.0 && of_numbers > gained - 1.0, "{of_machine} {of_numbers} of {gained}");
     }
 
     /// Causes whose simulations are farther from the held-out recordings are taken back, with the machine before them; nearer ones stay.
