@@ -7,7 +7,7 @@ use crate::rig::EffectEntry;
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::signal::surrogate::autoregression::Autoregression;
 
-/// Minimum count of samples at the limit of a clipped channel; noise has one, or a few by rounding.
+/// Minimum count of samples at the limit of a clipped channel, in one recording or in all that share it; noise has one, or a few by rounding.
 const TIES: usize = 12;
 /// Samples at a limit over those at the next value, of a coarse converter near its limit, from which they pile up there.
 const PILE: usize = 3;
@@ -19,12 +19,27 @@ const TIE: f64 = 1e-6;
 pub struct Limits([[f64; 2]; 2]);
 
 impl Limits {
-    /// Limits of a recording where its samples pile up, infinite elsewhere.
-    pub fn of(recording: &Recording) -> Self {
-        Self(accelerations(recording).map(|found| {
-            let samples = found.map_or(&[][..], |channel| &channel.samples);
-            [piled(samples, -1.0).unwrap_or(f64::NEG_INFINITY), piled(samples, 1.0).unwrap_or(f64::INFINITY)]
-        }))
+    /// Limits of recordings of one sensor where their samples pile up, infinite elsewhere. What piles up too little in each does so
+    /// in those together that have one greatest value.
+    pub fn of(recordings: &[Recording]) -> Vec<Self> {
+        let mut all = vec![Self([[f64::NEG_INFINITY, f64::INFINITY]; 2]); recordings.len()];
+        for channel in 0..CHANNELS.len() {
+            for (index, side) in [-1.0, 1.0].into_iter().enumerate() {
+                let tops = recordings.iter().map(|recording| {
+                    let found = accelerations(recording)[channel];
+                    Top::of(found.map_or(&[][..], |channel| &channel.samples), side)
+                });
+                let tops: Vec<Top> = tops.collect();
+                for (limits, top) in all.iter_mut().zip(&tops) {
+                    let alike = tops.iter().filter(|other| is_at(top.value, other.value));
+                    let together = alike.fold(Top { value: top.value, ..Top::default() }, |sum, other| sum.with(other));
+                    if top.is_pile() || together.is_pile() {
+                        limits.0[channel][index] = side * top.value;
+                    }
+                }
+            }
+        }
+        all
     }
 
     /// Value within the limits of a channel.
@@ -61,14 +76,33 @@ impl Limits {
     }
 }
 
-/// Value of the greatest sample on a side, where many are exactly there and few at the next value: a coarse converter has nearly
-/// as many at both.
-fn piled(samples: &[f64], side: f64) -> Option<f64> {
-    let top = samples.iter().map(|v| side * v).fold(f64::NEG_INFINITY, f64::max);
-    let count = |level: f64| samples.iter().filter(|v| is_at(level, side * **v)).count();
-    let below = samples.iter().map(|v| side * v).filter(|v| !is_at(top, *v)).fold(f64::NEG_INFINITY, f64::max);
-    let ties = count(top);
-    (ties >= TIES && ties > PILE * count(below)).then_some(side * top)
+/// Greatest samples of a channel on a side.
+#[derive(Clone, Copy, Default)]
+struct Top {
+    /// Greatest value.
+    value: f64,
+    /// Samples there.
+    ties: usize,
+    /// Samples at the next value.
+    below: usize,
+}
+
+impl Top {
+    fn of(samples: &[f64], side: f64) -> Self {
+        let value = samples.iter().map(|v| side * v).fold(f64::NEG_INFINITY, f64::max);
+        let next = samples.iter().map(|v| side * v).filter(|v| !is_at(value, *v)).fold(f64::NEG_INFINITY, f64::max);
+        let count = |level: f64| samples.iter().filter(|v| is_at(level, side * **v)).count();
+        Self { value, ties: count(value), below: count(next) }
+    }
+
+    fn with(self, other: &Self) -> Self {
+        Self { ties: self.ties + other.ties, below: self.below + other.below, ..self }
+    }
+
+    /// Whether many samples are exactly there and few at the next value: a coarse converter has nearly as many at both.
+    fn is_pile(&self) -> bool {
+        self.ties >= TIES && self.ties > PILE * self.below
+    }
 }
 
 fn is_at(level: f64, value: f64) -> bool {
@@ -125,7 +159,8 @@ mod tests {
     #[test]
     fn null_noise_is_not_clipped() {
         let recording = healthy();
-        assert!(clipped(std::slice::from_ref(&recording), &[Limits::of(&recording)]).is_empty());
+        let recordings = [recording];
+        assert!(clipped(&recordings, &Limits::of(&recordings)).is_empty());
     }
 
     #[test]
@@ -133,7 +168,7 @@ mod tests {
         for side in [1.0, -1.0] {
             let level = 1.2 * rms(&healthy());
             let recordings = [healthy(), clipped_at(level, side)];
-            let limits = [0, 1].map(|n| Limits::of(&recordings[n]));
+            let limits = Limits::of(&recordings);
             let faults = clipped(&recordings, &limits);
             assert_eq!(faults.len(), 1);
             let value = faults[0].effect.number(ParameterKey::Value).unwrap();
@@ -145,5 +180,26 @@ mod tests {
                 accelerations(&restored)[1].unwrap().samples.iter().map(|v| limits[1].clamped(1, *v)).collect();
             assert_eq!(again, accelerations(&recordings[1])[1].unwrap().samples);
         }
+    }
+    /// Recordings of which none has enough samples at its limit by itself.
+    #[test]
+    fn invariant_a_limit_that_recordings_share_needs_few_samples_in_each() {
+        let mut recordings =
+            [0, 1, 2].map(|seed| simulate(&nominal(), &condition(30.0, 800.0, 12_800), &Start::seeded(seed)).unwrap());
+        let ay = |recording: &Recording| accelerations(recording)[1].unwrap().samples.clone();
+        let mut sorted = ay(&recordings[0]);
+        sorted.sort_by(f64::total_cmp);
+        let level = sorted[sorted.len() - 9];
+        for recording in &mut recordings[..2] {
+            let channel = recording.channels.iter_mut().find(|c| c.name == "ay").unwrap();
+            channel.samples.iter_mut().for_each(|v| *v = v.min(level));
+        }
+        let limits = Limits::of(&recordings);
+        let ties = [0, 1].map(|n| ay(&recordings[n]).iter().filter(|v| **v == level).count());
+        assert!(ties.iter().all(|n| *n < TIES) && ties.iter().sum::<usize>() >= TIES, "{ties:?}");
+        assert_eq!(clipped(&recordings, &limits)[0].effect.number(ParameterKey::Value), Some(level));
+        assert!(limits[2].level(1).is_none());
+        let alone = Limits::of(&recordings[1..]);
+        assert!(clipped(&recordings[1..], &alone).is_empty());
     }
 }

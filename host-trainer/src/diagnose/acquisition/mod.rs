@@ -86,7 +86,7 @@ impl Acquired {
     /// # Errors
     /// Recordings without acceleration, speed or load; a rig that cannot run.
     pub fn detect(rig: &Rig, recordings: &[Recording]) -> Result<Self, DiagnoseError> {
-        let limits: Vec<Limits> = recordings.iter().map(Limits::of).collect();
+        let limits = Limits::of(recordings);
         let clipped = clipping::clipped(recordings, &limits);
         let restored: Vec<Recording> = recordings.iter().zip(&limits).map(|(r, limits)| limits.restored(r)).collect();
         let limits = recordings.iter().map(Recording::name).zip(limits).collect();
@@ -121,8 +121,7 @@ impl Acquired {
 
 /// Faults of the clipped channels of recordings.
 pub fn clipped(recordings: &[Recording]) -> Vec<Fault> {
-    let limits: Vec<Limits> = recordings.iter().map(Limits::of).collect();
-    clipping::clipped(recordings, &limits)
+    clipping::clipped(recordings, &Limits::of(recordings))
 }
 
 /// A recording without its offsets.
