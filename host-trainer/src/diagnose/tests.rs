@@ -273,6 +273,37 @@ fn a_stiffness_is_not_taken_for_another_effect() {
     assert_eq!(outcome.diagnosis.causes[0].parameters["component"], Parameter::Name("outer".into()));
 }
 
+fn assert_named_with(effect: EffectEntry, key: ParameterKey, within: f64, seed: u64) {
+    let outcome = diagnosed_alone(&nominal().with_effect(effect.clone()), seed);
+    assert_eq!(names(&outcome), [effect.kind.name()], "{:?}", outcome.diagnosis);
+    let (found, truth) = (number(&outcome, key), effect.number(key).unwrap());
+    assert!((found / truth - 1.0).abs() < within, "{found}");
+}
+
+/// The greatest load is nine tenths of what the spring can carry; one that comes at once takes it past its summit.
+#[test]
+fn a_spring_that_softens_almost_to_its_summit_is_not_taken_for_an_asymmetric_one() {
+    let softening = EffectEntry::new(EffectKind::SofteningStiffness, &[(ParameterKey::CubicNPerM3, -2.5e15)])
+        .with_text(ParameterKey::Component, "outer");
+    assert_named_with(softening, ParameterKey::CubicNPerM3, 0.1, 6);
+}
+
+/// A hundredth of the static deflection: it frees the housing across the load alone.
+#[test]
+fn a_small_play_is_named() {
+    let play = EffectEntry::new(EffectKind::Backlash, &[(ParameterKey::WidthM, 2e-7)])
+        .with_text(ParameterKey::Component, "outer");
+    assert_named_with(play, ParameterKey::WidthM, 0.15, 7);
+}
+
+/// A damper in the stop takes most of what its spring gives back.
+#[test]
+fn a_stop_that_damps_is_named_with_its_own_stiffness() {
+    let numbers = [(ParameterKey::GapM, 2e-5), (ParameterKey::StiffnessNPerM, 5e7), (ParameterKey::DampingNSPerM, 8e3)];
+    let stop = EffectEntry::new(EffectKind::EndStopContact, &numbers).with_text(ParameterKey::Component, "inner-y");
+    assert_named_with(stop, ParameterKey::StiffnessNPerM, 0.15, 8);
+}
+
 /// Nor is it taken for a mode or a gain, and the corrected rig has it.
 fn assert_nameless(effect: EffectEntry, key: ParameterKey, within: f64, seed: u64) {
     let outcome = diagnosed_alone(&nominal().with_effect(effect.clone()), seed);

@@ -264,7 +264,8 @@ impl List<'_> {
             let skew = both_ways(0.04, 0.6, 6).into_iter();
             let skew = skew.map(|s| of(EffectKind::AsymmetricStiffness, QuadraticNPerM2, square(s))).collect();
             self.add(EffectKind::AsymmetricStiffness, component, &[QuadraticNPerM2], skew);
-            let widths = ladder(0.1, 1.6, 4).into_iter();
+            // A play of a hundredth of the static deflection leaves the housing free across the load, where it hardly moves.
+            let widths = ladder(0.003, 1.6, 8).into_iter();
             let widths = widths.map(|s| of(EffectKind::Backlash, WidthM, s * still)).collect();
             self.add(EffectKind::Backlash, component, &[WidthM], widths);
             let vertical = if component == "inner" { "inner-y" } else { "outer-y" };

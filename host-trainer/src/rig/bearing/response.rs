@@ -307,5 +307,5 @@ pub(in crate::rig) fn at_rest(rig: &BearingRig, load_n: f64) -> Tangent {
     let phases = (0..positions).flat_map(|phase| normals(&rig.bearing, pitch * phase as f64 / positions as f64));
     let normals: Vec<[f64; 2]> = phases.collect();
     let contact = MeanContact { bearing: &rig.bearing, normals: &normals, positions };
-    Tangent::of_contact(contact.at(contact.rest_m(rig, load_n)).1)
+    Tangent::of_contact(contact.at(contact.apart_at_rest_m(rig, load_n)).1)
 }

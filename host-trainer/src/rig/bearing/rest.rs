@@ -91,7 +91,7 @@ impl Balance<'_> {
 fn in_y_m(rig: &BearingRig, load_n: f64, cage_rad: f64) -> [f64; DOFS] {
     let normals: Vec<[f64; 2]> = normals(&rig.bearing, cage_rad).collect();
     let contact = MeanContact { bearing: &rig.bearing, normals: &normals, positions: 1 };
-    let apart = contact.rest_m(rig, load_n);
+    let apart = contact.apart_at_rest_m(rig, load_n);
     let force = contact.at(apart).0[1];
     let (inner, outer, resonator) =
         (rig.inner.stiffness_n_per_m, rig.outer.stiffness_n_per_m, rig.resonator.stiffness_n_per_m);
@@ -127,7 +127,7 @@ impl MeanContact<'_> {
 
     /// Displacement of the inner race against the outer in y, m, at rest under a load: Newton's method for the balance of
     /// mean contact force and load.
-    pub(super) fn rest_m(&self, rig: &BearingRig, load_n: f64) -> f64 {
+    pub(super) fn apart_at_rest_m(&self, rig: &BearingRig, load_n: f64) -> f64 {
         let soft = |k: f64| 1.0 / k.max(1.0);
         let (inner, outer) = (soft(rig.inner.stiffness_n_per_m), soft(rig.outer.stiffness_n_per_m));
         // Distance of the races in y without contact, m, and their approach for 1 N of contact, m/N.
