@@ -162,7 +162,7 @@ fn a_misalignment_that_grows_is_followed_from_recording_to_recording() {
     let said = outcome.caveats.iter().find(|c| c.contains("numbers of their own")).unwrap();
     let forces = said.split("misalignment (force ").skip(1).map(|s| s.split(' ').next().unwrap().parse().unwrap());
     let forces: Vec<f64> = forces.collect();
-    assert!(forces.len() == 2 && (forces[0] - 10.0).abs() < 1.0 && (forces[1] - 40.0).abs() < 2.0, "{said}");
+    assert!(forces.len() == 2 && (forces[0] - 10.0).abs() < 1.5 && (forces[1] - 40.0).abs() < 2.0, "{said}");
 }
 
 /// What one recording shows is no cause where the others differ as much in another way.
