@@ -74,7 +74,7 @@ pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought)
             return Some(started);
         }
         let searched = started.searched(null, SETTINGS.steps[0]);
-        // A stop's damping can be most of what it does.
+        // A stop without its damping can gain too little to be followed.
         let is_stop = hypothesis.kind == EffectKind::EndStopContact;
         Some(if is_stop { extended(searched, hypothesis, null) } else { searched })
     };
@@ -200,6 +200,7 @@ fn extended<'d, 'a>(
         GainAcross => {
             SETTINGS.extension.map(|share| effect.clone().with_number(GainAcross, share * number(Gain))).to_vec()
         }
+        DampingNSPerM if effect.number(DampingNSPerM).is_some() => return candidate,
         DampingNSPerM => {
             let damped = |delay_s: f64| effect.clone().with_number(DampingNSPerM, delay_s * number(StiffnessNPerM));
             SETTINGS.stop_delays_s.map(damped).to_vec()

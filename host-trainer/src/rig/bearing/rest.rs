@@ -14,22 +14,21 @@ use crate::rig::{
 };
 
 /// Displacements, m, where the rig rests at an instant under a load: balance of load, weights, springs, contact and the forces of
-/// effects, by Newton's method from the balance in y without these forces. Where they leave no balance, the least that was found.
+/// effects, by Newton's method from the balance in y without these forces; that alone where there are none. Where the forces leave
+/// no balance, the displacements that leave least of them.
 pub(super) fn rest_m(rig: &BearingRig, load_n: f64, at: &Instant, forces: &[Force]) -> [f64; DOFS] {
-    let mut rest = Resting { q: in_y_m(rig, load_n, at.cage_rad), ..Resting::default() };
+    let in_y_m = in_y_m(rig, load_n, at.cage_rad);
     if forces.is_empty() {
-        return rest.q;
+        return in_y_m;
     }
     let balance = Balance { rig, load_n, at, forces };
-    rest = balance.at(rest.q);
+    let mut rest = balance.at(in_y_m);
     for _ in 0..LINEARISATION.newton_steps {
         let step = balance.newton_step_m(&rest);
         let shares = (0..LINEARISATION.newton_halvings).map(|n| 0.5f64.powi(n));
-        let tried = shares.map(|share| balance.at(std::array::from_fn(|i| rest.q[i] + share * step[i])));
-        match { tried }.find(|next| next.left_n < rest.left_n) {
-            Some(next) => rest = next,
-            None => break,
-        }
+        let mut tried = shares.map(|share| balance.at(std::array::from_fn(|i| rest.q[i] + share * step[i])));
+        let Some(next) = tried.find(|next| next.left_n < rest.left_n) else { break };
+        rest = next;
     }
     rest.q
 }
@@ -43,7 +42,6 @@ struct Balance<'r> {
 }
 
 /// Displacements and what is left of the balance of forces there.
-#[derive(Clone, Copy, Default)]
 struct Resting {
     /// Displacements, m.
     q: [f64; DOFS],
