@@ -295,6 +295,26 @@ fn a_small_play_is_named() {
     assert_named_with(play, ParameterKey::WidthM, 0.15, 7);
 }
 
+/// In both directions it would take the lines of the loaded one too, which are there. What takes lines leaves nothing in excess.
+#[test]
+fn a_friction_across_the_load_is_named_and_its_force_is_not_stated_where_it_holds_the_housing() {
+    let numbers = [(ParameterKey::ForceN, 17.0), (ParameterKey::RegularisationMPerS, 5e-6)];
+    let friction =
+        EffectEntry::new(EffectKind::CoulombFriction, &numbers).with_text(ParameterKey::Component, "outer-x");
+    let outcome = diagnosed_alone(&nominal().with_effect(friction), 5);
+    assert_eq!(names(&outcome), ["coulomb-friction"], "{:?}", outcome.diagnosis);
+    let parameters = &outcome.diagnosis.causes[0].parameters;
+    assert_eq!(parameters.keys().collect::<Vec<_>>(), ["component"], "{parameters:?}");
+    assert_eq!(outcome.rig.effects[0].kind, EffectKind::CoulombFriction);
+}
+
+#[test]
+fn a_damper_in_one_direction_is_not_taken_for_a_friction() {
+    let damper = EffectEntry::new(EffectKind::DampingChange, &[(ParameterKey::Value, 7e3)])
+        .with_text(ParameterKey::Component, "outer-y");
+    assert_named_with(damper, ParameterKey::Value, 0.1, 5);
+}
+
 /// A stop of the shaft, with a damper that the corrected rig has as well.
 #[test]
 fn a_stop_is_fitted_with_its_damping() {

@@ -16,6 +16,7 @@ use super::settings::{EventSettings, GateSettings, IntervalSettings};
 use super::text;
 use super::tolerance::is_tolerance;
 use crate::diagnose::result::{Aspect, Cause, Fitted, Parameter, Test};
+use crate::identify::likelihood::coordinate::{Coordinate, Scale};
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::rig::EffectEntry;
 use crate::rig::config::{RigKey, RigKind};
@@ -68,11 +69,12 @@ pub fn probability_of(gain: f64, others: impl Iterator<Item = f64>, explained: f
     (by_gain.max(0.0) * by_rank / (1.0 + others)).min(GATE.most_probable)
 }
 
-/// Whether a dry friction holds its component: of all `refused`, a damper that does so gains as much.
-pub fn holds(friction: &Candidate, refused: &[Candidate]) -> bool {
+/// The damper that holds a component as a dry friction does: of all `refused`, one that gains as much.
+pub fn holding<'c, 'd, 'a>(friction: &Candidate, refused: &'c [Candidate<'d, 'a>]) -> Option<&'c Candidate<'d, 'a>> {
     let least = friction.gain - GATE.model_error_nats(friction.gain);
-    let locks = |c: &Candidate| c.kind == EffectKind::DampingChange && c.place == friction.place && c.gain > least;
-    friction.kind == EffectKind::CoulombFriction && refused.iter().any(|c| locks(c) && is_overdamped(c))
+    let locks = |c: &&Candidate| c.kind == EffectKind::DampingChange && c.place == friction.place && c.gain > least;
+    let is_friction = friction.kind == EffectKind::CoulombFriction;
+    refused.iter().filter(|_| is_friction).find(|c| locks(c) && is_overdamped(c))
 }
 
 /// Trust in causes by what they leave, and by what else changes the level.
@@ -135,10 +137,8 @@ pub fn estimates(model: &Model, point: &Point, unknown: usize) -> (Intervals, Ve
         let variance = inverse[(a, a)].max(pulls.sum::<f64>()).max(0.0);
         let half = Z975 * variance.sqrt();
         let value = coordinate.to_value(point.values[a]);
-        let ends = [-half, half].map(|d| coordinate.to_value(point.values[a] + d));
-        let ends = [ends[0].min(ends[1]), ends[0].max(ends[1])];
         if a < unknown {
-            numbers.push((coordinate.key.to_string(), value, ends));
+            numbers.push((coordinate.key.to_string(), value, ends(coordinate, value, half, 0.0)));
         } else if let RigKey::Effect { index, key } = coordinate.key {
             let kind = model.rig.effects[index].kind;
             let is_of_one = kind == EffectKind::OuterRaceDefect && key == ParameterKey::AngleRad && !has_phase;
@@ -146,12 +146,22 @@ pub fn estimates(model: &Model, point: &Point, unknown: usize) -> (Intervals, Ve
                 true => INTERVALS.angle_of_one_rad,
                 false => INTERVALS.form_error(kind, key, value),
             };
-            let of_form = Z975 * of_form;
-            let ends = [value - of_form.hypot(value - ends[0]), value + of_form.hypot(ends[1] - value)];
+            let ends = ends(coordinate, value, half, Z975 * of_form);
             effects.insert((index, key), if is_of_one { of_either_side(ends) } else { ends });
         }
     }
     (effects, numbers)
+}
+
+/// Ends of the interval of a value, from its half width in the coordinate and that by the error of a form in the value's own unit.
+/// A number with a sign keeps it, and its interval ends at [`IntervalSettings::unknown_factor`] either way.
+fn ends(coordinate: &Coordinate, value: f64, half: f64, of_form: f64) -> [f64; 2] {
+    let half = match coordinate.scale {
+        Scale::Log { .. } => half.hypot(of_form / value.abs()).min(INTERVALS.unknown_factor.ln()),
+        Scale::Linear { unit } => half.hypot(of_form / unit),
+    };
+    let ends = [-half, half].map(|by| coordinate.to_value(coordinate.to_coordinate(value) + by));
+    [ends[0].min(ends[1]), ends[0].max(ends[1])]
 }
 
 /// Interval of an angle with that of its mirror image across the load.
@@ -185,6 +195,10 @@ pub fn cause(accepted: &Accepted, effect: &EffectEntry, values: &Intervals) -> C
     let mut parameters = stated(effect);
     if accepted.holds {
         parameters.remove(ParameterKey::ForceN.name());
+    }
+    for ((_, key), _) in values.iter().filter(|((n, _), ends)| *n == accepted.effect && INTERVALS.is_of_unknown(**ends))
+    {
+        parameters.remove(key.name());
     }
     let interval = |(key, ends): (&(usize, ParameterKey), &[f64; 2])| {
         (key.0 == accepted.effect && parameters.contains_key(key.1.name())).then(|| (key.1.to_string(), *ends))
@@ -246,5 +260,21 @@ mod tests {
         };
         assert_eq!(of(0.0), ["component", "force_n"]);
         assert_eq!(of(0.6), ["angle_rad", "component", "force_n"]);
+    }
+
+    /// Whatever the error, a force keeps its sign and its interval ends; one that could be of any size is not stated.
+    #[test]
+    fn invariant_a_number_keeps_its_sign_and_one_that_is_not_known_is_not_stated() {
+        let key = RigKey::Effect { index: 0, key: ParameterKey::ForceN };
+        let force = |sign: f64| Coordinate { key, scale: Scale::Log { sign }, moves_mean: true, moves_variance: true };
+        let close = |[a, b]: [f64; 2], [c, d]: [f64; 2]| (a / c - 1.0).abs() + (b / d - 1.0).abs() < 1e-9;
+        for (half, of_form, is_known) in [(0.1, 1.0, true), (1e-9, 30.0, true), (5.0, 1.0, false), (900.0, 0.0, false)]
+        {
+            let [from, to] = ends(&force(1.0), 25.0, half, of_form);
+            assert!(0.0 < from && from < 25.0 && 25.0 < to && to.is_finite(), "{from} {to}");
+            assert_eq!(INTERVALS.is_of_unknown([from, to]), !is_known, "{from} {to}");
+            let mirrored = ends(&force(-1.0), -25.0, half, of_form);
+            assert!(close(mirrored, [-to, -from]) && INTERVALS.is_of_unknown(mirrored) != is_known, "{mirrored:?}");
+        }
     }
 }

@@ -68,7 +68,7 @@ fn friction_of(damper: &EffectEntry, rounding_m_per_s: f64, null: &NullFit) -> O
 mod tests {
     use super::*;
     use crate::diagnose::spectral::candidate::best;
-    use crate::diagnose::spectral::causes::{Accepted, Intervals, cause, holds};
+    use crate::diagnose::spectral::causes::{Accepted, Intervals, cause, holding};
     use crate::diagnose::spectral::data::Data;
     use crate::diagnose::spectral::fit::Model;
     use crate::diagnose::spectral::imperfect::testing::observed;
@@ -127,6 +127,7 @@ mod tests {
             let [friction] = &as_friction_or_damper(&damper, hypotheses, null)[..] else { panic!("one") };
             assert_eq!(friction.kind, EffectKind::CoulombFriction);
             assert!(damper.gain > 50.0 && friction.gain > damper.gain - 6.0, "{} {}", damper.gain, friction.gain);
+            let holds = |of: &Candidate, refused: &[Candidate]| holding(of, refused).is_some();
             assert!(holds(friction, std::slice::from_ref(&damper)) && !holds(friction, &[]));
             assert!(!holds(&damper, std::slice::from_ref(&damper)));
             let said = |holds: bool| {

@@ -6,6 +6,7 @@ use super::observation::duration_s;
 use super::refit::refit;
 use super::settings::{GateSettings, LikelihoodSettings};
 use super::unsteady::is_fleeting;
+use crate::diagnose::result::Fit;
 use crate::rig::effect::component::{Component, Part};
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{EffectEntry, Rig};
@@ -66,6 +67,11 @@ pub fn is_in(held_data: &Data, held_null: f64, held_out: f64, candidate: &Candid
     };
     held_out > GATE.held_out
         && (held_out > GATE.held_out_share * share * candidate.gain || held_out > GATE.agreement * at_best())
+}
+
+/// Whether simulations without a cause are farther from the held-out recordings than a healthy machine's.
+pub fn is_unlike(fit: &Fit) -> bool {
+    fit.before > GATE.unlike * fit.noise_floor
 }
 
 #[cfg(test)]
@@ -140,5 +146,12 @@ mod tests {
         assert!(!of(EffectKind::SensorGain, -0.2, 0.01));
         assert!(of(EffectKind::SensorGain, 0.0, 0.2) && of(EffectKind::SensorGain, 0.0, 0.0));
         assert!(!of(EffectKind::StiffnessChange, 0.0, 0.2));
+    }
+
+    /// Of a healthy machine, and of one of which a friction takes the lines.
+    #[test]
+    fn null_simulations_that_are_far_from_the_recordings_are_no_all_clear() {
+        let of = |before: f64| is_unlike(&Fit { before, noise_floor: 1.29, ..Fit::default() });
+        assert!(!of(1.39) && of(2.58));
     }
 }

@@ -31,7 +31,8 @@ pub struct Hypothesis {
     pub place: String,
     /// Parameters that are fitted.
     pub free: &'static [ParameterKey],
-    /// Starts of the search. An effect in one direction has none of its own: it starts where that in both is found.
+    /// Starts of the search. An effect in one direction that does little in the other has none of its own: it starts where that in
+    /// both is found.
     pub starts: Vec<EffectEntry>,
     /// Parameter by whose square the power of the effect's lines grows, so that one run gives all its sizes; `None` for an
     /// effect whose sizes are simulated each.
@@ -50,6 +51,28 @@ pub fn ladder(from: f64, to: f64, count: u32) -> Vec<f64> {
 fn both_ways(from: f64, to: f64, count: u32) -> Vec<f64> {
     ladder(from, to, count).into_iter().flat_map(|v| [v, -v]).collect()
 }
+
+/// A hypothesis of a support in one of the directions in which it acts.
+///
+/// A load bends a spring's law along it, and hardly across. What takes energy or makes a spring stiffer acts on the motion in
+/// either direction: where it acts in one, the same in both can be worse than nothing, so that no search begins there.
+fn in_direction(whole: &Hypothesis, place: String) -> Hypothesis {
+    let mut directed = Hypothesis { place, starts: Vec::new(), ..whole.clone() };
+    if ACTING_EITHER_WAY.contains(&whole.kind) {
+        let along_axes = whole.starts.iter().filter(|start| start.text(ParameterKey::Symmetry).is_none());
+        directed.starts = along_axes.map(|start| directed.placed(start)).collect();
+    }
+    directed
+}
+
+/// Effects of a support that act on the motion in either direction alike.
+const ACTING_EITHER_WAY: [EffectKind; 5] = [
+    EffectKind::CoulombFriction,
+    EffectKind::ViscousFriction,
+    EffectKind::QuadraticDrag,
+    EffectKind::DampingChange,
+    EffectKind::StiffnessChange,
+];
 
 /// Effect along each axis by itself, and the same in every direction.
 fn both_symmetries(effect: EffectEntry) -> [EffectEntry; 2] {
@@ -322,7 +345,7 @@ impl List<'_> {
             let rounded = |sharp: EffectEntry| {
                 [1e-5, 4e-5].map(|v| sharp.clone().with_number(ROUNDED, v)).into_iter().chain([sharp])
             };
-            let starts = ladder(1e-4, 1e-2, 5).into_iter().map(of).flat_map(rounded).collect();
+            let starts = ladder(1e-4, 2e-2, 6).into_iter().map(of).flat_map(rounded).collect();
             self.add(EffectKind::CoulombFriction, component, &[ForceN, ROUNDED], starts);
             if component != "resonator" {
                 let of = |speed: f64| {
@@ -355,11 +378,9 @@ impl List<'_> {
             };
             let places = ["x", "y"].map(|axis| format!("{}-{axis}", h.place));
             let known = places.into_iter().filter(move |place| names.contains(&place.as_str()));
-            known.map(|place| Hypothesis { place, starts: Vec::new(), ..h.clone() }).collect::<Vec<_>>()
+            known.map(|place| in_direction(h, place)).collect::<Vec<_>>()
         };
-        // A damping of one direction differs too little from a friction there, which is the more usual of both.
-        let apart = self.out.iter().filter(|h| h.kind != EffectKind::DampingChange);
-        let directed: Vec<Hypothesis> = apart.flat_map(of).collect();
+        let directed: Vec<Hypothesis> = self.out.iter().flat_map(of).collect();
         self.out.extend(directed);
     }
 

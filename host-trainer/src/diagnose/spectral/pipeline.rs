@@ -5,6 +5,7 @@ use super::causes::{self, Accepted, Intervals, Trust};
 use super::data::{Data, Point};
 use super::events::{Event, events, without_event};
 use super::fit::Model;
+use super::gate::is_unlike;
 use super::growth::Lasting;
 use super::held_out::{Compared, Disturbed, held_out};
 use super::lack::lack_of_both;
@@ -127,7 +128,7 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     // More than `left` where causes were taken back.
     let [unexplained_of_fitted, unexplained_of_held] = left_by(&selection, &held_point);
     let unexplained = unexplained_of_fitted + unexplained_of_held;
-    let is_beyond_chance = unexplained > chance || doubtful.is_some() || unshown.is_some();
+    let is_beyond_chance = unexplained > chance || doubtful.is_some() || unshown.is_some() || is_unlike(&fit);
     let Selection { model, point, accepted, rejected, .. } = &selection;
 
     let is_named = !accepted.is_empty() || event.is_some() || acquired.faults().next().is_some();
@@ -169,6 +170,7 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
         caveats.extend((unexplained > chance).then(|| text::unexplained(unexplained, &most)));
         caveats.extend(doubtful.map(|candidate| text::doubtful(&candidate)));
         caveats.extend(unshown.map(|candidate| text::unshown(&candidate)));
+        caveats.extend(is_unlike(&fit).then(|| text::unlike(&fit)));
     }
     let is_unsteady = verdict == Verdict::Unexplained && coarse.is_none();
     caveats.extend(kurtosis.filter(|_| is_unsteady).map(text::unsteady));

@@ -1,5 +1,7 @@
 //! Selection of causes by what they gain on fitted and on held-out recordings: the best candidate, one after the other, or two at once.
 
+use std::mem;
+
 use super::baseline::Baseline;
 use super::candidate::{Candidate, NullFit};
 use super::causes::{self, Accepted, Beside, Trust};
@@ -17,6 +19,8 @@ use super::tolerance::{first_to_judge, is_tolerance};
 use super::unevenness::turns_otherwise;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::result::{Cause, Fit, Rejected};
+use crate::identify::likelihood::coordinate::Coordinate;
+use crate::rig::config::RigKey;
 use crate::rig::effect::EffectKind;
 use crate::rig::{EffectEntry, RigError};
 
@@ -43,6 +47,8 @@ pub struct Selection<'d, 'a> {
     pub in_baseline: Vec<EffectKind>,
     /// Effects in the model that the vocabulary has no name for.
     pub nameless: Vec<EffectEntry>,
+    /// Fit of a dry friction that holds its component, while a damper stands for it.
+    friction: Option<(Model<'d, 'a>, Point)>,
 }
 
 impl<'d, 'a> Selection<'d, 'a> {
@@ -59,6 +65,7 @@ impl<'d, 'a> Selection<'d, 'a> {
             tolerated: Vec::new(),
             in_baseline: Vec::new(),
             nameless: Vec::new(),
+            friction: None,
         }
     }
 
@@ -98,7 +105,7 @@ impl<'d, 'a> Selection<'d, 'a> {
             let (refused, mut found): (Vec<_>, Vec<_>) =
                 candidates(&null, &brief, sought).into_iter().partition(is_refused);
             let first = (!found.is_empty()).then(|| found.remove(first_to_judge(&found, asked)));
-            let holds = first.as_ref().is_some_and(|friction| causes::holds(friction, &refused));
+            let damper = first.as_ref().and_then(|friction| causes::holding(friction, &refused)).cloned();
             self.rejected.extend(refused);
             let Some(mut best) = first else { break };
             let of_machine = self.refit_without(&best, asked)?;
@@ -139,13 +146,39 @@ impl<'d, 'a> Selection<'d, 'a> {
                 rivals: found,
                 effect,
                 beside: None,
-                holds,
+                holds: damper.is_some(),
             });
+            if let Some(damper) = damper {
+                held_now = objective_of(held_data, &damper.model, &damper.point);
+                let friction =
+                    (mem::replace(&mut self.model, damper.model), mem::replace(&mut self.point, damper.point));
+                self.friction = Some(friction);
+            }
             if turns_otherwise(&self.model.rig) {
                 held_now = self.turn(held_data)?;
             }
         }
-        self.with_pair(held_data, held_now, baseline)
+        self.with_friction()?.with_pair(held_data, held_now, baseline)
+    }
+
+    /// Puts a dry friction into the place of the damper that stood for it: the same motion, of which a damper's is simulated in a
+    /// fraction of the time.
+    fn with_friction(mut self) -> Result<Self, RigError> {
+        let Some((friction, at)) = self.friction.take() else { return Ok(self) };
+        let count = friction.rig.effects.len();
+        let later = self.model.rig_at(&self.point.values)?.effects.split_off(count);
+        if later.is_empty() {
+            (self.model, self.point) = (friction, at);
+            return Ok(self);
+        }
+        let mut rig = friction.rig_at(&at.values)?;
+        rig.effects.extend(later);
+        let is_of_later = |c: &&Coordinate| matches!(c.key, RigKey::Effect { index, .. } if index >= count);
+        let of_later = self.model.coordinates.iter().filter(is_of_later);
+        let coordinates: Vec<Coordinate> = friction.coordinates.iter().chain(of_later).cloned().collect();
+        self.model = Model::new(friction.data, rig, &coordinates, &friction.guesses);
+        self.point = self.model.search(self.model.start_from(&self.point)?, FIT.held_out_steps)?;
+        Ok(self)
     }
 
     /// Takes two effects at once in the place of the causes, if they explain more than those, one after the other.

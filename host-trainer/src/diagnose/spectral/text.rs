@@ -6,6 +6,7 @@ use super::gate::is_overdamped;
 use super::settings::GateSettings;
 use super::tolerance::is_tolerance;
 use crate::diagnose::acquisition::Converter;
+use crate::diagnose::result::Fit;
 use crate::rig::EffectEntry;
 use crate::rig::config::RigKind;
 use crate::rig::effect::EffectKind;
@@ -88,6 +89,14 @@ pub fn doubtful(candidate: &Candidate) -> String {
         "{} gains {:.0} in ln L on the fitted recordings, but the held-out ones do not bear it out or too much is left beside it.",
         named(candidate.kind.name(), &candidate.place),
         candidate.gain
+    )
+}
+
+/// How far simulations without a cause are from the recordings.
+pub fn unlike(fit: &Fit) -> String {
+    format!(
+        "Simulations of the rig are {:.2} dB from the held-out recordings, where noise alone leaves {:.2} dB, and no effect explains it.",
+        fit.before, fit.noise_floor
     )
 }
 

@@ -29,6 +29,8 @@ pub struct IntervalSettings {
     pub gain: f64,
     /// Of the cage's slip: that of a healthy machine is not known.
     pub slip: f64,
+    /// Factor either way at which an interval ends: a number that is not known to two decades is not known. By hand.
+    pub unknown_factor: f64,
 }
 
 impl IntervalSettings {
@@ -44,6 +46,7 @@ impl IntervalSettings {
         damping_ratio: 0.25,
         gain: 0.05,
         slip: 0.0015,
+        unknown_factor: 100.0,
     };
 
     /// Standard deviation of a parameter at a value by the form of its effect.
@@ -63,5 +66,11 @@ impl IntervalSettings {
             _ => self.strength,
         };
         share * value.abs()
+    }
+
+    /// Whether an interval is one of a number that is not known.
+    pub fn is_of_unknown(&self, [from, to]: [f64; 2]) -> bool {
+        let widest = self.unknown_factor.powi(2);
+        from * to > 0.0 && (to / from).max(from / to) > 0.99 * widest
     }
 }
