@@ -92,6 +92,11 @@ pub fn is_of_signal(kind: EffectKind) -> bool {
     matches!(kind, EffectKind::SensorGain | EffectKind::StructuralResonance)
 }
 
+/// Whether what an effect does to the motion can be taken for blows: pits and play strike, a path and a damper do not.
+pub fn may_strike(kind: EffectKind) -> bool {
+    !is_of_signal(kind) && !matches!(kind, EffectKind::DampingChange | EffectKind::ViscousFriction)
+}
+
 impl Trust {
     /// Factor of the probability of an effect.
     pub fn of(self, kind: EffectKind) -> f64 {

@@ -95,7 +95,7 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let chance = GATE.lack * (fitted.len() + held.len()) as f64;
     let doubtful = selection.rejected.iter().find(|c| c.gain > GATE.doubtful_gain).cloned();
     // What strikes has pits or play for causes; the rig as it is given may rattle.
-    let strikes = selection.accepted.iter().any(|a| !causes::is_of_signal(a.candidate.kind));
+    let strikes = selection.accepted.iter().any(|a| causes::may_strike(a.candidate.kind));
     let run = || simulate(rig, &held.first()?.condition, &Start::of_series(task.seed, 0)).ok();
     let observed: Vec<&Observation> = fitted.iter().chain(&held).collect();
     let kurtosis = (!strikes).then(|| unsteady_kurtosis(&observed, run)).flatten();
