@@ -201,8 +201,8 @@ pub fn cause(accepted: &Accepted, effect: &EffectEntry, values: &Intervals) -> C
     if accepted.holds {
         parameters.remove(ParameterKey::ForceN.name());
     }
-    for ((_, key), _) in values.iter().filter(|((n, _), ends)| *n == accepted.effect && INTERVALS.is_of_unknown(**ends))
-    {
+    let own = values.iter().filter(|((index, _), _)| *index == accepted.effect);
+    for ((_, key), _) in own.filter(|(_, ends)| INTERVALS.is_of_unknown(**ends)) {
         parameters.remove(key.name());
     }
     let interval = |(key, ends): (&(usize, ParameterKey), &[f64; 2])| {

@@ -1,7 +1,5 @@
 //! Selection of causes by what they gain on fitted and on held-out recordings: the best candidate, one after the other, or two at once.
 
-use std::mem;
-
 use super::baseline::Baseline;
 use super::candidate::{Candidate, NullFit};
 use super::causes::{self, Accepted, Beside, Trust};
@@ -102,8 +100,10 @@ impl<'d, 'a> Selection<'d, 'a> {
             let is_refused = |c: &Candidate| {
                 c.is_contradicted() || is_overdamped(c) || is_second && is_gain_of_lines_alone(c, &self.point)
             };
-            let (refused, mut found): (Vec<_>, Vec<_>) =
-                candidates(&null, &brief, sought).into_iter().partition(is_refused);
+            // The damper in its place does not say that there is a friction already.
+            let is_another = |c: &Candidate| self.friction.is_some() && c.kind == EffectKind::CoulombFriction;
+            let found = candidates(&null, &brief, sought).into_iter().filter(|c| !is_another(c));
+            let (refused, mut found): (Vec<_>, Vec<_>) = found.partition(is_refused);
             let first = (!found.is_empty()).then(|| found.remove(first_to_judge(&found, asked)));
             let damper = first.as_ref().and_then(|friction| causes::holding(friction, &refused)).cloned();
             self.rejected.extend(refused);
@@ -150,9 +150,8 @@ impl<'d, 'a> Selection<'d, 'a> {
             });
             if let Some(damper) = damper {
                 held_now = objective_of(held_data, &damper.model, &damper.point);
-                let friction =
-                    (mem::replace(&mut self.model, damper.model), mem::replace(&mut self.point, damper.point));
-                self.friction = Some(friction);
+                self.friction = Some((self.model, self.point));
+                (self.model, self.point) = (damper.model, damper.point);
             }
             if turns_otherwise(&self.model.rig) {
                 held_now = self.turn(held_data)?;
