@@ -68,7 +68,6 @@ pub fn lack(data: &Data, at: &Point) -> Lack {
         for recording in 0..data.observations.len() {
             let spectrum = data.channel(at, recording, channel);
             let mut own = std::collections::BTreeMap::<i64, (f64, f64)>::new();
-            let mut of_lines = std::collections::BTreeMap::<i64, (f64, f64)>::new();
             for expected in spectrum.bins() {
                 let hz = spectrum.observation.hz(expected.k as f64);
                 let excess = spectrum.bin(&expected).neg_log - expected.mean().ln() - 1.0;
@@ -76,17 +75,11 @@ pub fn lack(data: &Data, at: &Point) -> Lack {
                 let entry = own.entry(band).or_default();
                 entry.0 += (expected.power / expected.mean()).min(SETTINGS.most_power) - SETTINGS.mean_power;
                 entry.1 += 1.0;
-                if expected.noise < SETTINGS.noise_share * expected.mean() {
-                    let entry = of_lines.entry(band).or_default();
-                    entry.0 += expected.power / expected.mean();
-                    entry.1 += 1.0;
-                }
                 if excess > SETTINGS.line_nats {
                     lack.nats[recording] += excess - SETTINGS.line_nats;
                     lines.push((hz, hz / spectrum.observation.condition.shaft_hz, excess));
                 }
             }
-            lack.nats[recording] += of_lines.values().map(|lines| missing(*lines)).sum::<f64>();
             for (band, (sum, count)) in own {
                 let z = sum / count.sqrt();
                 lack.nats[recording] += (0.5 * z * z - SETTINGS.band_nats).max(0.0);
@@ -124,13 +117,6 @@ pub fn lack(data: &Data, at: &Point) -> Lack {
     lack
 }
 
-/// −ln L beyond chance of lines of one band that are weaker than predicted, each of which exceeds nothing: by one factor of all n,
-/// n (x̄ − 1 − ln x̄) for powers of a mean x̄ < 1 over the prediction. `sum` is that of these powers.
-fn missing((sum, count): (f64, f64)) -> f64 {
-    let mean = (sum / count).clamp(SETTINGS.least_mean, 1.0);
-    (count * (mean - 1.0 - mean.ln()) - SETTINGS.band_nats).max(0.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -146,13 +132,5 @@ mod tests {
         assert!((nats([0.4, 0.6], 0.0) - of_level(0.3)).abs() < 1e-9);
         assert!((nats([0.0, -0.2], -0.3) - of_level(0.1) - of_level(0.3)).abs() < 1e-9);
         assert_eq!(nats([0.0, 0.6], 0.0), 0.0);
-    }
-
-    #[test]
-    fn lines_that_are_not_there_are_a_lack_and_uneven_ones_are_none() {
-        assert_eq!([20.0, 16.0, 30.0].map(|sum| missing((sum, 20.0))), [0.0; 3]);
-        let hundredth = 20.0 * (0.01 - 1.0 + 100f64.ln()) - SETTINGS.band_nats;
-        assert!((missing((0.2, 20.0)) - hundredth).abs() < 1e-9);
-        assert!(missing((0.0, 20.0)).is_finite());
     }
 }

@@ -38,7 +38,9 @@ pub struct GateSettings {
     /// of slight effects without a name 71 to 105.
     pub lack: f64,
     /// Distance of simulations without a cause from the held-out recordings, over that of noise alone, from which a mismatch is
-    /// unexplained. By hand: 119 healthy machines of choosing and scoring seeds have at most 1.18.
+    /// unexplained: a line that is not there is no lack of fit, which counts what exceeds a prediction. By hand: 119 healthy machines
+    /// of choosing and scoring seeds have at most 1.18 and one at the limits of all tolerances 1.23, a friction that takes the lines of
+    /// one direction 2 to 2.5.
     pub unlike: f64,
     /// Gain of an effect that did not pass from which there is a mismatch all the same. Healthy machines of choosing seeds 43 to
     /// 46 had at most 18, recordings that did not agree about an effect 909.
@@ -91,7 +93,7 @@ impl GateSettings {
         most_critical: 10.0,
         second_lack: 100.0,
         lack: 25.0,
-        unlike: 1.3,
+        unlike: 1.5,
         doubtful_gain: 100.0,
         rivalry: [6.0, 0.01],
         doubt: 2.0,

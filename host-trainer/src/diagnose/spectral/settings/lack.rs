@@ -11,10 +11,6 @@ pub struct LackSettings {
     pub most_power: f64,
     /// Mean of noise under this bound, 1 − e^−6 for 6.
     pub mean_power: f64,
-    /// Share of the noise in a bin's mean below which the bin is a line's. By hand.
-    pub noise_share: f64,
-    /// Least mean of lines over their prediction: fainter ones are none. By hand.
-    pub least_mean: f64,
     /// Excess of −ln L that chance gives a band at most.
     pub band_nats: f64,
     /// Excess of −ln L that chance gives a bin at most.
@@ -31,8 +27,6 @@ impl LackSettings {
         bands_per_octave: 6.0,
         most_power: 6.0,
         mean_power: 0.9975,
-        noise_share: 0.1,
-        least_mean: 1e-3,
         band_nats: 6.0,
         line_nats: 7.0,
         level_nats: 25.0,
