@@ -67,6 +67,7 @@ fn friction_of(damper: &EffectEntry, rounding_m_per_s: f64, null: &NullFit) -> O
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::result::Cause;
     use crate::diagnose::spectral::candidate::best;
     use crate::diagnose::spectral::causes::{Accepted, Intervals, cause, holding};
     use crate::diagnose::spectral::data::Data;
@@ -130,16 +131,20 @@ mod tests {
             let holds = |of: &Candidate, refused: &[Candidate]| holding(of, refused).is_some();
             assert!(holds(friction, std::slice::from_ref(&damper)) && !holds(friction, &[]));
             assert!(!holds(&damper, std::slice::from_ref(&damper)));
-            let said = |holds: bool| {
+            let said = |holds: bool, values: &Intervals| {
                 let candidate = friction.clone();
                 let (rivals, beside) = (Vec::new(), None);
                 let accepted =
                     Accepted { candidate, held_out: 20.0, probability: 0.9, rivals, effect: 0, beside, holds };
-                cause(&accepted, &friction.effect().unwrap(), &Intervals::new())
+                cause(&accepted, &friction.effect().unwrap(), values)
             };
-            assert_eq!(said(false).parameters.into_keys().collect::<Vec<_>>(), ["component", "force_n"]);
-            assert_eq!(said(true).parameters.into_keys().collect::<Vec<_>>(), ["component"]);
-            assert!(said(true).evidence.ends_with("so that its force is not known."));
+            let stated = |of: Cause| of.parameters.into_keys().collect::<Vec<_>>();
+            let none = Intervals::new();
+            assert_eq!(stated(said(false, &none)), ["component", "force_n"]);
+            assert_eq!(stated(said(true, &none)), ["component"]);
+            let of_any_size = Intervals::from([((0, ParameterKey::ForceN), [1e-2, 1e2])]);
+            assert_eq!(stated(said(false, &of_any_size)), ["component"]);
+            assert!(said(true, &none).evidence.ends_with("so that its force is not known."));
         });
     }
 }

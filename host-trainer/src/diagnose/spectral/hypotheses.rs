@@ -22,6 +22,16 @@ pub const ISOTROPIC: &str = "isotropic";
 pub const MODE_SOURCES: [(&str, f64); 5] =
     [("along", 1.0), ("along", -1.0), ("across", 1.0), ("motion", 1.0), ("motion", -1.0)];
 
+/// Effects of a support that act on the motion in either direction alike. A load bends a spring's law along it, and hardly across;
+/// where one of these acts in one direction, the same in both can be worse than nothing, so that no search would begin there.
+const ACTING_EITHER_WAY: [EffectKind; 5] = [
+    EffectKind::CoulombFriction,
+    EffectKind::ViscousFriction,
+    EffectKind::QuadraticDrag,
+    EffectKind::DampingChange,
+    EffectKind::StiffnessChange,
+];
+
 /// Effect at one component or channel, with starts of its search.
 #[derive(Clone, Debug)]
 pub struct Hypothesis {
@@ -31,8 +41,8 @@ pub struct Hypothesis {
     pub place: String,
     /// Parameters that are fitted.
     pub free: &'static [ParameterKey],
-    /// Starts of the search. An effect in one direction that does little in the other has none of its own: it starts where that in
-    /// both is found.
+    /// Starts of the search. An effect in one direction that is none of [`ACTING_EITHER_WAY`] has none of its own: it starts where that
+    /// in both is found.
     pub starts: Vec<EffectEntry>,
     /// Parameter by whose square the power of the effect's lines grows, so that one run gives all its sizes; `None` for an
     /// effect whose sizes are simulated each.
@@ -51,28 +61,6 @@ pub fn ladder(from: f64, to: f64, count: u32) -> Vec<f64> {
 fn both_ways(from: f64, to: f64, count: u32) -> Vec<f64> {
     ladder(from, to, count).into_iter().flat_map(|v| [v, -v]).collect()
 }
-
-/// A hypothesis of a support in one of the directions in which it acts.
-///
-/// A load bends a spring's law along it, and hardly across. What takes energy or makes a spring stiffer acts on the motion in
-/// either direction: where it acts in one, the same in both can be worse than nothing, so that no search begins there.
-fn in_direction(whole: &Hypothesis, place: String) -> Hypothesis {
-    let mut directed = Hypothesis { place, starts: Vec::new(), ..whole.clone() };
-    if ACTING_EITHER_WAY.contains(&whole.kind) {
-        let along_axes = whole.starts.iter().filter(|start| start.text(ParameterKey::Symmetry).is_none());
-        directed.starts = along_axes.map(|start| directed.placed(start)).collect();
-    }
-    directed
-}
-
-/// Effects of a support that act on the motion in either direction alike.
-const ACTING_EITHER_WAY: [EffectKind; 5] = [
-    EffectKind::CoulombFriction,
-    EffectKind::ViscousFriction,
-    EffectKind::QuadraticDrag,
-    EffectKind::DampingChange,
-    EffectKind::StiffnessChange,
-];
 
 /// Effect along each axis by itself, and the same in every direction.
 fn both_symmetries(effect: EffectEntry) -> [EffectEntry; 2] {
@@ -106,6 +94,16 @@ impl Hypothesis {
     /// Whether this is the same effect at the same place.
     pub fn is_same_as(&self, other: &Self) -> bool {
         (self.kind, &self.place) == (other.kind, &other.place)
+    }
+
+    /// This effect of a support in one of the directions in which it acts.
+    fn in_direction(&self, place: String) -> Self {
+        let mut directed = Self { place, starts: Vec::new(), ..self.clone() };
+        if ACTING_EITHER_WAY.contains(&self.kind) {
+            let along_axes = self.starts.iter().filter(|start| start.text(ParameterKey::Symmetry).is_none());
+            directed.starts = along_axes.map(|start| directed.placed(start)).collect();
+        }
+        directed
     }
 
     /// Effect at this hypothesis's component.
@@ -378,7 +376,7 @@ impl List<'_> {
             };
             let places = ["x", "y"].map(|axis| format!("{}-{axis}", h.place));
             let known = places.into_iter().filter(move |place| names.contains(&place.as_str()));
-            known.map(|place| in_direction(h, place)).collect::<Vec<_>>()
+            known.map(|place| h.in_direction(place)).collect::<Vec<_>>()
         };
         let directed: Vec<Hypothesis> = self.out.iter().flat_map(of).collect();
         self.out.extend(directed);

@@ -92,7 +92,7 @@ pub fn doubtful(candidate: &Candidate) -> String {
     )
 }
 
-/// How far simulations without a cause are from the recordings.
+/// Caveat of a rig whose simulations are far from the recordings.
 pub fn unlike(fit: &Fit) -> String {
     format!(
         "Simulations of the rig are {:.2} dB from the held-out recordings, where noise alone leaves {:.2} dB, and no effect explains it.",
