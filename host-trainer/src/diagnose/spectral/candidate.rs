@@ -50,6 +50,14 @@ impl<'d, 'a> Candidate<'d, 'a> {
         }
     }
 
+    /// Candidate after a further search; the same if the rig cannot run.
+    pub fn converged(self, steps: usize) -> Self {
+        match self.model.search(self.point.clone(), steps) {
+            Ok(point) => Self { gain: self.gain + self.point.objective() - point.objective(), point, ..self },
+            Err(_) => self,
+        }
+    }
+
     /// Gain by powers and phase less the price of the fitted numbers: ½ ln N nats each, N bins (G. Schwarz, Ann. Stat. 6 (1978)
     /// 461–464), so that dry friction rounded beyond the speeds of the motion is a damper.
     pub fn merit(&self) -> f64 {

@@ -2,7 +2,7 @@
 //! recordings.
 
 use super::data::{Data, Point};
-use super::likelihood::Colour;
+use super::likelihood::{Colour, shape_of};
 use super::settings::{LackSettings, LikelihoodSettings};
 use crate::diagnose::result::{Aspect, Test};
 use crate::identify::likelihood::observed::CHANNELS;
@@ -71,8 +71,7 @@ pub fn lack(data: &Data, at: &Point) -> Lack {
             for expected in spectrum.bins() {
                 let hz = spectrum.observation.hz(expected.k as f64);
                 let excess = spectrum.bin(&expected).neg_log - expected.mean().ln() - 1.0;
-                let band = (SETTINGS.bands_per_octave * (hz / 1000.0).log2()).floor() as i64;
-                let entry = own.entry(band).or_default();
+                let entry = own.entry(band_of(hz)).or_default();
                 entry.0 += (expected.power / expected.mean()).min(SETTINGS.most_power) - SETTINGS.mean_power;
                 entry.1 += 1.0;
                 if excess > SETTINGS.line_nats {
@@ -117,10 +116,60 @@ pub fn lack(data: &Data, at: &Point) -> Lack {
     lack
 }
 
+/// Gain of −ln L, beyond chance, by one factor of the noise and one of the lines in each band, the same in all recordings. It also
+/// shows what is below chance in each of them, and lines that are weaker than predicted.
+pub fn shared_lack(data: &Data, at: &Point) -> f64 {
+    let mut nats = 0.0;
+    for channel in 0..CHANNELS.len() {
+        let mut bands = std::collections::BTreeMap::<(i64, bool), Factor>::new();
+        for recording in 0..data.observations.len() {
+            let spectrum = data.channel(at, recording, channel);
+            for expected in spectrum.bins() {
+                let (hz, share) = (spectrum.observation.hz(expected.k as f64), expected.line_share());
+                let (power, shape) = ((expected.power / expected.mean()).min(SETTINGS.most_power), shape_of(share));
+                let factor = bands.entry((band_of(hz), share > SETTINGS.line_share)).or_default();
+                factor.shape += shape;
+                factor.sum += shape * power / SETTINGS.mean_power;
+            }
+        }
+        nats += bands.values().map(|factor| (factor.gain() - SETTINGS.factor_nats).max(0.0)).sum::<f64>();
+    }
+    nats
+}
+
+/// Factor of bins' means, whose powers over them are gamma-distributed.
+#[derive(Clone, Copy, Default)]
+struct Factor {
+    /// Sum of the shapes.
+    shape: f64,
+    /// Sum of powers over means, each times its shape.
+    sum: f64,
+}
+
+impl Factor {
+    /// Gain of −ln L by the best factor.
+    fn gain(self) -> f64 {
+        let ratio = (self.sum / self.shape.max(1e-9)).max(1e-9);
+        self.shape * (ratio - 1.0 - ratio.ln())
+    }
+}
+
+/// Number of the band of a frequency.
+fn band_of(hz: f64) -> i64 {
+    (SETTINGS.bands_per_octave * (hz / 1000.0).log2()).floor() as i64
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::spectral::fit::Model;
+    use crate::diagnose::spectral::imperfect::testing::observed;
     use crate::diagnose::spectral::likelihood::KNOTS;
+    use crate::diagnose::spectral::settings::GateSettings;
+    use crate::diagnose::spectral::unevenness::UnevenMachines;
+    use crate::rig::EffectEntry;
+    use crate::rig::effect::{EffectKind, ParameterKey};
+    use crate::rig::test_support::nominal;
 
     #[test]
     fn a_level_is_what_all_knots_share() {
@@ -132,5 +181,30 @@ mod tests {
         assert!((nats([0.4, 0.6], 0.0) - of_level(0.3)).abs() < 1e-9);
         assert!((nats([0.0, -0.2], -0.3) - of_level(0.1) - of_level(0.3)).abs() < 1e-9);
         assert_eq!(nats([0.0, 0.6], 0.0), 0.0);
+    }
+
+    /// Of a healthy machine, and of one of a somewhat greater damping, whose noise in each recording is within chance.
+    #[test]
+    fn invariant_what_all_recordings_lack_together_adds_up() {
+        let of = |damping: f64| {
+            let mut rig = nominal();
+            let machine = rig.bearing().unwrap().resonator.damping_n_s_per_m;
+            rig = rig.with_effect(
+                EffectEntry::new(EffectKind::DampingChange, &[(ParameterKey::Value, damping * machine)])
+                    .with_text(ParameterKey::Component, "resonator"),
+            );
+            let observations = [400.0, 520.0, 640.0, 760.0, 880.0, 1000.0]
+                .map(|load_n| observed(&rig, load_n, &Point::default().in_recordings(1, 0)));
+            let orders = rig.bearing().unwrap().bearing.geometry().orders();
+            let data = Data::new(&observations, orders, UnevenMachines::default());
+            let model = Model::fixed(&data, nominal());
+            let point = model.search(model.start().unwrap(), 4).unwrap();
+            (lack(&data, &point).total(), shared_lack(&data, &point))
+        };
+        let [(_, healthy), (own, shared)] = [of(1.0), of(1.3)];
+        assert!(
+            healthy < 5.0 && shared > 2.0 * own && shared > GateSettings::DEFAULT.second_shared_lack,
+            "{healthy} {own} {shared}"
+        );
     }
 }

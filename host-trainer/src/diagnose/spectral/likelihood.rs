@@ -205,7 +205,8 @@ fn shape(share: f64) -> (f64, f64) {
     if share < LEAST_SHARE { (1.0, 0.0) } else { (shape_of(share), Place::at(share * STEPS as f64).of(&TERMS)) }
 }
 
-fn shape_of(share: f64) -> f64 {
+/// Shape of the gamma density of a bin with a line's share of its mean.
+pub fn shape_of(share: f64) -> f64 {
     1.0 / (1.0 - share * share * (1.0 - SETTINGS.line_variance))
 }
 
@@ -365,6 +366,11 @@ impl Expected {
     /// Mean of the power.
     pub fn mean(&self) -> f64 {
         self.noise + self.line
+    }
+
+    /// Share of the mean that is a line without errors of form.
+    pub fn line_share(&self) -> f64 {
+        (self.line - self.formed) / self.mean()
     }
 
     /// Density of the power. How a machine has its errors of form over its lines is as random as noise.

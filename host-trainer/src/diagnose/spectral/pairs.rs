@@ -5,12 +5,13 @@ use std::fmt;
 
 use rayon::prelude::*;
 
-use super::candidate::{Candidate, NullFit};
+use super::candidate::{Candidate, NullFit, best as best_of};
 use super::causes;
 use super::cross::set_phases;
 use super::hypotheses::Hypothesis;
 use super::settings::SearchSettings;
 use super::text::named;
+use crate::rig::EffectEntry;
 use crate::rig::effect::EffectKind;
 
 const SETTINGS: SearchSettings = SearchSettings::DEFAULT;
@@ -67,8 +68,13 @@ impl fmt::Display for Pair<'_, '_> {
     }
 }
 
-/// Pairs of the best fits of single effects of different kinds on top of a null fit, the pair of greatest merit first.
-pub fn pairs<'d, 'a>(null: &NullFit<'d, 'a>, singles: &[Candidate<'d, 'a>]) -> Vec<Pair<'d, 'a>> {
+/// Pairs of the best fits of single effects of different kinds on top of a null fit, and of these with the effect that explains most
+/// beside the best of them; the pair of greatest merit first.
+pub fn pairs<'d, 'a>(
+    null: &NullFit<'d, 'a>,
+    singles: &[Candidate<'d, 'a>],
+    beside_best: Option<&Candidate>,
+) -> Vec<Pair<'d, 'a>> {
     let hypotheses = null.hypotheses();
     let mut best: Vec<&Candidate> = singles.iter().filter(|c| c.kind.in_vocabulary()).collect();
     best.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -80,14 +86,22 @@ pub fn pairs<'d, 'a>(null: &NullFit<'d, 'a>, singles: &[Candidate<'d, 'a>]) -> V
         }
     }
     of_kinds.truncate(SETTINGS.paired);
-    let each = of_kinds
-        .iter()
-        .enumerate()
-        .flat_map(|(n, first)| of_kinds[n + 1..].iter().map(move |second| (*first, *second)));
-    let started = each.collect::<Vec<_>>().into_par_iter().filter_map(|(first, second)| {
+    let fitted = |second: &Candidate| Some((fitted_hypothesis(second, null, &hypotheses)?, vec![second.effect()?]));
+    let among = of_kinds.iter().enumerate().flat_map(|(n, first)| {
+        let others = of_kinds[n + 1..].iter();
+        others.filter_map(move |second| Some((*first, fitted(second)?)))
+    });
+    let another = beside_best.filter(|c| c.kind.in_vocabulary() && of_kinds.iter().all(|of| of.kind != c.kind));
+    let another = another.and_then(|candidate| {
+        let hypothesis = hypotheses.iter().find(|h| candidate.is_of(h))?;
+        // Beside another effect its size can be another one.
+        Some((hypothesis.clone(), hypothesis.starts.iter().cloned().chain(candidate.effect()).collect()))
+    });
+    let with_another = another.iter().flat_map(|second| of_kinds.iter().skip(1).map(|first| (*first, second.clone())));
+    let each: Vec<(&Candidate, (Hypothesis, Vec<EffectEntry>))> = among.chain(with_another).collect();
+    let started = each.into_par_iter().filter_map(|(first, (hypothesis, starts))| {
         let beside = first.as_null();
-        let hypothesis = fitted_hypothesis(second, null, &hypotheses)?;
-        let started = beside.started(&hypothesis, &[second.effect()?]).pop()?;
+        let started = best_of(beside.started(&hypothesis, &starts))?;
         Some(Pair { first: first.clone(), second: started.searched(&beside, SETTINGS.steps[0]) })
     });
     let mut pairs: Vec<Pair> = started.collect();
@@ -152,17 +166,26 @@ mod tests {
             // All of them are tried, whatever each gains by itself.
             let most = singles.iter().map(|c| c.gain).fold(1.0, f64::max);
             let tried = singles.clone().map(|c| Candidate { gain: c.gain.max(0.3 * most), ..c });
-            let pair = pairs(&null, &tried).swap_remove(0);
-            let of_first = singles.iter().find(|c| c.kind == pair.first.kind).unwrap().gain;
-            (pair.kinds(), of_first + pair.second.gain - most)
+            let gain_beyond = |pair: &Pair| {
+                let of_first = singles.iter().find(|c| c.kind == pair.first.kind).unwrap().gain;
+                of_first + pair.second.gain - most
+            };
+            let pair = pairs(&null, &tried, None).swap_remove(0);
+            // The force is found beside another effect that explains most.
+            let [soft, pulled, heavy] = tried;
+            let most_heavy = Candidate { gain: 1.01 * most, ..heavy };
+            let beside = pairs(&null, &[most_heavy, soft], Some(&pulled));
+            let beside = beside.iter().find(|pair| pair.first.kind == EffectKind::StiffnessChange);
+            (pair.kinds(), gain_beyond(&pair), beside.map(gain_beyond))
         };
-        let (kinds, gain) = found(&nominal().with_effect(soft.clone()).with_effect(pulled));
+        let (kinds, gain, beside) = found(&nominal().with_effect(soft.clone()).with_effect(pulled));
         assert!(
             kinds.contains(&EffectKind::StiffnessChange) && kinds.contains(&EffectKind::ConstantForce),
             "{kinds:?}"
         );
         assert!(gain > 40.0, "{gain}");
-        let (_, gain) = found(&nominal().with_effect(soft));
+        assert!(beside.unwrap() > gain - 1.0, "{beside:?} {gain}");
+        let (_, gain, _) = found(&nominal().with_effect(soft));
         assert!(gain < 12.0, "{gain}");
     }
 

@@ -6,7 +6,7 @@ use super::causes::{self, Accepted, Beside, Trust};
 use super::data::{Data, Point};
 use super::fit::Model;
 use super::gate::{is_gain_of_lines_alone, is_in, is_no_tone, is_overdamped};
-use super::lack::lack;
+use super::lack::{lack, shared_lack};
 use super::pairs::{Pair, pairs};
 use super::refit::{objective_of, refit_nuisances};
 use super::screening::Brief;
@@ -45,6 +45,8 @@ pub struct Selection<'d, 'a> {
     pub in_baseline: Vec<EffectKind>,
     /// Effects in the model that the vocabulary has no name for.
     pub nameless: Vec<EffectEntry>,
+    /// Candidate that explains most beside the first cause, whether it is a cause or not.
+    beside_first: Option<Candidate<'d, 'a>>,
     /// Fit of a dry friction that holds its component, while a damper stands for it.
     friction: Option<(Model<'d, 'a>, Point)>,
 }
@@ -63,6 +65,7 @@ impl<'d, 'a> Selection<'d, 'a> {
             tolerated: Vec::new(),
             in_baseline: Vec::new(),
             nameless: Vec::new(),
+            beside_first: None,
             friction: None,
         }
     }
@@ -86,11 +89,17 @@ impl<'d, 'a> Selection<'d, 'a> {
             let is_second = !(self.accepted.is_empty() && self.nameless.is_empty());
             progress(if is_second { "searching for a second cause" } else { "searching for a cause" });
             let left = lack(self.model.data, &self.point).total();
+            let is_left_little = is_second && left < GATE.second_lack;
             // The colours of the noise take up most of what a sensor's gain leaves.
-            let only = (is_second && left < GATE.second_lack).then_some(EffectKind::SensorGain);
+            let only = (is_left_little && shared_lack(self.model.data, &self.point) < GATE.second_shared_lack)
+                .then_some(EffectKind::SensorGain);
             let share = if is_second { GATE.second_share } else { GATE.first_share };
             let of_form = self.model.data.form_gain(&self.point);
-            let least = if only.is_some() { GATE.second_lack } else { GATE.gain };
+            let least = match only {
+                Some(_) => GATE.second_sensor_gain,
+                None if is_left_little => GATE.second_lack,
+                None => GATE.gain,
+            };
             let asked = least.max(share * left).max(GATE.form_share * of_form);
             let null = NullFit::new(&self.model, &self.point);
             // A larger effect may be beside a tolerated one; an error of the load is not beside another.
@@ -113,6 +122,9 @@ impl<'d, 'a> Selection<'d, 'a> {
                 found.iter_mut().chain([&mut best]).for_each(|candidate| candidate.gain -= of_machine);
                 held_now = held_now.min(objective_of(held_data, &self.model, &self.point));
             }
+            if !self.accepted.is_empty() {
+                self.beside_first = Some(best.clone());
+            }
             let judged = objective_of(held_data, &best.model, &best.point);
             let held_out = held_now - judged;
             if best.gain < asked || !is_no_tone(&best) || !is_in(held_data, held_now, held_out, &best) {
@@ -123,6 +135,9 @@ impl<'d, 'a> Selection<'d, 'a> {
             if self.accepted.is_empty() {
                 self.uncaused = (self.model, self.point);
             }
+            best = best.converged(FIT.cause_steps);
+            let judged = objective_of(held_data, &best.model, &best.point);
+            let held_out = held_now - judged;
             (self.model, self.point, held_now) = (best.model.clone(), best.point.clone(), judged);
             let is_of_step = self.is_stepped && best.kind == EffectKind::ConstantForce;
             if let Some(effect) = best.effect().filter(|_| is_of_step || is_tolerance(&best)) {
@@ -195,7 +210,7 @@ impl<'d, 'a> Selection<'d, 'a> {
         }
         let null = NullFit::new(uncaused, at);
         let singles: Vec<Candidate> = std::iter::once(&first.candidate).chain(&first.rivals).cloned().collect();
-        let found = pairs(&null, &singles);
+        let found = pairs(&null, &singles, self.beside_first.as_ref());
         let Some(best) = found.first().filter(|best| best.merit() > self.merit() + GATE.gain) else { return Ok(self) };
         let asked = GATE.gain.max(GATE.second_share * lack(self.model.data, &best.first.point).total());
         let held_null = objective_of(held_data, uncaused, at);

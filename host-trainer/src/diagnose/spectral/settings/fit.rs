@@ -33,6 +33,8 @@ pub struct FitSettings {
     pub nominal_steps: usize,
     /// Steps of a fit to held-out recordings.
     pub held_out_steps: usize,
+    /// Most further steps of a candidate that is a cause: another one is searched for beside its best fit.
+    pub cause_steps: usize,
 }
 
 impl FitSettings {
@@ -58,5 +60,6 @@ impl FitSettings {
         drift_reach: 4.0,
         nominal_steps: 10,
         held_out_steps: 4,
+        cause_steps: 16,
     };
 }

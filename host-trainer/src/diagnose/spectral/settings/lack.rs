@@ -17,6 +17,10 @@ pub struct LackSettings {
     pub line_nats: f64,
     /// −ln of the prior of a recording's level that chance and the noise's own changes give at most. By hand.
     pub level_nats: f64,
+    /// Share of a bin's mean above which it counts as a line's. By hand.
+    pub line_share: f64,
+    /// Gain that chance gives a factor of a band's noise or lines at most.
+    pub factor_nats: f64,
     /// Lines that are stated.
     pub most_lines: usize,
 }
@@ -30,6 +34,8 @@ impl LackSettings {
         band_nats: 6.0,
         line_nats: 7.0,
         level_nats: 25.0,
+        line_share: 0.3,
+        factor_nats: 4.0,
         most_lines: 6,
     };
 }
