@@ -68,12 +68,12 @@ impl fmt::Display for Pair<'_, '_> {
     }
 }
 
-/// Pairs of the best fits of single effects of different kinds on top of a null fit, and of these with the effect that explains most
-/// beside the best of them; the pair of greatest merit first.
+/// Pairs of the best fits of single effects of different kinds on top of a null fit, and of all but the first with the effect that
+/// explains most beside the first; the pair of greatest merit first.
 pub fn pairs<'d, 'a>(
     null: &NullFit<'d, 'a>,
     singles: &[Candidate<'d, 'a>],
-    beside_best: Option<&Candidate>,
+    beside_first: Option<&Candidate>,
 ) -> Vec<Pair<'d, 'a>> {
     let hypotheses = null.hypotheses();
     let mut best: Vec<&Candidate> = singles.iter().filter(|c| c.kind.in_vocabulary()).collect();
@@ -91,14 +91,15 @@ pub fn pairs<'d, 'a>(
         let others = of_kinds[n + 1..].iter();
         others.filter_map(move |second| Some((*first, fitted(second)?)))
     });
-    let another = beside_best.filter(|c| c.kind.in_vocabulary() && of_kinds.iter().all(|of| of.kind != c.kind));
-    let another = another.and_then(|candidate| {
+    let second = beside_first.filter(|c| c.kind.in_vocabulary() && of_kinds.iter().all(|of| of.kind != c.kind));
+    let second = second.and_then(|candidate| {
         let hypothesis = hypotheses.iter().find(|h| candidate.is_of(h))?;
         // Beside another effect its size can be another one.
         Some((hypothesis.clone(), hypothesis.starts.iter().cloned().chain(candidate.effect()).collect()))
     });
-    let with_another = another.iter().flat_map(|second| of_kinds.iter().skip(1).map(|first| (*first, second.clone())));
-    let each: Vec<(&Candidate, (Hypothesis, Vec<EffectEntry>))> = among.chain(with_another).collect();
+    let others = of_kinds.iter().filter(|c| singles.first().is_none_or(|first| c.kind != first.kind));
+    let with_second = others.filter_map(|other| Some((*other, second.clone()?)));
+    let each: Vec<(&Candidate, (Hypothesis, Vec<EffectEntry>))> = among.chain(with_second).collect();
     let started = each.into_par_iter().filter_map(|(first, (hypothesis, starts))| {
         let beside = first.as_null();
         let started = best_of(beside.started(&hypothesis, &starts))?;
@@ -171,10 +172,9 @@ mod tests {
                 of_first + pair.second.gain - most
             };
             let pair = pairs(&null, &tried, None).swap_remove(0);
-            // The force is found beside another effect that explains most.
+            // Of the softer housing beside the force, which was found beside another effect.
             let [soft, pulled, heavy] = tried;
-            let most_heavy = Candidate { gain: 1.01 * most, ..heavy };
-            let beside = pairs(&null, &[most_heavy, soft], Some(&pulled));
+            let beside = pairs(&null, &[heavy, soft], Some(&pulled));
             let beside = beside.iter().find(|pair| pair.first.kind == EffectKind::StiffnessChange);
             (pair.kinds(), gain_beyond(&pair), beside.map(gain_beyond))
         };
