@@ -43,15 +43,7 @@ impl<'d, 'a> Candidate<'d, 'a> {
     }
 
     /// Candidate after a search of at most `steps` steps; the same if the rig cannot run.
-    pub fn searched(self, null: &NullFit, steps: usize) -> Self {
-        match self.model.search(self.point.clone(), steps) {
-            Ok(point) => Self { gain: null.gain(&self.model, &point), point, ..self },
-            Err(_) => self,
-        }
-    }
-
-    /// Candidate after a further search; the same if the rig cannot run.
-    pub fn converged(self, steps: usize) -> Self {
+    pub fn searched(self, steps: usize) -> Self {
         match self.model.search(self.point.clone(), steps) {
             Ok(point) => Self { gain: self.gain + self.point.objective() - point.objective(), point, ..self },
             Err(_) => self,

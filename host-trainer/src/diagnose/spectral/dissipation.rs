@@ -43,7 +43,7 @@ fn searched_from<'d, 'a>(
     let beside = NullFit::new(&null.model, &Point { values, ..of.point.clone() });
     let (model, from) = beside.with_effect(hypothesis, &hypothesis.placed(start), false)?;
     let point = model.start_from(&from).ok()?;
-    Some(null.candidate(hypothesis, model, point).searched(null, SETTINGS.steps[1]))
+    Some(null.candidate(hypothesis, model, point).searched(SETTINGS.steps[1]))
 }
 
 /// Damping of a dry friction's component with the friction's slope at rest; `None` of another effect.
@@ -94,7 +94,7 @@ mod tests {
     }
 
     fn fitted<'d, 'a>(hypothesis: &Hypothesis, start: EffectEntry, null: &NullFit<'d, 'a>) -> Candidate<'d, 'a> {
-        best(null.started(hypothesis, &[start])).unwrap().searched(null, SETTINGS.steps[0])
+        best(null.started(hypothesis, &[start])).unwrap().searched(SETTINGS.steps[0])
     }
 
     /// A dry friction that is rounded far beyond the motion's speeds is a damper, with a number less; nothing else is tried as one.

@@ -5,7 +5,7 @@ use std::fmt;
 
 use rayon::prelude::*;
 
-use super::candidate::{Candidate, NullFit, best as best_of};
+use super::candidate::{Candidate, NullFit, best};
 use super::causes;
 use super::cross::set_phases;
 use super::hypotheses::Hypothesis;
@@ -76,40 +76,25 @@ pub fn pairs<'d, 'a>(
     beside_first: Option<&Candidate>,
 ) -> Vec<Pair<'d, 'a>> {
     let hypotheses = null.hypotheses();
-    let mut best: Vec<&Candidate> = singles.iter().filter(|c| c.kind.in_vocabulary()).collect();
-    best.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    let most = best.first().map_or(0.0, |c| c.gain);
-    let mut of_kinds: Vec<&Candidate> = Vec::new();
-    for candidate in best.into_iter().filter(|c| c.gain > SETTINGS.pair_share * most) {
-        if of_kinds.iter().all(|c| c.kind != candidate.kind) {
-            of_kinds.push(candidate);
-        }
-    }
-    of_kinds.truncate(SETTINGS.paired);
-    let fitted = |second: &Candidate| Some((fitted_hypothesis(second, null, &hypotheses)?, vec![second.effect()?]));
+    let of_kinds = best_of_kinds(singles);
     let among = of_kinds.iter().enumerate().flat_map(|(n, first)| {
         let others = of_kinds[n + 1..].iter();
-        others.filter_map(move |second| Some((*first, fitted(second)?)))
+        others.filter_map(|second| Some((*first, Second::as_fitted(second, null, &hypotheses)?)))
     });
-    let second = beside_first.filter(|c| c.kind.in_vocabulary() && of_kinds.iter().all(|of| of.kind != c.kind));
-    let second = second.and_then(|candidate| {
-        let hypothesis = hypotheses.iter().find(|h| candidate.is_of(h))?;
-        // Beside another effect its size can be another one.
-        Some((hypothesis.clone(), hypothesis.starts.iter().cloned().chain(candidate.effect()).collect()))
-    });
+    let beside_first = beside_first.filter(|c| c.kind.in_vocabulary() && of_kinds.iter().all(|of| of.kind != c.kind));
+    let beside_first = beside_first.and_then(|second| Second::anew(second, &hypotheses));
     let others = of_kinds.iter().filter(|c| singles.first().is_none_or(|first| c.kind != first.kind));
-    let with_second = others.filter_map(|other| Some((*other, second.clone()?)));
-    let each: Vec<(&Candidate, (Hypothesis, Vec<EffectEntry>))> = among.chain(with_second).collect();
-    let started = each.into_par_iter().filter_map(|(first, (hypothesis, starts))| {
-        let beside = first.as_null();
-        let started = best_of(beside.started(&hypothesis, &starts))?;
-        Some(Pair { first: first.clone(), second: started.searched(&beside, SETTINGS.steps[0]) })
+    let with_second = others.filter_map(|other| Some((*other, beside_first.clone()?)));
+    let each: Vec<(&Candidate, Second)> = among.chain(with_second).collect();
+    let started = each.into_par_iter().filter_map(|(first, second)| {
+        let started = best(first.as_null().started(&second.hypothesis, &second.starts))?;
+        Some(Pair { first: first.clone(), second: started.searched(SETTINGS.steps[0]) })
     });
     let mut pairs: Vec<Pair> = started.collect();
     rank(&mut pairs);
     let followed = pairs.len().min(SETTINGS.pairs_followed);
     pairs[..followed].par_iter_mut().for_each(|pair| {
-        pair.second = pair.second.clone().searched(&pair.first.as_null(), SETTINGS.steps[1]);
+        pair.second = pair.second.clone().searched(SETTINGS.steps[1]);
     });
     rank(&mut pairs);
     pairs
@@ -120,18 +105,48 @@ fn rank(pairs: &mut [Pair]) {
     pairs.sort_by(|a, b| b.merit().total_cmp(&a.merit()));
 }
 
-/// Hypothesis of a candidate on top of a null fit, with as many numbers free as were fitted.
-fn fitted_hypothesis(candidate: &Candidate, null: &NullFit, hypotheses: &[Hypothesis]) -> Option<Hypothesis> {
-    let of = hypotheses.iter().find(|h| candidate.is_of(h))?;
-    let own = candidate.model.coordinates.len() - null.model.coordinates.len();
-    let free = if own > of.free.len() { of.extended } else { of.free };
-    Some(Hypothesis { free, ..of.clone() })
+/// The best candidates of different kinds, of which pairs are made.
+fn best_of_kinds<'c, 'd, 'a>(singles: &'c [Candidate<'d, 'a>]) -> Vec<&'c Candidate<'d, 'a>> {
+    let mut ranked: Vec<&Candidate> = singles.iter().filter(|c| c.kind.in_vocabulary()).collect();
+    ranked.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    let most = ranked.first().map_or(0.0, |c| c.gain);
+    let mut of_kinds: Vec<&Candidate> = Vec::new();
+    for candidate in ranked.into_iter().filter(|c| c.gain > SETTINGS.pair_share * most) {
+        if of_kinds.iter().all(|c| c.kind != candidate.kind) {
+            of_kinds.push(candidate);
+        }
+    }
+    of_kinds.truncate(SETTINGS.paired);
+    of_kinds
+}
+
+/// Effect that is fitted beside another one.
+#[derive(Clone)]
+struct Second {
+    hypothesis: Hypothesis,
+    starts: Vec<EffectEntry>,
+}
+
+impl Second {
+    /// From where a candidate on top of a null fit was fitted, with as many numbers free.
+    fn as_fitted(candidate: &Candidate, null: &NullFit, hypotheses: &[Hypothesis]) -> Option<Self> {
+        let of = hypotheses.iter().find(|h| candidate.is_of(h))?;
+        let own = candidate.model.coordinates.len() - null.model.coordinates.len();
+        let free = if own > of.free.len() { of.extended } else { of.free };
+        Some(Self { hypothesis: Hypothesis { free, ..of.clone() }, starts: vec![candidate.effect()?] })
+    }
+
+    /// From all starts of a candidate's hypothesis as well: beside another effect its size can be another one.
+    fn anew(candidate: &Candidate, hypotheses: &[Hypothesis]) -> Option<Self> {
+        let of = hypotheses.iter().find(|h| candidate.is_of(h))?;
+        let starts = of.starts.iter().cloned().chain(candidate.effect()).collect();
+        Some(Self { hypothesis: of.clone(), starts })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::spectral::candidate::best;
     use crate::diagnose::spectral::data::{Data, Point};
     use crate::diagnose::spectral::fit::Model;
     use crate::diagnose::spectral::imperfect::testing::observed;
@@ -161,7 +176,7 @@ mod tests {
             ];
             let single = |(kind, place): (EffectKind, &str)| {
                 let of = hypotheses.iter().find(|h| h.kind == kind && h.place == place).unwrap();
-                best(null.started(of, &of.starts)).unwrap().searched(&null, SETTINGS.steps[1])
+                best(null.started(of, &of.starts)).unwrap().searched(SETTINGS.steps[1])
             };
             let singles = tried.map(single);
             // All of them are tried, whatever each gains by itself.

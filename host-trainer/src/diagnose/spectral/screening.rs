@@ -75,7 +75,7 @@ pub fn screened<'h>(null: &NullFit, brief: &Brief, hypotheses: &'h [Hypothesis])
     let searched = kept.into_par_iter().filter_map(|StartScore { hypothesis, effect, .. }| {
         let (model, from) = second.with_effect(hypothesis, &effect, true)?;
         let point = model.start_from(&from).ok()?;
-        let best = second.candidate(hypothesis, model, point).searched(&second, SETTINGS.brief_steps);
+        let best = second.candidate(hypothesis, model, point).searched(SETTINGS.brief_steps);
         Some(StartScore { gain: best.gain, hypothesis, effect: best.effect()? })
     });
     let mut searched: Vec<StartScore> = searched.collect();
@@ -158,7 +158,7 @@ pub fn searched_from_best<'d, 'a>(
     let kept = best_starts(scores, searches, searches);
     let starts: Vec<EffectEntry> = kept.into_iter().map(|score| score.effect).collect();
     let started = null.started(hypothesis, &starts);
-    let searched: Vec<_> = started.into_par_iter().map(|c| c.searched(null, SETTINGS.steps[1])).collect();
+    let searched: Vec<_> = started.into_par_iter().map(|c| c.searched(SETTINGS.steps[1])).collect();
     best(searched)
 }
 

@@ -73,7 +73,7 @@ pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought)
         if is_hopeless {
             return Some(started);
         }
-        let searched = started.searched(null, SETTINGS.steps[0]);
+        let searched = started.searched(SETTINGS.steps[0]);
         // A stop without its damping can gain too little to be followed.
         let is_stop = hypothesis.kind == EffectKind::EndStopContact;
         Some(if is_stop { extended(searched, hypothesis, null) } else { searched })
@@ -92,7 +92,7 @@ pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought)
     let close = |c: &Candidate| c.gain > least;
     let (near, far): (Vec<Candidate>, Vec<Candidate>) = fits.into_iter().partition(close);
     let followed = |candidate: Candidate<'d, 'a>| {
-        let candidate = candidate.searched(null, SETTINGS.steps[1]);
+        let candidate = candidate.searched(SETTINGS.steps[1]);
         let Some(hypothesis) = hypotheses.iter().find(|h| candidate.is_of(h)) else { return candidate };
         // Its widths and depths are sought where the defect is, and move it a little.
         let candidate = restarted(turned(candidate, null), hypothesis, null);
@@ -162,7 +162,7 @@ fn siblings<'d, 'a>(
     let of = |h: &Hypothesis| {
         let whole = hypotheses.iter().find(|w| h.is_direction_of(w)).unwrap_or(h);
         let starts: Vec<EffectEntry> = whole.starts.iter().map(|start| h.placed(start)).collect();
-        Some(best(null.started(h, &starts))?.searched(null, SETTINGS.steps[1]))
+        Some(best(null.started(h, &starts))?.searched(SETTINGS.steps[1]))
     };
     let others = hypotheses.iter().filter(|h| family.contains(&h.kind) && h.place == best_so_far.place);
     let others = others.filter(|h| !is_fitted(h)).filter_map(of);
@@ -208,7 +208,7 @@ fn extended<'d, 'a>(
         // Of the waviness of a race only the best is fitted with its neighbours.
         _ => return candidate,
     };
-    let searched = best(null.started(&extended, &starts)).map(|c| c.searched(null, SETTINGS.steps[1]));
+    let searched = best(null.started(&extended, &starts)).map(|c| c.searched(SETTINGS.steps[1]));
     searched.filter(|searched| searched.merit() > candidate.merit()).unwrap_or(candidate)
 }
 

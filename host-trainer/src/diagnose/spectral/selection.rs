@@ -88,19 +88,7 @@ impl<'d, 'a> Selection<'d, 'a> {
             // Beside what was found before, with a name or without.
             let is_second = !(self.accepted.is_empty() && self.nameless.is_empty());
             progress(if is_second { "searching for a second cause" } else { "searching for a cause" });
-            let left = lack(self.model.data, &self.point).total();
-            let is_left_little = is_second && left < GATE.second_lack;
-            // The colours of the noise take up most of what a sensor's gain leaves.
-            let only = (is_left_little && shared_lack(self.model.data, &self.point) < GATE.second_shared_lack)
-                .then_some(EffectKind::SensorGain);
-            let share = if is_second { GATE.second_share } else { GATE.first_share };
-            let of_form = self.model.data.form_gain(&self.point);
-            let least = match only {
-                Some(_) => GATE.second_sensor_gain,
-                None if is_left_little => GATE.second_lack,
-                None => GATE.gain,
-            };
-            let asked = least.max(share * left).max(GATE.form_share * of_form);
+            let (asked, only) = self.asked(is_second);
             let null = NullFit::new(&self.model, &self.point);
             // A larger effect may be beside a tolerated one; an error of the load is not beside another.
             let tolerated = self.tolerated.iter().map(|e| e.kind).filter(|kind| *kind != EffectKind::ConstantForce);
@@ -125,8 +113,7 @@ impl<'d, 'a> Selection<'d, 'a> {
             if !self.accepted.is_empty() {
                 self.beside_first = Some(best.clone());
             }
-            let judged = objective_of(held_data, &best.model, &best.point);
-            let held_out = held_now - judged;
+            let held_out = held_now - objective_of(held_data, &best.model, &best.point);
             if best.gain < asked || !is_no_tone(&best) || !is_in(held_data, held_now, held_out, &best) {
                 self.rejected.push(best);
                 self.rejected.extend(found);
@@ -135,7 +122,7 @@ impl<'d, 'a> Selection<'d, 'a> {
             if self.accepted.is_empty() {
                 self.uncaused = (self.model, self.point);
             }
-            best = best.converged(FIT.cause_steps);
+            best = best.searched(FIT.cause_steps);
             let judged = objective_of(held_data, &best.model, &best.point);
             let held_out = held_now - judged;
             (self.model, self.point, held_now) = (best.model.clone(), best.point.clone(), judged);
@@ -173,6 +160,23 @@ impl<'d, 'a> Selection<'d, 'a> {
             }
         }
         self.with_friction()?.with_pair(held_data, held_now, baseline)
+    }
+
+    /// Gain that the next cause must have, and the one kind that is sought, if not all are.
+    fn asked(&self, is_second: bool) -> (f64, Option<EffectKind>) {
+        let data = self.model.data;
+        let left = lack(data, &self.point).total();
+        let is_left_little = is_second && left < GATE.second_lack;
+        // The colours of the noise take up most of what a sensor's gain leaves.
+        let is_of_gain = is_left_little && shared_lack(data, &self.point) < GATE.second_shared_lack;
+        let least = match (is_left_little, is_of_gain) {
+            (_, true) => GATE.second_sensor_gain,
+            (true, false) => GATE.second_lack,
+            (false, false) => GATE.gain,
+        };
+        let share = if is_second { GATE.second_share } else { GATE.first_share };
+        let asked = least.max(share * left).max(GATE.form_share * data.form_gain(&self.point));
+        (asked, is_of_gain.then_some(EffectKind::SensorGain))
     }
 
     /// Puts a dry friction into the place of the damper that stood for it: the same motion, of which a damper's is simulated in a

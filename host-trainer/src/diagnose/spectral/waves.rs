@@ -34,7 +34,7 @@ pub fn with_neighbours<'d, 'a>(
     let again = centred.as_ref().and_then(|centred| better(centred, alone));
     let mut forms: Vec<Candidate> = [beside, centred, again].into_iter().flatten().collect();
     // So many numbers take more steps.
-    let last = forms.pop().map(|last| last.searched(null, SETTINGS.steps[1]));
+    let last = forms.pop().map(|last| last.searched(SETTINGS.steps[1]));
     forms.extend(last);
     forms
 }
@@ -55,9 +55,9 @@ pub fn other_lobes<'d, 'a>(
     let others = hypotheses.iter().filter(|h| h.kind == of.kind && h.place != of.place);
     let starts = others.flat_map(|h| turned(&h.starts[0]).into_iter().map(move |start| (h, start))).collect();
     let kept = best_starts(scores(null, starts, &SETTINGS.scales), SETTINGS.restarts, 1);
-    let searched = kept.into_par_iter().filter_map(|score| {
-        Some(best(null.started(score.hypothesis, &[score.effect]))?.searched(null, SETTINGS.steps[1]))
-    });
+    let searched = kept
+        .into_par_iter()
+        .filter_map(|score| Some(best(null.started(score.hypothesis, &[score.effect]))?.searched(SETTINGS.steps[1])));
     let mut all: Vec<Candidate> = searched.collect();
     let forms = best(all.clone()).map_or_else(Vec::new, |best| with_neighbours(&best, hypotheses, null));
     all.extend(forms);
@@ -147,7 +147,7 @@ mod tests {
         let null = NullFit::new(&model, &model.search(model.start().unwrap(), 4).unwrap());
         let hypotheses = null.hypotheses();
         let of = hypotheses.iter().find(|h| h.kind == EffectKind::InnerRaceWaviness && h.place == "11 lobes").unwrap();
-        let single = best(null.started(of, &of.starts)).unwrap().searched(&null, SETTINGS.steps[1]);
+        let single = best(null.started(of, &of.starts)).unwrap().searched(SETTINGS.steps[1]);
         let forms = with_neighbours(&single, &hypotheses, &null);
         let found = forms.last().unwrap();
         let effect = found.effect().unwrap();
