@@ -94,9 +94,10 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let left: f64 = left_by(&selection, &held_point).iter().sum();
     let chance = GATE.lack * (fitted.len() + held.len()) as f64;
     let doubtful = selection.rejected.iter().find(|c| c.gain > GATE.doubtful_gain).cloned();
-    // What strikes has pits or play for causes; the rig as it is given may rattle.
+    // What strikes has pits or play for causes; the rig itself may rattle, and a mode ring with that.
     let strikes = selection.accepted.iter().any(|a| causes::may_strike(a.candidate.kind));
-    let run = || simulate(rig, &held.first()?.condition, &Start::of_series(task.seed, 0)).ok();
+    let with_causes = selection.model.rig_at(&selection.point.values)?;
+    let run = || simulate(&with_causes, &held.first()?.condition, &Start::of_series(task.seed, 0)).ok();
     let observed: Vec<&Observation> = fitted.iter().chain(&held).collect();
     let kurtosis = (!strikes).then(|| unsteady_kurtosis(&observed, run)).flatten();
     let is_nameless = coarse.is_some() || kurtosis.is_some() || !selection.nameless.is_empty();

@@ -18,7 +18,7 @@ const SETTINGS: UnsteadySettings = UnsteadySettings::DEFAULT;
 const NORMAL: f64 = 3.0;
 
 /// Greatest kurtosis in a recording of what the samples differ by from those around them, where it is beyond that of the noise of a rig
-/// and of a run of the rig.
+/// and of a `run` of the rig with what was found.
 pub fn unsteady_kurtosis(observations: &[&Observation], run: impl FnOnce() -> Option<Recording>) -> Option<f64> {
     let all = observations.iter().flat_map(|o| o.samples.iter().flatten());
     let of_each = all.map(|s| (interpolated_kurtosis(s), (24.0 / s.len() as f64).sqrt()));
@@ -81,6 +81,10 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
+    use crate::identify::likelihood::observed::Observed;
+    use crate::rig::effect::{EffectKind, ParameterKey};
+    use crate::rig::test_support::{condition, nominal};
+    use crate::rig::{EffectEntry, Rig, Start, simulate};
 
     #[test]
     fn a_tone_that_sweeps_is_fleeting_and_noise_and_a_still_tone_are_not() {
@@ -101,6 +105,24 @@ mod tests {
         for steady in [of(&noise), of(&still)] {
             assert!(steady < 2.2, "{steady}");
         }
+    }
+
+    /// A mode rings with what the balls strike: a run of the rig shows that only with the mode.
+    #[test]
+    fn invariant_what_rings_in_a_run_too_is_no_spike() {
+        let mode = EffectEntry::new(
+            EffectKind::StructuralResonance,
+            &[(ParameterKey::Gain, 300.0), (ParameterKey::FrequencyHz, 8200.0), (ParameterKey::DampingRatio, 0.024)],
+        )
+        .with_text(ParameterKey::Channel, "ay")
+        .with_text(ParameterKey::Source, "across");
+        let ringing = nominal().with_effect(mode);
+        let run = |rig: &Rig, seed: u64| simulate(rig, &condition(30.0, 500.0, 25_600), &Start::seeded(seed));
+        let recorded = Observed::from_recording(&run(&ringing, 3).unwrap()).unwrap();
+        let observation = Observation::new(&recorded);
+        let kurtosis = |rig: &Rig| unsteady_kurtosis(&[&observation], || run(rig, 4).ok());
+        assert!(kurtosis(&nominal()).is_some());
+        assert_eq!(kurtosis(&ringing), None);
     }
 
     #[test]
