@@ -57,6 +57,13 @@ pub fn ladder(from: f64, to: f64, count: u32) -> Vec<f64> {
     (0..count).map(|k| from * (to / from).powf(f64::from(k) / f64::from(count.max(2) - 1))).collect()
 }
 
+/// Multiples of a step, each up to a number of steps and as far apart as stated.
+fn widening(step: f64, parts: &[(u32, usize)]) -> impl Iterator<Item = f64> {
+    let from = std::iter::once(0).chain(parts.iter().map(|(to, _)| *to));
+    let each = parts.iter().zip(from).flat_map(|((to, by), from)| (from..=*to).step_by(*by).skip(1));
+    each.map(move |n| step * f64::from(n))
+}
+
 /// The same with both signs.
 fn both_ways(from: f64, to: f64, count: u32) -> Vec<f64> {
     ladder(from, to, count).into_iter().flat_map(|v| [v, -v]).collect()
@@ -208,15 +215,16 @@ impl List<'_> {
             EffectEntry::new(EffectKind::ExcessClearance, &[(RadialClearanceM, value)])
         };
         // Other balls bear the load every fraction of a deflection: the likelihood has as many valleys.
-        let more = (1..=50).map(|n| 0.02 * f64::from(n)).chain((11..=40).map(|n| 0.1 * f64::from(n)));
-        let starts = more.map(of).collect();
+        let starts = widening(0.02, &[(50, 1), (100, 5), (200, 10)]).map(of).collect();
         self.add(EffectKind::ExcessClearance, "", &[RadialClearanceM], starts);
         let exponent = self.machine.bearing.contact_exponent;
         let of = |by: f64| EffectEntry::new(EffectKind::ContactExponent, &[(Exponent, exponent + by)]);
         // To the line contact of a roller, 10/9, and beyond.
-        // The stiffness under load changes by a twentieth with each.
-        let by = (1..=84).map(|n| 0.005 * f64::from(n));
-        let starts = by.flat_map(|by| [by, -by]).map(of);
+        // The stiffness under load changes by a twentieth with each of the closest. The valleys of a far softer or stiffer contact
+        // are wider, and those of a softer one most, which hides behind its supports.
+        let softer = widening(0.005, &[(12, 1), (28, 2), (84, 4)]);
+        let stiffer = widening(0.005, &[(16, 1), (84, 2)]).map(|by| -by);
+        let starts = softer.chain(stiffer).map(of);
         // As stiff as nominal under the load, it bends the contact alone.
         let bent = both_ways(0.03, 0.4, 4).into_iter().map(of);
         let bent = bent.map(|effect| effect.with_number(DeflectionM, self.contact()));

@@ -157,7 +157,7 @@ impl Density {
     /// not outweigh all others.
     fn outlier(&self, power: f64) -> f64 {
         let wide = SETTINGS.outlier_power * self.mean;
-        wide.ln() + 2.0 * (power / wide).ln_1p() - SETTINGS.outliers.ln()
+        self.ln_mean + (SETTINGS.outlier_power / SETTINGS.outliers).ln() + 2.0 * (power / wide).ln_1p()
     }
 
     /// −ln of the density at a power with its logarithm.
@@ -192,7 +192,9 @@ const LEAST_SHARE: f64 = 0.05;
 
 /// −ln(e^−a + e^−b).
 fn least_of(a: f64, b: f64) -> f64 {
-    a.min(b) - (-(a - b).abs()).exp().ln_1p()
+    let apart = (a - b).abs();
+    // Beyond that it adds less than a rounding.
+    if apart > 40.0 { a.min(b) } else { a.min(b) - (-apart).exp().ln_1p() }
 }
 
 /// Shape k of the gamma density of a bin with a line's share of its mean, and ln Γ(k) − k ln k.

@@ -8,7 +8,7 @@ use super::candidate::{Candidate, NullFit, best};
 use super::data::{Data, Point};
 use super::fit::Model;
 use super::hypotheses::Hypothesis;
-use super::observation::{Observation, duration_s};
+use super::observation::Observation;
 use super::settings::SearchSettings;
 use super::unevenness::UnevenMachines;
 use crate::rig::EffectEntry;
@@ -37,10 +37,23 @@ impl Brief {
         }
     }
 
-    /// Length of the recordings on which the screening ends, s.
-    pub fn duration_s(&self) -> f64 {
-        duration_s(&self.second)
+    /// Data of the first and the second screening for a null fit's machine; `None` if it cannot run with uneven balls.
+    pub fn data(&self, null: &NullFit) -> Option<[Data<'_>; 2]> {
+        let orders = null.model.data.orders;
+        let data = |observations| {
+            Some(Data::new(observations, orders, UnevenMachines::new(&null.rig, observations, &orders).ok()?))
+        };
+        Some([data(&self.first)?, data(&self.second)?])
     }
+}
+
+/// Null fit of the same rig to brief recordings; `None` if it cannot run.
+pub fn brief_null<'d, 'a>(null: &NullFit, data: &'d Data<'a>) -> Option<NullFit<'d, 'a>> {
+    let (model, at) = (Model::fixed(data, null.rig.clone()), &null.point);
+    let jitter = at.jitter.iter().copied().max().unwrap_or(0);
+    let from = at.clone().in_recordings(data.observations.len(), jitter);
+    let point = model.search(model.start_from(&from).ok()?, SETTINGS.brief_steps).ok()?;
+    Some(NullFit::new(&model, &point))
 }
 
 /// Gain of a hypothesis at a start.
@@ -53,43 +66,18 @@ pub struct StartScore<'h> {
     pub effect: EffectEntry,
 }
 
-/// Hypotheses that gain most on brief recordings, best first, each with where its search ended: every start on one recording,
-/// the best of them on two, those of a support in one direction as well, and a short search of the best of these.
-pub fn screened<'h>(null: &NullFit, brief: &Brief, hypotheses: &'h [Hypothesis]) -> Vec<StartScore<'h>> {
-    let orders = null.model.data.orders;
-    let data = |observations| {
-        Some(Data::new(observations, orders, UnevenMachines::new(&null.rig, observations, &orders).ok()?))
-    };
-    let (Some(first), Some(second)) = (data(&brief.first), data(&brief.second)) else { return Vec::new() };
-    let (Some(first), Some(second)) = (brief_null(null, &first), brief_null(null, &second)) else {
-        return Vec::new();
-    };
+/// Hypotheses that gain most over null fits to brief recordings, best first, each with where its search ended: every start on the
+/// first, the best of them on the second, those of a support in one direction as well, and a short search of the best of these.
+pub fn screened<'h>([first, second]: [&NullFit; 2], hypotheses: &'h [Hypothesis]) -> Vec<StartScore<'h>> {
     let starts = hypotheses.iter().flat_map(|h| h.starts.iter().map(move |s| (h, s.clone()))).collect();
-    let kept = best_starts(scores(&first, starts, &SETTINGS.scales), SETTINGS.starts, SETTINGS.starts_each);
+    let kept = best_starts(scores(first, starts, &SETTINGS.scales), SETTINGS.starts, SETTINGS.starts_each);
     let directed = kept.iter().flat_map(|score| {
         let directions = hypotheses.iter().filter(|h| h.is_direction_of(score.hypothesis));
         directions.map(|h| (h, h.placed(&score.effect)))
     });
     let starts = directed.chain(kept.iter().map(|score| (score.hypothesis, score.effect.clone()))).collect();
-    let kept = best_starts(scores(&second, starts, &[]), SETTINGS.hypotheses, 1);
-    let searched = kept.into_par_iter().filter_map(|StartScore { hypothesis, effect, .. }| {
-        let (model, from) = second.with_effect(hypothesis, &effect, true)?;
-        let point = model.start_from(&from).ok()?;
-        let best = second.candidate(hypothesis, model, point).searched(SETTINGS.brief_steps);
-        Some(StartScore { gain: best.gain, hypothesis, effect: best.effect()? })
-    });
-    let mut searched: Vec<StartScore> = searched.collect();
-    rank(&mut searched);
-    searched
-}
-
-/// Null fit of the same rig to brief recordings.
-fn brief_null<'d, 'a>(null: &NullFit, data: &'d Data<'a>) -> Option<NullFit<'d, 'a>> {
-    let (model, at) = (Model::fixed(data, null.rig.clone()), &null.point);
-    let jitter = at.jitter.iter().copied().max().unwrap_or(0);
-    let from = at.clone().in_recordings(data.observations.len(), jitter);
-    let point = model.search(model.start_from(&from).ok()?, SETTINGS.brief_steps).ok()?;
-    Some(NullFit::new(&model, &point))
+    let kept = best_starts(scores(second, starts, &[]), SETTINGS.hypotheses, 1);
+    searched_briefly(second, kept)
 }
 
 /// Scores of hypotheses at starts, each with the best of some sizes; starts that cannot run are left out.
@@ -146,6 +134,33 @@ pub fn best_starts(mut scores: Vec<StartScore>, most: usize, each: usize) -> Vec
     });
     scores.truncate(most);
     scores
+}
+
+/// Scores after a short search from each on the same recordings; those that cannot run are left out.
+fn searched_briefly<'h>(null: &NullFit, scores: Vec<StartScore<'h>>) -> Vec<StartScore<'h>> {
+    let searched = scores.into_par_iter().filter_map(|StartScore { hypothesis, effect, .. }| {
+        let (model, from) = null.with_effect(hypothesis, &effect, true)?;
+        let point = model.start_from(&from).ok()?;
+        let best = null.candidate(hypothesis, model, point).searched(SETTINGS.brief_steps);
+        Some(StartScore { gain: best.gain, hypothesis, effect: best.effect()? })
+    });
+    let mut searched: Vec<StartScore> = searched.collect();
+    rank(&mut searched);
+    searched
+}
+
+/// Best of the searches from the best of some starts of a hypothesis: of many short ones from where a null fit to brief recordings
+/// has `scores`, a few go on with all recordings.
+pub fn searched_again<'d, 'a>(
+    hypothesis: &Hypothesis,
+    starts: Vec<EffectEntry>,
+    brief: &NullFit,
+    null: &NullFit<'d, 'a>,
+) -> Option<Candidate<'d, 'a>> {
+    let starts = starts.into_iter().map(|start| (hypothesis, start)).collect();
+    let [many, few] = SETTINGS.restarts;
+    let kept = best_starts(scores(brief, starts, &SETTINGS.other_depths), many, many);
+    searched_from_best(hypothesis, searched_briefly(brief, kept), few, null)
 }
 
 /// Best of as many searches, from the best of some starts of a hypothesis.

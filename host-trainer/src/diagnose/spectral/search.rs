@@ -9,7 +9,7 @@ use super::dissipation::as_friction_or_damper;
 use super::hypotheses::{Hypothesis, ISOTROPIC, LOAD_COMPONENT, MODE_SOURCES, ladder};
 use super::lack::lack;
 use super::observation::duration_s;
-use super::screening::{Brief, StartScore, scores, screened, searched_from_best};
+use super::screening::{Brief, StartScore, brief_null, screened, searched_again};
 use super::settings::{GateSettings, SearchSettings};
 use super::waves::{other_lobes, with_neighbours};
 use crate::rig::EffectEntry;
@@ -45,17 +45,19 @@ pub struct Sought<'s> {
 }
 
 /// Candidates that gain most, at each place the best of a kind, the one of greatest merit first, those that the phase contradicts
-/// last; of the kinds that the rig has already, only corrections.
+/// last; of the kinds that the rig has already, only corrections. None beside a rig that cannot run with uneven balls.
 pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought) -> Vec<Candidate<'d, 'a>> {
     let Sought { asked, by_phase, corrections, only } = sought;
     let data = null.model.data;
     let mut hypotheses = null.hypotheses();
     let has = |kind: EffectKind| !corrections.contains(&kind) && null.rig.effects.iter().any(|e| e.kind == kind);
     hypotheses.retain(|h| !has(h.kind) && only.is_none_or(|only| h.kind == only));
-    let mut kept = screened(null, brief, &hypotheses);
+    let Some([first, second]) = &brief.data(null) else { return Vec::new() };
+    let (Some(first), Some(brief)) = (brief_null(null, first), brief_null(null, second)) else { return Vec::new() };
+    let mut kept = screened([&first, &brief], &hypotheses);
     let most = kept.first().map_or(0.0, |score| score.gain);
     let followed_from = asked / SETTINGS.growth;
-    let of_brief = followed_from * brief.duration_s() / duration_s(data.observations);
+    let of_brief = followed_from * duration_s(second.observations) / duration_s(data.observations);
     kept.retain(|score| score.gain > (SETTINGS.rival_share * most).max(of_brief));
     let mut kept = without_twins(kept);
     kept.truncate(SETTINGS.full_fits);
@@ -76,7 +78,7 @@ pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought)
         let searched = started.searched(SETTINGS.steps[0]);
         // A stop without its damping can gain too little to be followed.
         let is_stop = hypothesis.kind == EffectKind::EndStopContact;
-        Some(if is_stop { extended(searched, hypothesis, null) } else { searched })
+        Some(if is_stop { extended(searched, hypothesis, null, &brief) } else { searched })
     };
     let mut fits: Vec<Candidate> = sought.into_par_iter().filter_map(fit).collect();
     let ask_phase = |fits: &mut [Candidate]| {
@@ -95,8 +97,8 @@ pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought)
         let candidate = candidate.searched(SETTINGS.steps[1]);
         let Some(hypothesis) = hypotheses.iter().find(|h| candidate.is_of(h)) else { return candidate };
         // Its widths and depths are sought where the defect is, and move it a little.
-        let candidate = restarted(turned(candidate, null), hypothesis, null);
-        turned(extended(candidate, hypothesis, null), null)
+        let candidate = restarted(turned(candidate, null), hypothesis, null, &brief);
+        turned(extended(candidate, hypothesis, null, &brief), null)
     };
     let mut near: Vec<Candidate> = near.into_par_iter().map(followed).collect();
     rank(&mut near);
@@ -188,13 +190,14 @@ fn extended<'d, 'a>(
     candidate: Candidate<'d, 'a>,
     hypothesis: &Hypothesis,
     null: &NullFit<'d, 'a>,
+    brief: &NullFit,
 ) -> Candidate<'d, 'a> {
     use ParameterKey::{DampingNSPerM, DeflectionM, Flank, Gain, GainAcross, StiffnessNPerM};
     let Some((key, effect)) = hypothesis.extended.last().zip(candidate.effect()) else { return candidate };
     let extended = Hypothesis { free: hypothesis.extended, ..hypothesis.clone() };
     let number = |key: ParameterKey| effect.number(key).unwrap_or(1.0);
     let starts = match *key {
-        Flank => return reshaped(candidate, &extended, null),
+        Flank => return reshaped(candidate, &extended, null, brief),
         DeflectionM => vec![effect.clone().with_number(DeflectionM, number(DeflectionM))],
         // The gain of a mode at the other sensor is over that at its own.
         GainAcross => {
@@ -213,15 +216,20 @@ fn extended<'d, 'a>(
 }
 
 /// Better of a defect's candidate and of the same with another shape, where a half sine leaves much.
-fn reshaped<'d, 'a>(candidate: Candidate<'d, 'a>, extended: &Hypothesis, null: &NullFit<'d, 'a>) -> Candidate<'d, 'a> {
+fn reshaped<'d, 'a>(
+    candidate: Candidate<'d, 'a>,
+    extended: &Hypothesis,
+    null: &NullFit<'d, 'a>,
+    brief: &NullFit,
+) -> Candidate<'d, 'a> {
     let is_far = lack(candidate.model.data, &candidate.point).total() > GATE.second_lack;
     let Some(effect) = candidate.effect().filter(|_| is_far) else { return candidate };
     let Some(width) = effect.number(ParameterKey::WidthRad) else { return candidate };
     let shaped = SETTINGS.flanks.map(|flank| effect.clone().with_number(ParameterKey::Flank, flank));
     let ([least, greatest], steps) = SETTINGS.flank_widths;
     let widths = ladder(least * width, greatest * width, steps);
-    let starts = shaped.iter().flat_map(|effect| of_widths(effect, &widths)).map(|start| (extended, start)).collect();
-    let searched = searched_from_best(extended, scores(null, starts, &SETTINGS.other_depths), SETTINGS.restarts, null);
+    let starts = shaped.iter().flat_map(|effect| of_widths(effect, &widths)).collect();
+    let searched = searched_again(extended, starts, brief, null);
     searched.filter(|searched| searched.merit() > candidate.merit()).unwrap_or(candidate)
 }
 
@@ -230,6 +238,7 @@ fn restarted<'d, 'a>(
     candidate: Candidate<'d, 'a>,
     hypothesis: &Hypothesis,
     null: &NullFit<'d, 'a>,
+    brief: &NullFit,
 ) -> Candidate<'d, 'a> {
     let Some(effect) = candidate.effect() else { return candidate };
     let has_symmetry = hypothesis.starts.iter().any(|start| start.text(ParameterKey::Symmetry).is_some());
@@ -242,9 +251,7 @@ fn restarted<'d, 'a>(
     } else {
         return candidate;
     };
-    let starts = starts.into_iter().map(|start| (hypothesis, start)).collect();
-    let searched =
-        searched_from_best(hypothesis, scores(null, starts, &SETTINGS.other_depths), SETTINGS.restarts, null);
+    let searched = searched_again(hypothesis, starts, brief, null);
     searched.filter(|best| best.gain > candidate.gain).unwrap_or(candidate)
 }
 

@@ -63,6 +63,8 @@ pub struct SearchSettings {
     pub flank_widths: ([f64; 2], u32),
     /// Depths from which it is repeated, over the one found.
     pub other_depths: [f64; 6],
+    /// Short searches from the best of these, then those of them that are continued.
+    pub restarts: [usize; 2],
     /// Angles from the load over that found, on either side, at which a defect is tried too. By hand, as those below: as close as
     /// the valleys are wide.
     pub turns: [f64; 8],
@@ -74,8 +76,6 @@ pub struct SearchSettings {
     pub paired: usize,
     /// Pairs whose fit is continued.
     pub pairs_followed: usize,
-    /// Searches from the best of these.
-    pub restarts: usize,
     /// Gain below the best, nats, within which a fit is continued.
     pub close_nats: f64,
     /// The same as a share of the best gain.
@@ -85,7 +85,7 @@ pub struct SearchSettings {
 impl SearchSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self {
-        brief_s: [0.3, 0.5],
+        brief_s: [0.2, 0.5],
         brief_steps: 3,
         side_by_side: 64,
         scales: [0.02, 0.06, 0.2, 0.6, 2.0, 6.0, 20.0],
@@ -111,13 +111,13 @@ impl SearchSettings {
         flanks: [0.15, 0.3, 0.5],
         flank_widths: ([0.6, 3.9], 28),
         other_depths: [0.3, 0.45, 0.65, 0.8, 1.3, 2.0],
+        restarts: [4, 2],
         turns: [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1],
         near_turns_rad: [-0.06, -0.04, -0.03, -0.02, -0.01, 0.01, 0.02, 0.03, 0.04, 0.06],
         other_modes: [[1.0, 0.3], [1.0, 1.0], [3.0, 1.0], [3.0, 3.0]],
         pair_share: 0.2,
         paired: 4,
         pairs_followed: 2,
-        restarts: 4,
         close_nats: 40.0,
         close_share: 0.05,
     };
