@@ -85,7 +85,7 @@ pub struct SearchSettings {
 impl SearchSettings {
     /// Default settings.
     pub const DEFAULT: Self = Self {
-        brief_s: [0.2, 0.5],
+        brief_s: [0.3, 0.5],
         brief_steps: 3,
         side_by_side: 64,
         scales: [0.02, 0.06, 0.2, 0.6, 2.0, 6.0, 20.0],
