@@ -57,7 +57,7 @@ pub fn ladder(from: f64, to: f64, count: u32) -> Vec<f64> {
     (0..count).map(|k| from * (to / from).powf(f64::from(k) / f64::from(count.max(2) - 1))).collect()
 }
 
-/// Multiples of a step, each up to a number of steps and as far apart as stated.
+/// Multiples of a step, ever farther apart: in parts, each up to a multiple and as many steps apart as stated.
 fn widening(step: f64, parts: &[(u32, usize)]) -> impl Iterator<Item = f64> {
     let from = std::iter::once(0).chain(parts.iter().map(|(to, _)| *to));
     let each = parts.iter().zip(from).flat_map(|((to, by), from)| (from..=*to).step_by(*by).skip(1));
@@ -219,8 +219,7 @@ impl List<'_> {
         self.add(EffectKind::ExcessClearance, "", &[RadialClearanceM], starts);
         let exponent = self.machine.bearing.contact_exponent;
         let of = |by: f64| EffectEntry::new(EffectKind::ContactExponent, &[(Exponent, exponent + by)]);
-        // To the line contact of a roller, 10/9, and beyond.
-        // The stiffness under load changes by a twentieth with each of the closest. The valleys of a far softer or stiffer contact
+        // To the line contact of a roller, 10/9, and beyond. The stiffness under load changes by a twentieth with each of the closest. The valleys of a far softer or stiffer contact
         // are wider, and those of a softer one most, which hides behind its supports.
         let softer = widening(0.005, &[(12, 1), (28, 2), (84, 4)]);
         let stiffer = widening(0.005, &[(16, 1), (84, 2)]).map(|by| -by);
@@ -532,6 +531,11 @@ mod tests {
             assert_eq!(sought.contains(kind), sought_by(*kind) == SoughtBy::Spectra, "{kind}");
             assert!(!kind.in_vocabulary() || sought_by(*kind) != SoughtBy::None, "{kind}");
         }
+    }
+
+    #[test]
+    fn starts_lie_farther_apart_part_by_part() {
+        assert_eq!(widening(0.5, &[(3, 1), (7, 2)]).collect::<Vec<_>>(), [0.5, 1.0, 1.5, 2.5, 3.5]);
     }
 
     #[test]

@@ -46,6 +46,7 @@ mod dissipation;
 mod events;
 mod expansion;
 mod fit;
+mod forms;
 mod gate;
 mod growth;
 mod guesses;

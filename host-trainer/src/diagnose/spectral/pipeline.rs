@@ -96,8 +96,8 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let doubtful = selection.rejected.iter().find(|c| c.gain > GATE.doubtful_gain).cloned();
     // What strikes has pits or play for causes; the rig itself may rattle, and a mode ring with that.
     let strikes = selection.accepted.iter().any(|a| causes::may_strike(a.candidate.kind));
-    let with_causes = selection.model.rig_at(&selection.point.values)?;
-    let run = || simulate(&with_causes, &held.first()?.condition, &Start::of_series(task.seed, 0)).ok();
+    let found_rig = selection.rig()?;
+    let run = || simulate(&found_rig, &held.first()?.condition, &Start::of_series(task.seed, 0)).ok();
     let observed: Vec<&Observation> = fitted.iter().chain(&held).collect();
     let kurtosis = (!strikes).then(|| unsteady_kurtosis(&observed, run)).flatten();
     let is_nameless = coarse.is_some() || kurtosis.is_some() || !selection.nameless.is_empty();
@@ -114,7 +114,7 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let disturbed = Disturbed { acquired: &acquired, mains: mains.as_ref(), event, first: all_fitted.len() };
     let nominal_rig = nominal.rig_at(&null.values)?;
     let simulated = |selection: &Selection, machine: &Point| -> Result<_, DiagnoseError> {
-        let after = selection.model.rig_at(&selection.point.values)?;
+        let after = selection.rig()?;
         let compared = Compared { before: &nominal_rig, after: &after, machine };
         let signals = held_out(&recorded_held, &compared, &disturbed, &orders, task.seed)?;
         let (fit, remains) = shown::fit(&signals, split.describe(), task.seed);
@@ -130,6 +130,7 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let [unexplained_of_fitted, unexplained_of_held] = left_by(&selection, &held_point);
     let unexplained = unexplained_of_fitted + unexplained_of_held;
     let is_beyond_chance = unexplained > chance || doubtful.is_some() || unshown.is_some() || is_unlike(&fit);
+    let corrected = selection.rig()?;
     let Selection { model, point, accepted, rejected, .. } = &selection;
 
     let is_named = !accepted.is_empty() || event.is_some() || acquired.faults().next().is_some();
@@ -138,7 +139,6 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
         (false, true) => Verdict::Unexplained,
         (false, false) => Verdict::NoMismatch,
     };
-    let corrected = model.rig_at(&point.values)?;
     let names: Vec<String> = all_fitted.iter().chain(&all_held).map(|o| o.name.clone()).collect();
     let (intervals, numbers) = causes::estimates(model, point, nominal.coordinates.len());
     let found = Found { event, names: &names, accepted, trust, corrected: &corrected, intervals: &intervals };

@@ -137,7 +137,7 @@ pub fn best_starts(mut scores: Vec<StartScore>, most: usize, each: usize) -> Vec
 }
 
 /// Scores after a short search from each on the same recordings; those that cannot run are left out.
-fn searched_briefly<'h>(null: &NullFit, scores: Vec<StartScore<'h>>) -> Vec<StartScore<'h>> {
+pub fn searched_briefly<'h>(null: &NullFit, scores: Vec<StartScore<'h>>) -> Vec<StartScore<'h>> {
     let searched = scores.into_par_iter().filter_map(|StartScore { hypothesis, effect, .. }| {
         let (model, from) = null.with_effect(hypothesis, &effect, true)?;
         let point = model.start_from(&from).ok()?;
@@ -147,20 +147,6 @@ fn searched_briefly<'h>(null: &NullFit, scores: Vec<StartScore<'h>>) -> Vec<Star
     let mut searched: Vec<StartScore> = searched.collect();
     rank(&mut searched);
     searched
-}
-
-/// Best of the searches from the best of some starts of a hypothesis: of many short ones from where a null fit to brief recordings
-/// has `scores`, a few go on with all recordings.
-pub fn searched_again<'d, 'a>(
-    hypothesis: &Hypothesis,
-    starts: Vec<EffectEntry>,
-    brief: &NullFit,
-    null: &NullFit<'d, 'a>,
-) -> Option<Candidate<'d, 'a>> {
-    let starts = starts.into_iter().map(|start| (hypothesis, start)).collect();
-    let [many, few] = SETTINGS.restarts;
-    let kept = best_starts(scores(brief, starts, &SETTINGS.other_depths), many, many);
-    searched_from_best(hypothesis, searched_briefly(brief, kept), few, null)
 }
 
 /// Best of as many searches, from the best of some starts of a hypothesis.

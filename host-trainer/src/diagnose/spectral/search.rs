@@ -6,17 +6,17 @@ use super::angle::turned;
 use super::candidate::{Candidate, NullFit, best, rank};
 use super::cross::set_phases;
 use super::dissipation::as_friction_or_damper;
-use super::hypotheses::{Hypothesis, ISOTROPIC, LOAD_COMPONENT, MODE_SOURCES, ladder};
+use super::forms::Forms;
+use super::hypotheses::{Hypothesis, LOAD_COMPONENT};
 use super::lack::lack;
 use super::observation::duration_s;
-use super::screening::{Brief, StartScore, brief_null, screened, searched_again};
-use super::settings::{GateSettings, SearchSettings};
+use super::screening::{Brief, StartScore, brief_null, screened};
+use super::settings::SearchSettings;
 use super::waves::{other_lobes, with_neighbours};
 use crate::rig::EffectEntry;
 use crate::rig::effect::{EffectKind, ParameterKey};
 
 const SETTINGS: SearchSettings = SearchSettings::DEFAULT;
-const GATE: GateSettings = GateSettings::DEFAULT;
 
 /// Effects that bend a spring's force.
 const CURVATURES: [EffectKind; 3] =
@@ -52,12 +52,15 @@ pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought)
     let mut hypotheses = null.hypotheses();
     let has = |kind: EffectKind| !corrections.contains(&kind) && null.rig.effects.iter().any(|e| e.kind == kind);
     hypotheses.retain(|h| !has(h.kind) && only.is_none_or(|only| h.kind == only));
-    let Some([first, second]) = &brief.data(null) else { return Vec::new() };
-    let (Some(first), Some(brief)) = (brief_null(null, first), brief_null(null, second)) else { return Vec::new() };
-    let mut kept = screened([&first, &brief], &hypotheses);
+    let Some([of_first, of_second]) = &brief.data(null) else { return Vec::new() };
+    let (Some(first), Some(second)) = (brief_null(null, of_first), brief_null(null, of_second)) else {
+        return Vec::new();
+    };
+    let forms = Forms { null, brief: &second };
+    let mut kept = screened([&first, &second], &hypotheses);
     let most = kept.first().map_or(0.0, |score| score.gain);
     let followed_from = asked / SETTINGS.growth;
-    let of_brief = followed_from * duration_s(second.observations) / duration_s(data.observations);
+    let of_brief = followed_from * duration_s(of_second.observations) / duration_s(data.observations);
     kept.retain(|score| score.gain > (SETTINGS.rival_share * most).max(of_brief));
     let mut kept = without_twins(kept);
     kept.truncate(SETTINGS.full_fits);
@@ -78,7 +81,7 @@ pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought)
         let searched = started.searched(SETTINGS.steps[0]);
         // A stop without its damping can gain too little to be followed.
         let is_stop = hypothesis.kind == EffectKind::EndStopContact;
-        Some(if is_stop { extended(searched, hypothesis, null, &brief) } else { searched })
+        Some(if is_stop { forms.extended(searched, hypothesis) } else { searched })
     };
     let mut fits: Vec<Candidate> = sought.into_par_iter().filter_map(fit).collect();
     let ask_phase = |fits: &mut [Candidate]| {
@@ -97,8 +100,8 @@ pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought)
         let candidate = candidate.searched(SETTINGS.steps[1]);
         let Some(hypothesis) = hypotheses.iter().find(|h| candidate.is_of(h)) else { return candidate };
         // Its widths and depths are sought where the defect is, and move it a little.
-        let candidate = restarted(turned(candidate, null), hypothesis, null, &brief);
-        turned(extended(candidate, hypothesis, null, &brief), null)
+        let candidate = forms.restarted(turned(candidate, null), hypothesis);
+        turned(forms.extended(candidate, hypothesis), null)
     };
     let mut near: Vec<Candidate> = near.into_par_iter().map(followed).collect();
     rank(&mut near);
@@ -183,103 +186,4 @@ fn sizes(effect: &EffectEntry) -> Vec<EffectEntry> {
         Some((key, size)) => SETTINGS.weaker.map(|share| effect.clone().with_number(key, share * size)).to_vec(),
         None => vec![effect.clone()],
     }
-}
-
-/// Better of a candidate and of the same effect with all numbers of its form.
-fn extended<'d, 'a>(
-    candidate: Candidate<'d, 'a>,
-    hypothesis: &Hypothesis,
-    null: &NullFit<'d, 'a>,
-    brief: &NullFit,
-) -> Candidate<'d, 'a> {
-    use ParameterKey::{DampingNSPerM, DeflectionM, Flank, Gain, GainAcross, StiffnessNPerM};
-    let Some((key, effect)) = hypothesis.extended.last().zip(candidate.effect()) else { return candidate };
-    let extended = Hypothesis { free: hypothesis.extended, ..hypothesis.clone() };
-    let number = |key: ParameterKey| effect.number(key).unwrap_or(1.0);
-    let starts = match *key {
-        Flank => return reshaped(candidate, &extended, null, brief),
-        DeflectionM => vec![effect.clone().with_number(DeflectionM, number(DeflectionM))],
-        // The gain of a mode at the other sensor is over that at its own.
-        GainAcross => {
-            SETTINGS.extension.map(|share| effect.clone().with_number(GainAcross, share * number(Gain))).to_vec()
-        }
-        DampingNSPerM if effect.number(DampingNSPerM).is_some() => return candidate,
-        DampingNSPerM => {
-            let damped = |delay_s: f64| effect.clone().with_number(DampingNSPerM, delay_s * number(StiffnessNPerM));
-            SETTINGS.stop_delays_s.map(damped).to_vec()
-        }
-        // Of the waviness of a race only the best is fitted with its neighbours.
-        _ => return candidate,
-    };
-    let searched = best(null.started(&extended, &starts)).map(|c| c.searched(SETTINGS.steps[1]));
-    searched.filter(|searched| searched.merit() > candidate.merit()).unwrap_or(candidate)
-}
-
-/// Better of a defect's candidate and of the same with another shape, where a half sine leaves much.
-fn reshaped<'d, 'a>(
-    candidate: Candidate<'d, 'a>,
-    extended: &Hypothesis,
-    null: &NullFit<'d, 'a>,
-    brief: &NullFit,
-) -> Candidate<'d, 'a> {
-    let is_far = lack(candidate.model.data, &candidate.point).total() > GATE.second_lack;
-    let Some(effect) = candidate.effect().filter(|_| is_far) else { return candidate };
-    let Some(width) = effect.number(ParameterKey::WidthRad) else { return candidate };
-    let shaped = SETTINGS.flanks.map(|flank| effect.clone().with_number(ParameterKey::Flank, flank));
-    let ([least, greatest], steps) = SETTINGS.flank_widths;
-    let widths = ladder(least * width, greatest * width, steps);
-    let starts = shaped.iter().flat_map(|effect| of_widths(effect, &widths)).collect();
-    let searched = searched_again(extended, starts, brief, null);
-    searched.filter(|searched| searched.merit() > candidate.merit()).unwrap_or(candidate)
-}
-
-/// Better of a candidate of a hypothesis and of effects with like spectra, at which a search may have ended.
-fn restarted<'d, 'a>(
-    candidate: Candidate<'d, 'a>,
-    hypothesis: &Hypothesis,
-    null: &NullFit<'d, 'a>,
-    brief: &NullFit,
-) -> Candidate<'d, 'a> {
-    let Some(effect) = candidate.effect() else { return candidate };
-    let has_symmetry = hypothesis.starts.iter().any(|start| start.text(ParameterKey::Symmetry).is_some());
-    let starts = if candidate.kind == EffectKind::StructuralResonance {
-        other_modes(&effect)
-    } else if has_symmetry {
-        other_symmetry(&effect, hypothesis.free[0])
-    } else if let Some(width) = effect.number(ParameterKey::WidthRad) {
-        of_widths(&effect, &SETTINGS.other_widths.map(|share| share * width))
-    } else {
-        return candidate;
-    };
-    let searched = searched_again(hypothesis, starts, brief, null);
-    searched.filter(|best| best.gain > candidate.gain).unwrap_or(candidate)
-}
-
-/// Effect with the other symmetry, at sizes around the one found.
-fn other_symmetry(effect: &EffectEntry, key: ParameterKey) -> Vec<EffectEntry> {
-    let is_isotropic = effect.text(ParameterKey::Symmetry) == Some(ISOTROPIC);
-    let other = effect.clone().with_text(ParameterKey::Symmetry, if is_isotropic { "axes" } else { ISOTROPIC });
-    let size = effect.number(key).unwrap_or_default();
-    SETTINGS.other_sizes.map(|share| other.clone().with_number(key, share * size)).to_vec()
-}
-
-/// Modes of the same frequency with other sources, and gains of either sign.
-fn other_modes(effect: &EffectEntry) -> Vec<EffectEntry> {
-    use ParameterKey::{DampingRatio, Gain};
-    let number = |key: ParameterKey| effect.number(key).unwrap_or_default();
-    let of = |(source, sign): (&str, f64)| {
-        let source = effect.clone().with_text(ParameterKey::Source, source);
-        let sizes = SETTINGS.other_modes.into_iter();
-        let resized = sizes.map(|[damping, gain]| {
-            let damped = source.clone().with_number(DampingRatio, damping * number(DampingRatio));
-            damped.with_number(Gain, sign * gain * number(Gain).abs())
-        });
-        resized.collect::<Vec<_>>()
-    };
-    MODE_SOURCES.into_iter().flat_map(of).collect()
-}
-
-/// Defect with other widths, rad: the zeros in the lines' envelope are elsewhere.
-fn of_widths(effect: &EffectEntry, widths: &[f64]) -> Vec<EffectEntry> {
-    widths.iter().map(|width| effect.clone().with_number(ParameterKey::WidthRad, *width)).collect()
 }

@@ -20,7 +20,7 @@ use crate::diagnose::result::{Cause, Fit, Rejected};
 use crate::identify::likelihood::coordinate::Coordinate;
 use crate::rig::config::RigKey;
 use crate::rig::effect::EffectKind;
-use crate::rig::{EffectEntry, RigError};
+use crate::rig::{EffectEntry, Rig, RigError};
 
 const GATE: GateSettings = GateSettings::DEFAULT;
 const FIT: FitSettings = FitSettings::DEFAULT;
@@ -162,6 +162,14 @@ impl<'d, 'a> Selection<'d, 'a> {
         self.with_friction()?.with_pair(held_data, held_now, baseline)
     }
 
+    /// Rig with all that was found, as it was fitted.
+    ///
+    /// # Errors
+    /// A value out of the range of its key.
+    pub fn rig(&self) -> Result<Rig, RigError> {
+        self.model.rig_at(&self.point.values)
+    }
+
     /// Gain that the next cause must have, and the one kind that is sought, if not all are.
     fn asked(&self, is_second: bool) -> (f64, Option<EffectKind>) {
         let data = self.model.data;
@@ -169,10 +177,12 @@ impl<'d, 'a> Selection<'d, 'a> {
         let is_left_little = is_second && left < GATE.second_lack;
         // The colours of the noise take up most of what a sensor's gain leaves.
         let is_of_gain = is_left_little && shared_lack(data, &self.point) < GATE.second_shared_lack;
-        let least = match (is_left_little, is_of_gain) {
-            (_, true) => GATE.second_sensor_gain,
-            (true, false) => GATE.second_lack,
-            (false, false) => GATE.gain,
+        let least = if is_of_gain {
+            GATE.second_sensor_gain
+        } else if is_left_little {
+            GATE.second_lack
+        } else {
+            GATE.gain
         };
         let share = if is_second { GATE.second_share } else { GATE.first_share };
         let asked = least.max(share * left).max(GATE.form_share * data.form_gain(&self.point));
@@ -184,7 +194,7 @@ impl<'d, 'a> Selection<'d, 'a> {
     fn with_friction(mut self) -> Result<Self, RigError> {
         let Some((friction, at)) = self.friction.take() else { return Ok(self) };
         let count = friction.rig.effects.len();
-        let later = self.model.rig_at(&self.point.values)?.effects.split_off(count);
+        let later = self.rig()?.effects.split_off(count);
         if later.is_empty() {
             (self.model, self.point) = (friction, at);
             return Ok(self);
@@ -323,7 +333,7 @@ impl<'d, 'a> Selection<'d, 'a> {
 
     /// Fits the unevenness of the balls in the rotation that a cause has changed; −ln of the held-out recordings.
     fn turn(&mut self, held_data: &Data) -> Result<f64, DiagnoseError> {
-        self.model.rig = self.model.rig_at(&self.point.values)?;
+        self.model.rig = self.rig()?;
         for data in [self.model.data, held_data] {
             data.unevenness.turn(&self.model.rig, data.observations, &data.orders)?;
         }

@@ -54,7 +54,7 @@ pub fn other_lobes<'d, 'a>(
     }
     let others = hypotheses.iter().filter(|h| h.kind == of.kind && h.place != of.place);
     let starts = others.flat_map(|h| turned(&h.starts[0]).into_iter().map(move |start| (h, start))).collect();
-    let kept = best_starts(scores(null, starts, &SETTINGS.scales), SETTINGS.restarts[0], 1);
+    let kept = best_starts(scores(null, starts, &SETTINGS.scales), SETTINGS.other_lobes, 1);
     let searched = kept
         .into_par_iter()
         .filter_map(|score| Some(best(null.started(score.hypothesis, &[score.effect]))?.searched(SETTINGS.steps[1])));

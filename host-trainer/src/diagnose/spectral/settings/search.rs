@@ -50,6 +50,8 @@ pub struct SearchSettings {
     /// Gain of waviness of few lobes at rest from which others are tried, nats. By hand: in the test of a rig that strikes, one of
     /// all numbers of lobes gains 129, where the first gains 58.
     pub other_lobes_nats: f64,
+    /// Other numbers of lobes from which searches begin.
+    pub other_lobes: usize,
     /// Sizes of a friction from which its full fit starts, over that of the screening.
     pub weaker: [f64; 4],
     /// Widths of a defect from which its search is repeated, over the one found. By hand: close enough that one of them is in
@@ -63,7 +65,7 @@ pub struct SearchSettings {
     pub flank_widths: ([f64; 2], u32),
     /// Depths from which it is repeated, over the one found.
     pub other_depths: [f64; 6],
-    /// Short searches from the best of these, then those of them that are continued.
+    /// Searches of another form on brief recordings, from the best of its starts, then those of them that go on with all recordings.
     pub restarts: [usize; 2],
     /// Angles from the load over that found, on either side, at which a defect is tried too. By hand, as those below: as close as
     /// the valleys are wide.
@@ -106,6 +108,7 @@ impl SearchSettings {
         wave_steps: 12,
         wave_searches: 2,
         other_lobes_nats: 100.0,
+        other_lobes: 4,
         weaker: [1.0, 0.6, 0.35, 0.2],
         other_widths: [0.35, 0.45, 0.55, 0.65, 0.78, 0.9, 1.0, 1.15, 1.4, 1.8],
         flanks: [0.15, 0.3, 0.5],
