@@ -99,10 +99,10 @@ fn other_modes(effect: &EffectEntry) -> Vec<EffectEntry> {
     let number = |key: ParameterKey| effect.number(key).unwrap_or_default();
     let of = |(source, sign): (&str, f64)| {
         let source = effect.clone().with_text(ParameterKey::Source, source);
-        let sizes = SETTINGS.other_modes.into_iter();
-        let resized = sizes.map(|[damping, gain]| {
+        let (dampings, gains) = SETTINGS.other_modes;
+        let resized = dampings.into_iter().flat_map(|damping| {
             let damped = source.clone().with_number(DampingRatio, damping * number(DampingRatio));
-            damped.with_number(Gain, sign * gain * number(Gain).abs())
+            gains.map(|gain| damped.clone().with_number(Gain, sign * gain * number(Gain).abs()))
         });
         resized.collect::<Vec<_>>()
     };

@@ -305,30 +305,34 @@ impl<'d, 'a> Selection<'d, 'a> {
         }
     }
 
-    /// Lowers the probability of the causes by what they leave; none is one if the most probable leaves too much. Whether the model
-    /// is that without causes again.
+    /// Lowers the probability of the causes by what they leave. One that is not trusted at all is none, nor is what was found beside
+    /// it; none is one if the most probable leaves too much. Whether the model is another one then.
     pub fn judge(&mut self, trust: Trust) -> bool {
-        let is_stated = self.accepted.iter().any(|a| trust.states(a.probability, a.candidate.kind));
-        let is_taken_back = !is_stated && !self.accepted.is_empty();
-        if is_taken_back {
-            self.take_back();
-        }
+        let found = self.accepted.len();
+        let trusted = self.accepted.iter().take_while(|a| trust.of(a.candidate.kind) > 0.0).count();
+        let is_stated = self.accepted[..trusted].iter().any(|a| trust.states(a.probability, a.candidate.kind));
+        self.take_back(if is_stated { trusted } else { 0 });
         self.accepted.iter_mut().for_each(|a| a.probability *= trust.of(a.candidate.kind));
-        is_taken_back
+        self.accepted.len() < found
     }
 
     /// Takes the causes back if simulations with them are farther from the held-out recordings than without, and than noise alone,
     /// whatever the likelihood says; the first of them.
     pub fn take_back_unshown(&mut self, fit: &Fit) -> Option<Candidate<'d, 'a>> {
         let first = self.accepted.first().filter(|_| fit.after > fit.before.max(fit.noise_floor))?.candidate.clone();
-        self.take_back();
+        self.take_back(0);
         Some(first)
     }
 
-    /// Takes the causes back: the model is that without any again.
-    fn take_back(&mut self) {
-        (self.model, self.point) = self.uncaused.clone();
-        self.rejected.splice(0..0, self.accepted.drain(..).map(|a| a.candidate));
+    /// Takes the causes but the first `kept` back: the model is that without them again.
+    fn take_back(&mut self, kept: usize) {
+        let taken = self.accepted.drain(kept..).map(|a| a.candidate);
+        if taken.len() == 0 {
+            return;
+        }
+        self.rejected.splice(0..0, taken);
+        let last = self.accepted.last().map(|a| (a.candidate.model.clone(), a.candidate.point.clone()));
+        (self.model, self.point) = last.unwrap_or_else(|| self.uncaused.clone());
     }
 
     /// Fits the unevenness of the balls in the rotation that a cause has changed; −ln of the held-out recordings.
@@ -424,22 +428,8 @@ mod tests {
         let data = Data::new(&observations, orders, UnevenMachines::default());
         let model = Model::fixed(&data, rig);
         let point = model.start().unwrap();
-        let drag = EffectEntry::new(EffectKind::ViscousFriction, &[(ParameterKey::DampingNSPerM, 3e4)]);
-        let dragged = Model::fixed(&data, nominal().with_effect(drag));
-        let at = dragged.start().unwrap();
-        let (kind, place) = (EffectKind::ViscousFriction, "bearing".into());
-        let candidate = Candidate { kind, place, model: dragged.clone(), point: at.clone(), gain: 60.0, phase: 0.0 };
         let mut selection = Selection::new(&model, &point, None);
-        (selection.model, selection.point) = (dragged, at);
-        selection.accepted.push(Accepted {
-            candidate,
-            held_out: 20.0,
-            probability: 0.8,
-            rivals: Vec::new(),
-            effect: 0,
-            beside: None,
-            holds: false,
-        });
+        selection.accept(damper(), 60.0);
         let fit = |after: f64| Fit { before: 1.4, after, noise_floor: 1.29, ..Fit::default() };
         assert!(selection.take_back_unshown(&fit(1.39)).is_none());
         let of_noise = Fit { before: 1.27, ..fit(1.28) };
@@ -449,5 +439,50 @@ mod tests {
         assert!(text::unshown(&unshown).starts_with("viscous-friction (bearing) gains 60 in ln L"));
         assert!(selection.accepted.is_empty() && selection.model.rig.effects.is_empty());
         assert_eq!(selection.rejected.len(), 1);
+    }
+
+    /// Where spikes change the level, a sensor's gain is no cause: what was found before it stays, what was found beside it does not.
+    #[test]
+    fn null_a_cause_that_is_not_trusted_is_none_nor_what_stands_beside_it() {
+        let observations = [observed(&nominal(), 500.0, &Point::default().in_recordings(1, 0))];
+        let orders = nominal().bearing().unwrap().bearing.geometry().orders();
+        let data = Data::new(&observations, orders, UnevenMachines::default());
+        let model = Model::fixed(&data, nominal());
+        let point = model.start().unwrap();
+        let gain = EffectEntry::new(EffectKind::SensorGain, &[(ParameterKey::Value, 1.5)]);
+        let gain = gain.with_text(ParameterKey::Channel, "ay");
+        let judged = |effects: [EffectEntry; 2], is_level_known: bool| {
+            let mut selection = Selection::new(&model, &point, None);
+            effects.into_iter().for_each(|effect| selection.accept(effect, 900.0));
+            let is_changed = selection.judge(Trust { is_level_known, share: 0.1 });
+            assert_eq!(selection.model.rig.effects.len(), selection.accepted.len());
+            (is_changed, selection.accepted.len(), selection.rejected.len())
+        };
+        assert_eq!(judged([gain.clone(), damper()], true), (false, 2, 0));
+        assert_eq!(judged([gain.clone(), damper()], false), (true, 0, 2));
+        assert_eq!(judged([damper(), gain], false), (true, 1, 1));
+    }
+
+    fn damper() -> EffectEntry {
+        EffectEntry::new(EffectKind::ViscousFriction, &[(ParameterKey::DampingNSPerM, 3e4)])
+    }
+
+    impl Selection<'_, '_> {
+        /// Adds an effect as a cause of some gain.
+        fn accept(&mut self, effect: EffectEntry, gain: f64) {
+            let kind = effect.kind;
+            let model = Model::fixed(self.model.data, self.model.rig.clone().with_effect(effect));
+            let point = model.start().unwrap();
+            (self.model, self.point) = (model.clone(), point.clone());
+            self.accepted.push(Accepted {
+                candidate: Candidate { kind, place: "bearing".into(), model, point, gain, phase: 0.0 },
+                held_out: gain / 3.0,
+                probability: 0.8,
+                rivals: Vec::new(),
+                effect: self.model.rig.effects.len() - 1,
+                beside: None,
+                holds: false,
+            });
+        }
     }
 }

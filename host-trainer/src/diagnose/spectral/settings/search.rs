@@ -33,8 +33,9 @@ pub struct SearchSettings {
     pub growth: f64,
     /// Loss by a start on all recordings beyond what there is to gain, nats, from which it is not searched.
     pub hopeless_nats: f64,
-    /// Damping and gain from which a mode's search is repeated, over those found: weaker, as there, and wider, twice.
-    pub other_modes: [[f64; 2]; 4],
+    /// Damping and gain from which a mode's search is repeated, over those found. By hand: a source that shakes less at the mode's
+    /// frequency needs a gain up to a hundred times as great.
+    pub other_modes: ([f64; 2], [f64; 9]),
     /// Sizes of a law of the other symmetry from which its search is repeated, over the one found.
     pub other_sizes: [f64; 4],
     /// Gain of a mode at the other sensor over that at its own from which its fit starts. By hand.
@@ -117,7 +118,7 @@ impl SearchSettings {
         restarts: [4, 2],
         turns: [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1],
         near_turns_rad: [-0.06, -0.04, -0.03, -0.02, -0.01, 0.01, 0.02, 0.03, 0.04, 0.06],
-        other_modes: [[1.0, 0.3], [1.0, 1.0], [3.0, 1.0], [3.0, 3.0]],
+        other_modes: ([1.0, 3.0], [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0]),
         pair_share: 0.2,
         paired: 4,
         pairs_followed: 2,
