@@ -91,7 +91,7 @@ impl Acquired {
         let restored: Vec<Recording> = recordings.iter().zip(&limits).map(|(r, limits)| limits.restored(r)).collect();
         let limits = recordings.iter().map(Recording::name).zip(limits).collect();
         let noise_std = rig.bearing().map_or(0.0, |machine| machine.sensor.noise_std_m_per_s2);
-        let offsets = offsets(&Observed::from_recordings(&restored)?, noise_std);
+        let offsets = offsets(&Observed::from_recordings(&restored)?, noise_std, !clipped.is_empty());
         let mut recordings: Vec<Recording> = restored.iter().map(|r| without(r, &offsets)).collect();
         let taken_out = whole_part(&mut recordings).into_iter().chain(steady_part(&mut recordings)).collect();
         let pace = Pace::even_out(&mut recordings);

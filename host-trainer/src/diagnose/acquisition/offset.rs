@@ -85,12 +85,13 @@ impl Level {
     }
 }
 
-/// Offsets of recordings, their sensors' noise of a standard deviation, m/s².
-pub fn offsets(observed: &[Observed], noise_std: f64) -> Vec<Offset> {
+/// Offsets of recordings, their sensors' noise of a standard deviation, m/s². Samples that were clipped and are restored have a small
+/// mean of their own.
+pub fn offsets(observed: &[Observed], noise_std: f64, are_clipped: bool) -> Vec<Offset> {
     let levels = levels(observed, noise_std);
     let names: Vec<String> = observed.iter().map(|o| o.name.clone()).collect();
     let great = great(&levels, &names, noise_std);
-    if !great.is_empty() {
+    if !great.is_empty() || are_clipped {
         return great;
     }
     alone(&levels, &names, noise_std).into_iter().collect()
@@ -259,7 +260,7 @@ mod tests {
             recording
         };
         let recordings: Vec<Recording> = means.iter().enumerate().map(with).collect();
-        offsets(&Observed::from_recordings(&recordings).unwrap(), NOISE_STD)
+        offsets(&Observed::from_recordings(&recordings).unwrap(), NOISE_STD, false)
     }
 
     /// An offset is the same in all recordings of a sensor.

@@ -80,9 +80,10 @@ pub fn holding<'c, 'd, 'a>(friction: &Candidate, refused: &'c [Candidate<'d, 'a>
 /// Trust in causes by what they leave, and by what else changes the level.
 #[derive(Clone, Copy, Debug)]
 pub struct Trust {
-    /// Whether the level of the signals is known: steps of a converter as great as the signal, or spikes, change it, and the spectrum,
-    /// as a gain and a mode do.
-    pub is_level_known: bool,
+    /// Whether the signals are steady: spikes and bursts of noise change the spectrum as all effects do but those of lines.
+    pub is_steady: bool,
+    /// Whether the converter keeps their level: steps as great as the signal change it, and the spectrum, as a gain and a mode do.
+    pub keeps_level: bool,
     /// Share that is left of the lack of fit beyond chance.
     pub share: f64,
 }
@@ -92,9 +93,22 @@ pub fn is_of_signal(kind: EffectKind) -> bool {
     matches!(kind, EffectKind::SensorGain | EffectKind::StructuralResonance)
 }
 
-/// Whether what an effect does to the motion can be taken for blows: pits and play strike, a path and a damper do not.
+/// Whether an effect strikes, or sticks and slips, which can be taken for spikes.
 pub fn may_strike(kind: EffectKind) -> bool {
-    !is_of_signal(kind) && !matches!(kind, EffectKind::DampingChange | EffectKind::ViscousFriction)
+    use EffectKind::{Backlash, CoulombFriction, EndStopContact, ExcessClearance};
+    is_defect(kind) || matches!(kind, Backlash | CoulombFriction | EndStopContact | ExcessClearance)
+}
+
+fn is_defect(kind: EffectKind) -> bool {
+    matches!(kind, EffectKind::OuterRaceDefect | EffectKind::InnerRaceDefect | EffectKind::BallDefect)
+}
+
+/// Whether an effect changes lines more than the noise between them.
+fn is_of_lines(kind: EffectKind) -> bool {
+    use EffectKind::{CageSlip, InnerRaceWaviness, Misalignment, OuterRaceWaviness, SpeedDrift, Unbalance};
+    let is_other =
+        matches!(kind, OuterRaceWaviness | InnerRaceWaviness | Unbalance | Misalignment | SpeedDrift | CageSlip);
+    is_other || is_defect(kind)
 }
 
 impl Trust {
@@ -103,10 +117,8 @@ impl Trust {
         let [full, none] = GATE.left_share;
         let trust = (1.0 - (self.share - full) / (none - full)).clamp(0.0, 1.0);
         match kind {
-            EffectKind::OuterRaceDefect | EffectKind::InnerRaceDefect | EffectKind::BallDefect => {
-                trust.max(GATE.defect_trust)
-            }
-            _ if is_of_signal(kind) && !self.is_level_known => 0.0,
+            _ if is_defect(kind) => trust.max(GATE.defect_trust),
+            _ if is_of_signal(kind) && !self.keeps_level || !is_of_lines(kind) && !self.is_steady => 0.0,
             _ => trust,
         }
     }
@@ -222,11 +234,15 @@ pub fn cause(accepted: &Accepted, effect: &EffectEntry, values: &Intervals) -> C
 /// Cause of an event; `names` are those of all recordings.
 pub fn event_cause(event: &Event, names: &[String], trust: Trust) -> Cause {
     let effect = event.mean();
+    let mut parameters = stated(&effect);
+    if !event.is_size_known {
+        parameters.remove(event.size().name());
+    }
     let times: Vec<(String, f64)> = occurrences(event, names).map(|(o, name)| (name.clone(), o.time_s)).collect();
     Cause {
         name: effect.kind.to_string(),
-        probability: GATE.event_probability * trust.of(effect.kind),
-        parameters: stated(&effect),
+        probability: event.probability * trust.of(effect.kind),
+        parameters,
         evidence: text::event(&times, event.gain()),
         equation: effect.equation(RigKind::Bearing5Dof),
         ..Cause::default()

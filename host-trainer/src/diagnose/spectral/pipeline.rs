@@ -3,7 +3,7 @@
 use super::baseline::Baseline;
 use super::causes::{self, Accepted, Intervals, Trust};
 use super::data::{Data, Point};
-use super::events::{Event, events, without_event};
+use super::events::{Event, event, without_event};
 use super::fit::Model;
 use super::gate::is_unlike;
 use super::growth::Lasting;
@@ -103,10 +103,10 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let is_nameless = coarse.is_some() || kurtosis.is_some() || !selection.nameless.is_empty();
     let was = before.total() + held_before.total() + event.map_or(0.0, Event::gain);
     let share = (left - chance).max(0.0) / (was - chance).max(1.0);
-    let is_level_known = kurtosis.is_none() && coarse.is_none_or(|converter| converter.keeps_level());
-    let trust = Trust { is_level_known, share };
+    let (is_steady, keeps_level) = (kurtosis.is_none(), coarse.is_none_or(|converter| converter.keeps_level()));
+    let trust = Trust { is_steady, keeps_level, share };
     // One spike among others is no event.
-    let event = event.filter(|e| kurtosis.is_none() && trust.states(GATE.event_probability, e.effect.kind));
+    let event = event.filter(|e| trust.states(e.probability, e.effect.kind));
     if selection.judge(trust) {
         held_point = refitted(&selection)?;
     }
@@ -259,8 +259,8 @@ impl Once {
         let mains = Mains::find(&data, &point);
         let noise: Vec<_> = point.predictions.iter().map(|p| p.noise.clone()).collect();
         let cleaned = mains.as_ref().map(|mains| mains.removed(all, 0));
-        let found = events(&nominal.rig_at(&point.values)?, cleaned.as_deref().unwrap_or(all), &noise)?;
-        Ok(Self { mains, event: found.into_iter().next() })
+        let event = event(&nominal.rig_at(&point.values)?, cleaned.as_deref().unwrap_or(all), &noise)?;
+        Ok(Self { mains, event })
     }
 }
 

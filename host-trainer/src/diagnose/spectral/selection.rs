@@ -441,7 +441,7 @@ mod tests {
         assert_eq!(selection.rejected.len(), 1);
     }
 
-    /// Where spikes change the level, a sensor's gain is no cause: what was found before it stays, what was found beside it does not.
+    /// Where a converter changes the level, a sensor's gain is no cause: what was found before it stays, what was found beside it does not.
     #[test]
     fn null_a_cause_that_is_not_trusted_is_none_nor_what_stands_beside_it() {
         let observations = [observed(&nominal(), 500.0, &Point::default().in_recordings(1, 0))];
@@ -451,10 +451,10 @@ mod tests {
         let point = model.start().unwrap();
         let gain = EffectEntry::new(EffectKind::SensorGain, &[(ParameterKey::Value, 1.5)]);
         let gain = gain.with_text(ParameterKey::Channel, "ay");
-        let judged = |effects: [EffectEntry; 2], is_level_known: bool| {
+        let judged = |effects: [EffectEntry; 2], keeps_level: bool| {
             let mut selection = Selection::new(&model, &point, None);
             effects.into_iter().for_each(|effect| selection.accept(effect, 900.0));
-            let is_changed = selection.judge(Trust { is_level_known, share: 0.1 });
+            let is_changed = selection.judge(Trust { is_steady: true, keeps_level, share: 0.1 });
             assert_eq!(selection.model.rig.effects.len(), selection.accepted.len());
             (is_changed, selection.accepted.len(), selection.rejected.len())
         };

@@ -1,5 +1,6 @@
 //! Parts of a rig that a `component` parameter names.
 
+use super::course::Course;
 use crate::rig::assembly::Assembly;
 
 use crate::rig::state::{DOFS, INNER_X, INNER_Y, MASS, OUTER_X, OUTER_Y, RESONATOR_Y, VelocityCovariance};
@@ -56,7 +57,7 @@ impl Choices {
         match self {
             Self::Channels if kind == RigKind::Sdof => &["all", "q", "qd", "qdd"],
             Self::Channels => &["all", "ax", "ay"],
-            Self::Shapes => &["straight", "smooth"],
+            Self::Shapes => &Course::NAMES,
             Self::Symmetries if kind == RigKind::Sdof => &["axes"],
             Self::Symmetries => &["axes", "isotropic"],
             Self::Sources if kind == RigKind::Sdof => &["along"],

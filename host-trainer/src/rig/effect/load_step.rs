@@ -1,9 +1,8 @@
 //! The load changes at a time within the recording.
 //!
-//! The vocabulary states when, which is the middle of the change, and by how much. How long it takes has a usual value of about
-//! one sample, and how: evenly, or along half a cosine without corners. What a machine rings with after it depends on that.
-
-use std::f64::consts::PI;
+//! The vocabulary states when, which is the time of half the change, and by how much. How long it takes has a usual value of about
+//! one sample, and how: evenly, along half a cosine without corners, or as a lag of first order or of second order at critical
+//! damping follows a step, by its time constant. What a machine rings with after it depends on that.
 
 use super::{Definition, LibraryTerms, Parameter, ParameterDefault, ParameterKey, Phase, Rigs, Scale, Site, Timing};
 use crate::rig::{
@@ -34,14 +33,10 @@ pub(super) const EFFECT: Definition = Definition {
     apply: |v, assembly| {
         let (time, change, rise) =
             (v.number(ParameterKey::TimeS), v.number(ParameterKey::ChangeN), v.number(ParameterKey::RiseS));
-        let is_smooth = v.is_smooth();
+        let course = v.course();
         let dof = if matches!(assembly.machine, Machine::Sdof(_)) { MASS } else { INNER_Y };
         if change != 0.0 {
-            let share = move |time_s: f64| {
-                let even = ((time_s - time) / rise + 0.5).clamp(0.0, 1.0);
-                if is_smooth { 0.5 - 0.5 * (PI * even).cos() } else { even }
-            };
-            assembly.force(move |at, _, _, force| force[dof] += change * share(at.time_s));
+            assembly.force(move |at, _, _, force| force[dof] += change * course.share((at.time_s - time) / rise));
         }
     },
 };

@@ -9,6 +9,7 @@
 #[cfg(test)]
 mod bearing_tests;
 pub mod component;
+pub mod course;
 mod erf;
 mod key;
 mod library;

@@ -1,6 +1,8 @@
 //! An effect's parameters with defaults filled in.
 
-use super::{DefaultValue, Definition, ParameterKey, component::Component, structural_resonance::Source};
+use super::{
+    DefaultValue, Definition, ParameterKey, component::Component, course::Course, structural_resonance::Source,
+};
 use crate::rig::config::{EffectEntry, RigKind, Value};
 
 /// Parameters of one effect of a rig that has been checked.
@@ -62,9 +64,9 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// Whether a change is smooth over its duration.
-    pub fn is_smooth(&self) -> bool {
-        self.name(ParameterKey::Shape) == Some("smooth")
+    /// The course of a change.
+    pub fn course(&self) -> Course {
+        self.name(ParameterKey::Shape).and_then(Course::parse).unwrap_or_default()
     }
 
     /// Whether a law is the same in every direction.
