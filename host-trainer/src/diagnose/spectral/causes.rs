@@ -235,8 +235,10 @@ pub fn cause(accepted: &Accepted, effect: &EffectEntry, values: &Intervals) -> C
 pub fn event_cause(event: &Event, names: &[String], trust: Trust) -> Cause {
     let effect = event.mean();
     let mut parameters = stated(&effect);
+    let mut equation = effect.equation(RigKind::Bearing5Dof);
     if !event.is_size_known {
         parameters.remove(event.size().name());
+        equation = text::OF_UNKNOWN_SIZE.into();
     }
     let times: Vec<(String, f64)> = occurrences(event, names).map(|(o, name)| (name.clone(), o.time_s)).collect();
     Cause {
@@ -244,7 +246,7 @@ pub fn event_cause(event: &Event, names: &[String], trust: Trust) -> Cause {
         probability: event.probability * trust.of(effect.kind),
         parameters,
         evidence: text::event(&times, event.gain()),
-        equation: effect.equation(RigKind::Bearing5Dof),
+        equation,
         ..Cause::default()
     }
 }

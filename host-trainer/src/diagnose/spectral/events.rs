@@ -3,6 +3,7 @@
 //! A power spectrum has no time. An event is found in the whitened samples by the rig's response to it, shifted to every time
 //! (a matched filter: G. L. Turin, IRE Trans. Inf. Theory 6 (1960) 311–329).
 
+use std::f64::consts::LN_2;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -16,6 +17,7 @@ use crate::rig::effect::course::Course;
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::simulate::{fewest_substeps, shortest_settling_s, simulate_all};
 use crate::rig::{EffectEntry, OperatingCondition, Rig, RigError, Run, Start};
+use crate::signal::coherence::short_time;
 use crate::signal::lines::floor;
 use crate::signal::transform::{hann, inverse_plan, median};
 use crate::stats::significance::Z975;
@@ -222,7 +224,7 @@ impl Whitened {
         let n = o.condition.samples;
         let scale = 1.0 / (n as f64).sqrt();
         let noise = [0, 1].map(|c| match &o.power[c] {
-            Some(power) => with_lines(&noise[c], power),
+            Some(power) => with_lines(&noise[c], power, &usual_power(o.samples[c].as_deref().unwrap_or_default())),
             None => noise[c].clone(),
         });
         let spectra = [0, 1].map(|c| {
@@ -276,15 +278,35 @@ fn faded(samples: &[f64], flank: usize) -> Vec<f64> {
     samples.iter().enumerate().map(|(n, v)| weight(n) * v).collect()
 }
 
-/// Noise that is greater where the power of a recording has lines, by as much as they stand out: a response that takes long has
-/// frequencies of theirs, and they would be one at any time.
-fn with_lines(noise: &[f64], power: &[f64]) -> Vec<f64> {
+/// Noise that is greater where a recording has more all the time, its `usual` power, and by as much as lines stand out of it: a
+/// response that takes long has frequencies of lines and of what a loose part does, and they would be one at any time.
+fn with_lines(noise: &[f64], power: &[f64], usual: &[f64]) -> Vec<f64> {
     let floor = floor(power, SETTINGS.line_reach);
-    let of = |((noise, power), floor): ((&f64, &f64), f64)| {
+    let of = |(((noise, power), floor), usual): (((&f64, &f64), &f64), &f64)| {
         let ratio = power / floor.max(f64::MIN_POSITIVE);
-        if ratio > SETTINGS.line_ratio { noise * ratio } else { *noise }
+        // An event raises the floor, a line the usual power around it.
+        let background = noise.max(floor.min(*usual));
+        if ratio > SETTINGS.line_ratio { background * ratio } else { background }
     };
-    noise.iter().zip(power).zip(floor).map(of).collect()
+    noise.iter().zip(power).zip(&floor).zip(usual).map(of).collect()
+}
+
+/// Power at each frequency in the median over parts of a recording, most of which have no event.
+fn usual_power(samples: &[f64]) -> Vec<f64> {
+    if samples.len() < 2 * SETTINGS.parts {
+        return vec![0.0; samples.len() / 2 + 1];
+    }
+    let window = hann(samples.len() / SETTINGS.parts);
+    let squares: f64 = window.iter().map(|w| w * w).sum();
+    let rows = short_time(samples, &window, window.len() / 2);
+    let of = |row: &Vec<Complex<f64>>| {
+        // Powers of noise are exponential.
+        median(&mut row.iter().map(|x| x.norm_sqr() / squares).collect::<Vec<_>>()).unwrap_or(0.0) / LN_2
+    };
+    let usual: Vec<f64> = rows.iter().map(of).collect();
+    let last = usual.len().saturating_sub(1);
+    let at = |k: usize| usual.get((k * window.len() / samples.len().max(1)).min(last)).copied().unwrap_or(0.0);
+    (0..=samples.len() / 2).map(at).collect()
 }
 
 /// Greatest gain over all times, as in an [`Occurrence`].

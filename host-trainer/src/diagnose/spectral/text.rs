@@ -136,6 +136,9 @@ pub fn coarse(converter: &Converter) -> String {
     )
 }
 
+/// Equation of a step of the load whose size its course hides.
+pub const OF_UNKNOWN_SIZE: &str = "F_load becomes F_load + ΔF";
+
 /// Caveat of recordings without a stated load.
 pub const NO_LOAD: &str = "No load is stated (load_n in recordings.toml); the rig was simulated with 0 N, so that what \
                            depends on the load is a guess.";

@@ -29,6 +29,8 @@ pub struct EventSettings {
     pub guard_s: f64,
     /// Time over which a recording fades in and out, s. By hand: a few periods of the slowest lines' distance.
     pub flank_s: f64,
+    /// Parts of a recording whose median is its usual power. By hand: an event is in few of them.
+    pub parts: usize,
     /// Bins on either side whose median is the floor that a line stands on. By hand: fewer than a mode's width.
     pub line_reach: usize,
     /// Power over the floor from which a bin has a line. By hand: noise has it in one of half a million.
@@ -61,6 +63,7 @@ impl EventSettings {
         response_s: 0.12,
         guard_s: 0.01,
         flank_s: 0.03,
+        parts: 10,
         line_reach: 20,
         line_ratio: 8.0,
         gain: 30.0,
