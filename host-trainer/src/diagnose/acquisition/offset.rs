@@ -249,7 +249,7 @@ mod tests {
     const NOISE_STD: f64 = 0.05;
 
     /// Offsets of recordings whose channels `ax` and `ay` have these means.
-    fn found(means: [[f64; 2]; 4]) -> Vec<Offset> {
+    fn found(means: [[f64; 2]; 4], are_clipped: bool) -> Vec<Offset> {
         let with = |(seed, means): (usize, &[f64; 2])| {
             let start = Start::seeded(seed as u64);
             let mut recording = simulate(&nominal(), &condition(30.0, 800.0, 12_800), &start).unwrap();
@@ -260,33 +260,34 @@ mod tests {
             recording
         };
         let recordings: Vec<Recording> = means.iter().enumerate().map(with).collect();
-        offsets(&Observed::from_recordings(&recordings).unwrap(), NOISE_STD, false)
+        offsets(&Observed::from_recordings(&recordings).unwrap(), NOISE_STD, are_clipped)
     }
 
     /// An offset is the same in all recordings of a sensor.
     #[test]
     fn means_that_wander_are_no_offset() {
-        let [offset] = &found([0.40, 0.41, 0.39, 0.40].map(|ay| [0.0, ay]))[..] else { panic!("one offset") };
+        let [offset] = &found([0.40, 0.41, 0.39, 0.40].map(|ay| [0.0, ay]), false)[..] else { panic!("one offset") };
         assert!((offset.value / 0.4 - 1.0).abs() < 0.05);
-        assert!(found([0.08, 0.47, 0.37, 0.48].map(|ay| [0.02, ay])).is_empty());
+        assert!(found([0.08, 0.47, 0.37, 0.48].map(|ay| [0.02, ay]), false).is_empty());
     }
 
     /// Less than half the noise, which a healthy sensor may have: in one channel, in both alike, in one recording.
     #[test]
     fn a_small_offset_that_others_do_not_have_is_one() {
-        let [one] = &found([[0.02, 0.0]; 4])[..] else { panic!("one offset") };
+        let [one] = &found([[0.02, 0.0]; 4], false)[..] else { panic!("one offset") };
         assert_eq!((one.channels.as_slice(), one.recordings.len()), ([CHANNELS[0]].as_slice(), 4));
-        let [both] = &found([[0.02, 0.02]; 4])[..] else { panic!("one offset") };
+        assert!(found([[0.02, 0.0]; 4], true).is_empty(), "a mean of restored samples");
+        let [both] = &found([[0.02, 0.02]; 4], false)[..] else { panic!("one offset") };
         assert_eq!(both.fault.effect.text(ParameterKey::Channel), Some("all"));
         let mut means = [[0.015, -0.01]; 4];
-        assert!(found(means).is_empty(), "offsets of healthy sensors");
+        assert!(found(means, false).is_empty(), "offsets of healthy sensors");
         means = [[0.0; 2]; 4];
-        assert!(found(means).is_empty());
+        assert!(found(means, false).is_empty());
         means[2] = [0.02; 2];
-        let [third] = &found(means)[..] else { panic!("one offset") };
+        let [third] = &found(means, false)[..] else { panic!("one offset") };
         // Beside offsets of healthy sensors.
         let both = means.map(|[ax, ay]| [ax + 0.01, ay - 0.015]);
-        let [beside] = &found(both)[..] else { panic!("one offset") };
+        let [beside] = &found(both, false)[..] else { panic!("one offset") };
         assert!((beside.value - 0.02).abs() < 1e-3 && beside.recordings == third.recordings);
         assert_eq!(third.recordings.len(), 1);
         assert!(third.fault.probability > one.fault.probability && one.fault.probability > 0.5);

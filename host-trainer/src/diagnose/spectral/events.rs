@@ -128,12 +128,12 @@ pub fn event(rig: &Rig, observations: &[Observation], noise: &[Arc<Power>]) -> R
     let templates = templates(greatest_n);
     let whitened: Vec<Whitened> = observations.iter().zip(noise).map(|(o, s)| Whitened::new(o, s)).collect();
     let responses = responses(rig, observations, &templates)?;
-    let event = |(effect, responses): (&EffectEntry, &Vec<Responses>)| {
+    let matched = |(effect, responses): (&EffectEntry, &Vec<Responses>)| {
         let time_s = effect.number(ParameterKey::TimeS).unwrap_or_default();
         let occurrences = whitened.iter().zip(responses).map(|(w, response)| w.matched(response, time_s)).collect();
         Event { effect: effect.clone(), occurrences, probability: GATE.event_probability, is_size_known: true }
     };
-    let mut events: Vec<Event> = templates.par_iter().zip(&responses).map(event).collect();
+    let mut events: Vec<Event> = templates.par_iter().zip(&responses).map(matched).collect();
     events.sort_by(|a, b| b.gain().total_cmp(&a.gain()));
     let Some(best) = events.first().filter(|e| e.gain() > 0.0 && !e.is_of_many()).cloned() else { return Ok(None) };
     let other = events.iter().find(|e| e.effect.kind != best.effect.kind).map_or(0.0, Event::gain);
@@ -143,7 +143,9 @@ pub fn event(rig: &Rig, observations: &[Observation], noise: &[Arc<Power>]) -> R
     let sizes = alike
         .map(|e| e.mean().number(best.size()).unwrap_or_default() / best.mean().number(best.size()).unwrap_or(1.0));
     let [least, greatest] = sizes.fold([1.0f64, 1.0], |[least, greatest], size| [least.min(size), greatest.max(size)]);
-    let is_size_known = least > 0.0 && greatest < SETTINGS.alike_size * least;
+    // The size of a shock, in any duration, is no number of the vocabulary.
+    let is_shock = best.effect.kind == EffectKind::Shock;
+    let is_size_known = is_shock || least > 0.0 && greatest < SETTINGS.alike_size * least;
     Ok(Some(Event { probability: best.probability / by_rank, is_size_known, ..best }))
 }
 
@@ -213,7 +215,7 @@ fn responses(
 struct Whitened {
     /// X/S of each channel.
     spectra: [Option<Vec<Complex<f64>>>; 2],
-    /// Noise and lines.
+    /// Noise, lines, and what else the recording has all the time.
     noise: Power,
     samples: usize,
     sample_rate_hz: f64,
@@ -224,7 +226,7 @@ impl Whitened {
         let n = o.condition.samples;
         let scale = 1.0 / (n as f64).sqrt();
         let noise = [0, 1].map(|c| match &o.power[c] {
-            Some(power) => with_lines(&noise[c], power, &usual_power(o.samples[c].as_deref().unwrap_or_default())),
+            Some(power) => above_usual(&noise[c], power, &usual_power(o.samples[c].as_deref().unwrap_or_default())),
             None => noise[c].clone(),
         });
         let spectra = [0, 1].map(|c| {
@@ -280,7 +282,7 @@ fn faded(samples: &[f64], flank: usize) -> Vec<f64> {
 
 /// Noise that is greater where a recording has more all the time, its `usual` power, and by as much as lines stand out of it: a
 /// response that takes long has frequencies of lines and of what a loose part does, and they would be one at any time.
-fn with_lines(noise: &[f64], power: &[f64], usual: &[f64]) -> Vec<f64> {
+fn above_usual(noise: &[f64], power: &[f64], usual: &[f64]) -> Vec<f64> {
     let floor = floor(power, SETTINGS.line_reach);
     let of = |(((noise, power), floor), usual): (((&f64, &f64), &f64), &f64)| {
         let ratio = power / floor.max(f64::MIN_POSITIVE);

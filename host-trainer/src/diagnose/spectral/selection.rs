@@ -451,16 +451,18 @@ mod tests {
         let point = model.start().unwrap();
         let gain = EffectEntry::new(EffectKind::SensorGain, &[(ParameterKey::Value, 1.5)]);
         let gain = gain.with_text(ParameterKey::Channel, "ay");
-        let judged = |effects: [EffectEntry; 2], keeps_level: bool| {
+        let judged = |effects: [EffectEntry; 2], [is_steady, keeps_level]: [bool; 2]| {
             let mut selection = Selection::new(&model, &point, None);
             effects.into_iter().for_each(|effect| selection.accept(effect, 900.0));
-            let is_changed = selection.judge(Trust { is_steady: true, keeps_level, share: 0.1 });
+            let is_changed = selection.judge(Trust { is_steady, keeps_level, share: 0.1 });
             assert_eq!(selection.model.rig.effects.len(), selection.accepted.len());
             (is_changed, selection.accepted.len(), selection.rejected.len())
         };
-        assert_eq!(judged([gain.clone(), damper()], true), (false, 2, 0));
-        assert_eq!(judged([gain.clone(), damper()], false), (true, 0, 2));
-        assert_eq!(judged([damper(), gain], false), (true, 1, 1));
+        assert_eq!(judged([gain.clone(), damper()], [true, true]), (false, 2, 0));
+        assert_eq!(judged([gain.clone(), damper()], [true, false]), (true, 0, 2));
+        assert_eq!(judged([damper(), gain.clone()], [true, false]), (true, 1, 1));
+        // Beside spikes a damper is none either.
+        assert_eq!(judged([damper(), gain], [false, true]), (true, 0, 2));
     }
 
     fn damper() -> EffectEntry {

@@ -2,7 +2,6 @@
 
 use super::course::Course;
 use crate::rig::assembly::Assembly;
-
 use crate::rig::state::{DOFS, INNER_X, INNER_Y, MASS, OUTER_X, OUTER_Y, RESONATOR_Y, VelocityCovariance};
 
 use crate::rig::config::{Machine, RigKind};

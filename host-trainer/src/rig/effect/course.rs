@@ -21,8 +21,6 @@ impl Course {
     pub const ALL: [Self; 4] = [Self::Straight, Self::Smooth, Self::FirstOrder, Self::SecondOrder];
     /// Names, as in a rig.
     pub const NAMES: [&str; 4] = ["straight", "smooth", "first-order", "second-order"];
-    /// Time of half the change after the beginning, over the time constant of a lag: 1 − e⁻ᵗ and 1 − (1 + t) e⁻ᵗ are one half there.
-    const HALF: [f64; 2] = [LN_2, 1.678_346_990_016_661];
 
     /// Name.
     pub const fn name(self) -> &'static str {
@@ -38,8 +36,9 @@ impl Course {
     pub fn half(self) -> f64 {
         match self {
             Self::Straight | Self::Smooth => 0.5,
-            Self::FirstOrder => Self::HALF[0],
-            Self::SecondOrder => Self::HALF[1],
+            Self::FirstOrder => LN_2,
+            // Where 1 − (1 + t) e⁻ᵗ is one half.
+            Self::SecondOrder => 1.678_346_990_016_661,
         }
     }
 
