@@ -1,11 +1,13 @@
 //! First stage: recordings to states, whatever their rates and lengths.
 
+use std::ops::Range;
+
 use super::settings::SdofSettings;
 use crate::identify::force_balance::{
     BalanceError,
     shooting::{Measured, Observed},
     smoother::{self, Samples, Smoothed, SplineVariances},
-    states::{Sensed, States},
+    states::{Integrated, Sensed, States},
 };
 use crate::recording::Recording;
 use crate::rig::sdof::Interpolation;
@@ -46,6 +48,12 @@ impl Track {
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.sensed.len()
+    }
+
+    /// Samples from the first valid one to the last.
+    pub fn valid(&self) -> Range<usize> {
+        let first = self.bad.iter().position(|bad| !bad).unwrap_or(0);
+        first..self.bad.iter().rposition(|bad| !bad).map_or(self.len(), |last| last + 1)
     }
 
     /// Time between samples, s.
@@ -90,6 +98,10 @@ pub struct Acquired {
     pub driven: bool,
     /// Standard deviation of the sensor's noise.
     pub noise_std: f64,
+    /// What the sensors under test show where the machine rests at its nominal zero: taken off, within what a zero is right by.
+    pub zero: f64,
+    /// Time by which the sensor is late against the input, in samples: taken off.
+    pub delay: f64,
     /// Sentences on what was left out.
     pub notes: Vec<String>,
 }
@@ -144,7 +156,7 @@ impl Acquired {
             notes.push(format!("Of {total} samples the first {:.0} % of each recording were used.", 100.0 * share));
         }
         let interpolation = Interpolation::Hold;
-        let mut acquired = Self { tracks, sensed, interpolation, driven, noise_std: 0.0, notes };
+        let mut acquired = Self { tracks, sensed, interpolation, driven, noise_std: 0.0, zero: 0.0, delay: 0.0, notes };
         acquired.smooth()?;
         Ok(acquired)
     }
@@ -176,7 +188,11 @@ impl Acquired {
     /// States by integration behind a high-pass, theory (65).
     fn integrate(&mut self) -> Result<(), BalanceError> {
         for track in &mut self.tracks {
-            let (position, velocity, noise) = States::integrated(&track.name, &track.sensed, track.sample_rate_hz)?;
+            let Integrated { position, velocity, noise_std: noise, unreliable } =
+                States::integrated(&track.name, &track.sensed, track.sample_rate_hz)?;
+            let (samples, ends) = (track.len(), unreliable.min(track.len() / SETTINGS.least_part_of_ends));
+            track.bad[..ends].fill(true);
+            track.bad[samples - ends..].fill(true);
             self.noise_std = self.noise_std.max(noise);
             let acceleration = track.sensed.clone();
             track.states = Smoothed { position, velocity, acceleration, velocity_std: 0.0 };
@@ -208,6 +224,52 @@ impl Acquired {
             sensed: self.sensed,
             interpolation: self.interpolation,
         }
+    }
+
+    /// Takes an offset off the sensors under test, if all that is taken off is within a share of their largest signal. Returns
+    /// whether it is.
+    pub fn shift_zero(&mut self, offset: f64) -> bool {
+        let largest = self.under_test().flat_map(|t| &t.raw).fold(0.0f64, |largest, x| largest.max(x.abs()));
+        if offset == 0.0 || (self.zero + offset).abs() > SETTINGS.tolerance * largest {
+            return false;
+        }
+        self.zero += offset;
+        self.tracks.iter_mut().filter(|t| !t.healthy).flat_map(|t| &mut t.sensed).for_each(|x| *x -= offset);
+        true
+    }
+
+    /// The same recordings with the input later by so many samples.
+    pub fn delayed(&self, samples: f64) -> Self {
+        let mut out = self.clone();
+        out.delay += samples;
+        for (track, recorded) in out.tracks.iter_mut().zip(&self.tracks) {
+            let last = recorded.input.len() - 1;
+            let one = |k: usize| {
+                let at = (k as f64 - samples).clamp(0.0, last as f64);
+                Interpolation::Smooth.value(&recorded.input, at as usize, at.fract())
+            };
+            track.input = (0..recorded.input.len()).map(one).collect();
+        }
+        out
+    }
+
+    /// Sentences on what was taken off that is no cause.
+    pub fn taken_off(&self) -> impl Iterator<Item = String> {
+        let share = 100.0 * SETTINGS.tolerance;
+        let zero = (self.zero != 0.0).then(|| {
+            format!(
+                "The sensor shows {:.3e} at the nominal zero, less than the {share:.0} % of its largest signal that a zero is \
+                 right by: no cause.",
+                self.zero
+            )
+        });
+        let delay = (self.delay != 0.0).then(|| {
+            format!(
+                "The sensor is {:.2} samples late against the input, as a filter before it makes it: no cause.",
+                self.delay
+            )
+        });
+        zero.into_iter().chain(delay)
     }
 
     /// Recordings under test.

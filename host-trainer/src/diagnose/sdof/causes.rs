@@ -3,7 +3,7 @@
 use super::acquire::{Acquired, Track};
 use super::table::{Table, TermModel};
 use super::terms::Meaning;
-use crate::identify::force_balance::equation::Parameter;
+use crate::identify::force_balance::{equation::Parameter, states::Sensed};
 use crate::rig::effect::{EffectKind, ParameterKey, ValueKind};
 use crate::rig::{EffectEntry, Value, config::SdofRig};
 
@@ -21,6 +21,19 @@ pub struct Cause {
     pub free: Vec<ParameterKey>,
     /// Term of the library.
     pub term: usize,
+}
+
+impl Cause {
+    /// What the sensor shows of it at the machine's nominal zero, if nothing else.
+    pub fn offset(&self, machine: &SdofRig, sensed: Sensed) -> Option<f64> {
+        match self.entry.kind {
+            EffectKind::SensorBias => self.entry.number(ParameterKey::Value),
+            EffectKind::ConstantForce if machine.stiffness_n_per_m > 0.0 && sensed == Sensed::Position => {
+                Some(self.entry.number(ParameterKey::ForceN)? / machine.stiffness_n_per_m)
+            }
+            _ => None,
+        }
+    }
 }
 
 /// Causes of a model, for a machine with the model's own parameters.
@@ -67,7 +80,7 @@ fn cause(table: &Table, model: &TermModel, part: usize, factor: f64, machine: &S
             }
         }
         Meaning::Gain => {
-            entry.set_number(ParameterKey::Value, 1.0 / (1.0 - value));
+            entry.set_number(ParameterKey::Value, 1.0 + value);
             free.push(ParameterKey::Value);
         }
         Meaning::Mode => {

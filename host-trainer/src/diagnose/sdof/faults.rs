@@ -1,10 +1,9 @@
-//! Acquisition faults and single events, found in the samples themselves: clipping, mains interference, lost samples, a
-//! shock.
+//! Acquisition faults and single events, found in the samples themselves: clipping, lost samples, a shock.
 //!
-//! Clipped samples are marked, a line is taken off, and a recording is cut where samples are lost or a shock strikes; the
-//! search for forces then goes on. Whether a fault is reported is decided by the same gate as of every cause.
+//! Clipped samples are marked, and a recording is cut where samples are lost or a shock strikes; the search for forces then goes
+//! on. Whether a fault is reported is decided by the same gate as of every cause.
 
-use std::f64::consts::TAU;
+use std::ops::Range;
 
 use super::acquire::{Acquired, Track};
 use super::table::{Table, TermModel};
@@ -13,23 +12,21 @@ use crate::identify::force_balance::{BalanceError, states::Sensed};
 use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{EffectEntry, Rig};
 
-/// Minimum count of equal consecutive samples of a plateau.
+/// Minimum count of consecutive samples of a plateau.
 const PLATEAU: usize = 3;
 /// Minimum count of plateaus at the maximum of a clipped signal.
 const PLATEAUS: usize = 2;
-/// Share of equal neighbours elsewhere above which plateaus are no evidence (a coarse converter, a machine at rest).
-const EQUAL: f64 = 0.02;
-/// Minimum power of a significant line over the mean of its neighbourhood.
-const LINE: f64 = 40.0;
-
-/// Harmonics of the mains that are taken off.
-const HARMONICS: u32 = 7;
-
+/// Difference of the samples of a plateau from the greatest, as a share of it: noise behind the limit.
+const FLAT: f64 = 2e-3;
+/// Least step beside a plateau over what its samples differ by; a smooth signal's is below 2.
+const KINK: f64 = 10.0;
 /// Robust standard deviations beyond which a row belongs to a shock.
 const BURST: f64 = 12.0;
-/// Most bursts in a recording, most of its rows that they are, and least share of the squares of all recordings that they
-/// hold.
-const BURSTS: (usize, f64, f64) = (1, 0.01, 0.1);
+/// Most bursts in a recording, most of its rows that they are, least share of the squares of all recordings that they hold, and
+/// strength over the first from which what comes later is another.
+const BURSTS: (usize, f64, f64, f64) = (1, 0.01, 0.1, 0.5);
+/// Rows of a blow.
+const BLOW: usize = 8;
 /// Least ratio of a jump of lost samples to the typical one, and to the next largest.
 const JUMP: (f64, f64) = (8.0, 2.5);
 /// Least ratio of a jump of the position, from one sample to the next, to the change of its course there: a shock changes the velocity
@@ -64,7 +61,6 @@ pub fn clean(acquired: &mut Acquired) -> Result<Vec<Fault>, BalanceError> {
     let searched = acquired.under_test().all(|t| t.len() >= SEARCHED);
     if searched {
         faults.extend(clipping(&mut acquired.tracks));
-        faults.extend(mains(&mut acquired.tracks));
     }
     if searched && faults.is_empty() {
         faults.extend(lost_samples(acquired));
@@ -90,19 +86,24 @@ pub fn burst(acquired: &mut Acquired, rig: &Rig, table: &Table, model: &TermMode
         let mut sizes: Vec<f64> = rows.iter().map(|r| r.abs()).collect();
         sizes.sort_by(f64::total_cmp);
         let scale = sizes[sizes.len() / 2] / 0.6745;
-        let loud: Vec<usize> = (4..rows.len()).filter(|k| rows[*k].abs() > BURST * scale).collect();
+        let mut loud: Vec<usize> = (4..rows.len()).filter(|k| rows[*k].abs() > BURST * scale).collect();
+        let Some(first) = loud.first().copied() else { continue };
         let held: f64 = loud.iter().map(|k| rows[*k].powi(2)).sum();
+        let (most, share, least, echo) = BURSTS;
+        // What rings after the first blow is its echo.
+        let is_blow = |k: &usize| k - first <= BLOW;
+        let strength = loud.iter().take_while(|k| is_blow(k)).map(|k| rows[*k].abs()).fold(0.0, f64::max);
+        loud.retain(|k| is_blow(k) || rows[*k].abs() > echo * strength);
         let apart = loud.windows(2).filter(|w| w[1] - w[0] > track.len() / 50 + 8).count() + 1;
-        let (most, share, least) = BURSTS;
         // What comes again is a force of the machine's states.
         if apart > most {
             return None;
         }
-        if loud.is_empty() || loud.len() as f64 > share * rows.len() as f64 || held < least * total {
+        if loud.len() as f64 > share * rows.len() as f64 || held < least * total {
             continue;
         }
         let samples: Vec<usize> = (0..track.len()).filter(|k| !track.bad[*k]).collect();
-        let at = samples[loud[0]];
+        let at = samples[first];
         if found.as_ref().is_none_or(|(.., most)| held > *most) {
             found = Some((index, at, held));
         }
@@ -165,125 +166,65 @@ fn cut(acquired: &mut Acquired, index: usize, at: usize) -> bool {
     true
 }
 
-/// Plateaus of equal samples at a recording's largest magnitude.
+/// Plateaus at a recording's largest or least value, which the signal reaches with a kink.
 fn clipping(tracks: &mut [Track]) -> Option<Fault> {
     let (mut levels, mut plateaus, mut clipped) = (Vec::new(), 0, 0);
     for track in tracks.iter_mut().filter(|t| !t.healthy) {
-        let level = track.sensed.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
-        let at = |x: f64| x.abs() >= level * (1.0 - 1e-9);
-        let (mut here, mut run, mut equal) = (0, 0, 0);
-        for pair in track.sensed.windows(2) {
-            equal += usize::from(pair[0] == pair[1] && !at(pair[0]));
-            run = if at(pair[0]) && at(pair[1]) && pair[0] == pair[1] { run + 1 } else { 0 };
-            here += usize::from(run == PLATEAU - 1);
+        for side in [-1.0, 1.0] {
+            let values: Vec<f64> = track.sensed.iter().map(|x| side * x).collect();
+            let level = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let found = plateaus_at(&values, level);
+            if level <= 0.0 || found.len() < PLATEAUS {
+                continue;
+            }
+            let at = |x: f64| x >= level * (1.0 - FLAT);
+            clipped += values.iter().filter(|x| at(**x)).count();
+            track.bad.iter_mut().zip(&values).for_each(|(bad, x)| *bad |= at(*x));
+            plateaus += found.len();
+            levels.push(level);
         }
-        if level == 0.0 || here < PLATEAUS || equal as f64 > EQUAL * track.len() as f64 {
-            continue;
-        }
-        for k in 0..track.len() {
-            track.bad[k] |= at(track.sensed[k]);
-            clipped += usize::from(at(track.sensed[k]));
-        }
-        plateaus += here;
-        levels.push(level);
     }
     levels.sort_by(f64::total_cmp);
     let level = *levels.get(levels.len() / 2)?;
     Some(Fault {
         entry: EffectEntry::new(EffectKind::SensorClipping, &[(ParameterKey::Value, level)]),
-        evidence: format!("{clipped} samples in {plateaus} plateaus are at exactly ±{level:.6e}, no sample is beyond"),
-    })
-}
-
-/// Line near 50 or 60 Hz in the sensor's signal that is not in the input.
-fn mains(tracks: &mut [Track]) -> Option<Fault> {
-    let longest = tracks.iter().filter(|t| !t.healthy).max_by_key(|t| t.len())?;
-    let rate = longest.sample_rate_hz;
-    let nominal = [50.0, 60.0].into_iter().filter(|hz| *hz < 0.45 * rate);
-    let step = 0.25 * rate / longest.len() as f64;
-    let steps = ((0.5 / step).ceil() as i32).clamp(1, 200);
-    let mut best: Option<(f64, f64)> = None;
-    for hz in nominal.flat_map(|n| (-steps..=steps).map(move |k| n + f64::from(k) * step)) {
-        let stands = prominence(&longest.sensed, hz, rate);
-        if best.is_none_or(|(_, most)| stands > most) {
-            best = Some((hz, stands));
-        }
-    }
-    let (hz, stands) = best.filter(|(_, stands)| *stands > LINE)?;
-    // The machine may respond to a line of the input there, or to a subharmonic.
-    if prominence(&longest.input, hz, rate) > 0.2 * stands || answers(longest, hz, rate) {
-        return None;
-    }
-    let (size, phase) = line(&longest.sensed, hz, rate);
-    let amplitude = 2.0 * size / longest.len() as f64;
-    for track in tracks.iter_mut().filter(|t| !t.healthy) {
-        for harmonic in (1..=HARMONICS).map(f64::from) {
-            let f = hz * harmonic;
-            let rate = track.sample_rate_hz;
-            if f < 0.45 * rate && (harmonic == 1.0 || prominence(&track.sensed, f, rate) > LINE) {
-                subtract(&mut track.sensed, f, rate);
-            }
-        }
-    }
-    Some(Fault {
-        entry: EffectEntry::new(
-            EffectKind::MainsInterference,
-            &[
-                (ParameterKey::FrequencyHz, hz),
-                (ParameterKey::Amplitude, amplitude),
-                (ParameterKey::PhaseRad, phase + 0.25 * TAU),
-            ],
-        ),
         evidence: format!(
-            "a line at {hz:.2} Hz has {stands:.0} times the power of its neighbourhood and is not in the input"
+            "{clipped} samples in {plateaus} plateaus are at {level:.6e}, which the signal reaches with a kink; none is beyond"
         ),
     })
 }
 
-/// Magnitude and phase of Σ x e^(−iωk) under a Hann window scaled to weigh like a plain sum; the mean is taken out.
-fn line(signal: &[f64], hz: f64, rate: f64) -> (f64, f64) {
-    let n = signal.len() as f64;
-    let mean = signal.iter().sum::<f64>() / n;
-    let (mut re, mut im) = (0.0, 0.0);
-    for (k, x) in signal.iter().enumerate() {
-        let weight = 1.0 - (TAU * (k as f64 + 0.5) / n).cos();
-        let (s, c) = (TAU * hz * k as f64 / rate).sin_cos();
-        re += weight * (x - mean) * c;
-        im -= weight * (x - mean) * s;
-    }
-    (re.hypot(im), im.atan2(re))
-}
-
-/// Power of a line over the mean of its neighbourhood, 4 to 24 bins away on either side.
-fn prominence(signal: &[f64], hz: f64, rate: f64) -> f64 {
-    let resolution = rate / signal.len() as f64;
-    let around: Vec<f64> = (2..=12)
-        .flat_map(|k| [-2.0 * f64::from(k), 2.0 * f64::from(k)])
-        .map(|offset| line(signal, hz + offset * resolution, rate).0.powi(2))
-        .collect();
-    let mean = around.iter().sum::<f64>() / around.len() as f64;
-    line(signal, hz, rate).0.powi(2) / mean.max(f64::MIN_POSITIVE)
-}
-
-/// Whether the frequency is a small multiple of a strong line of the input.
-fn answers(track: &Track, hz: f64, rate: f64) -> bool {
-    (2..=7).any(|n| {
-        let f = hz / f64::from(n);
-        prominence(&track.input, f, rate) > LINE
-    })
-}
-
-/// Subtracts a tone, fitted by least squares.
-fn subtract(signal: &mut [f64], hz: f64, rate: f64) {
-    let n = signal.len() as f64;
-    // The window leaks a little; the next round corrects it.
-    for _ in 0..3 {
-        let (size, phase) = line(signal, hz, rate);
-        let amplitude = 2.0 * size / n;
-        for (k, x) in signal.iter_mut().enumerate() {
-            *x -= amplitude * (TAU * hz * k as f64 / rate + phase).cos();
+/// Runs of samples at the greatest value that are flat beside the steps by which the signal comes and goes. A smooth signal's
+/// steps beside n samples at its peak are 4 (n + 1)/n² of what these differ by; where they are equal, of its resolution.
+fn plateaus_at(values: &[f64], level: f64) -> Vec<Range<usize>> {
+    let at = |x: f64| x >= level * (1.0 - FLAT);
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for k in (0..values.len()).filter(|k| at(values[*k])) {
+        match runs.last_mut().filter(|run| run.end == k) {
+            Some(run) => run.end = k + 1,
+            None => runs.push(k..k + 1),
         }
     }
+    let resolution = resolution(values);
+    let is_flat = |run: &Range<usize>| {
+        if run.len() < PLATEAU || run.start == 0 || run.end == values.len() {
+            return false;
+        }
+        let part = &values[run.clone()];
+        let least = part.iter().copied().fold(f64::INFINITY, f64::min);
+        let greatest = part.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let step = (part[0] - values[run.start - 1]).min(part[part.len() - 1] - values[run.end]);
+        step > KINK * (greatest - least).max(resolution)
+    };
+    runs.retain(is_flat);
+    runs
+}
+
+/// Least difference of two values of a signal that are not equal.
+fn resolution(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min)
 }
 
 /// Finds lost samples in the positions, and cuts the recordings there.
@@ -356,6 +297,23 @@ fn lost(signal: &[f64], at: usize, band: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A sensor's limit is reached with a kink, with noise behind it or not; the peaks of a tone are not, though a coarse converter makes
+    /// them flat.
+    #[test]
+    fn invariant_plateaus_of_a_limit_have_kinks() {
+        let tone = |size: f64| move |k: i32| size * (0.02 * f64::from(k)).sin();
+        let plateaus = |signal: &dyn Fn(i32) -> f64| {
+            let values: Vec<f64> = (0..4000).map(signal).collect();
+            let level = values.iter().copied().fold(0.0, f64::max);
+            plateaus_at(&values, level).len()
+        };
+        let noise = crate::identify::force_balance::testing::white(5, 1e-4, 4000);
+        assert!(plateaus(&|k| tone(2.0)(k).clamp(-1.0, 1.0)) > 10);
+        assert!(plateaus(&|k| tone(2.0)(k).clamp(-1.0, 1.0) + noise[k as usize]) > PLATEAUS);
+        assert_eq!(plateaus(&tone(1.0)), 0);
+        assert_eq!(plateaus(&|k| (tone(1.0)(k) / 1e-3).round() * 1e-3), 0);
+    }
 
     /// A force that begins within a motion of 1 mm a sample has moved the position by far less at the next one.
     #[test]

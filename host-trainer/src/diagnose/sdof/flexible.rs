@@ -70,9 +70,11 @@ pub fn sources(acquired: &Acquired) -> Vec<Flexible<'_>> {
     let mut force = |about, signal: Signal<'static>| {
         out.push(Flexible { about, knot: None, source: Source::Force(signal) });
     };
-    let surface: [(&'static str, OfState); 12] = [
+    let surface: [(&'static str, OfState); 14] = [
         ("position", |q, _| q * q * q),
         ("position", |q, _| q.powi(5)),
+        ("position", |q, _| (30.0 * q).tanh()),
+        ("position", |q, _| q.abs()),
         ("velocity", |_, v| v * v * v),
         ("velocity", |_, v| v * v.abs()),
         ("velocity", |_, v| (30.0 * v).tanh()),

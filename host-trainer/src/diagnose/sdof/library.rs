@@ -13,6 +13,7 @@ use super::terms::{Meaning, Sign, State, Term, Variant};
 use crate::identify::force_balance::{
     equation::Parameter,
     predictor::{Grid, Predictor},
+    states::Sensed,
 };
 use crate::rig::config::Restoring;
 use crate::rig::effect::{EffectKind, ParameterKey};
@@ -22,6 +23,9 @@ use crate::rig::{EffectEntry, Rig};
 
 /// Multiple of the nominal stiffness within which a play's spring lies.
 const SPRING: (f64, f64) = (0.6, 1.6);
+
+/// Frequencies of a mode that are tried in an octave.
+const MODES: f64 = 4.0;
 
 /// What drives a column.
 pub enum Source<'a> {
@@ -90,6 +94,18 @@ impl<'a> Builder<'a> {
         Self { rig, nominal, acquired, predictors }
     }
 
+    /// What a cosine and a sine at the sensor add to the predictions of each recording.
+    pub fn tone(&self, hz: f64) -> Vec<[Vec<f64>; 2]> {
+        let waves: [fn(f64) -> f64; 2] = [f64::cos, f64::sin];
+        let one = |(track, predictor): (&Track, &Predictor)| {
+            let signal = |wave: fn(f64) -> f64| {
+                (0..track.len()).map(|k| wave(TAU * hz * k as f64 * track.step_s())).collect::<Vec<_>>()
+            };
+            waves.map(|wave| predictor.of_sensor(&signal(wave)))
+        };
+        self.acquired.tracks.par_iter().zip(&self.predictors).map(one).collect()
+    }
+
     fn column(&self, source: &Source, everywhere: bool) -> Vec<f64> {
         let interpolation = self.acquired.interpolation;
         let one = |(track, predictor): (&Track, &Predictor)| {
@@ -155,6 +171,28 @@ impl<'a> Builder<'a> {
             return Source::Input;
         }
         Source::Force(Box::new(move |t: &Track| t.signal(|q, v, a| nominal.unit_force(parameter, q, v, a))))
+    }
+
+    /// What all known forces but those of the linear states add where the sensor's gain g is higher by 1: the sensor's signal
+    /// s = g q of the rig m q̈ + c q̇ + k q = F(q, q̇, u) is that of the same rig under g F(s/g, ṡ/g, u).
+    fn other_gain<'b>(&'b self) -> Source<'b> {
+        const CHANGE: f64 = 1e-3;
+        let machine = &self.nominal.machine;
+        let pendulum = machine.restoring == Restoring::Pendulum;
+        let (gravity, stiffness) = (machine.gravity_n, machine.stiffness_n_per_m);
+        let effects = self.forces(self.rig.effects.clone());
+        let of_states = move |t: &Track, gain: f64| {
+            let mut at = t.clone();
+            [&mut at.states.position, &mut at.states.velocity].into_iter().flatten().for_each(|x| *x /= gain);
+            let own = at.signal(|q, _, _| gravity - if pendulum { stiffness * (q.sin() - q) } else { 0.0 });
+            own.iter().zip(effects(&at)).map(|(own, effects)| gain * (own + effects)).collect::<Vec<_>>()
+        };
+        Source::Force(Box::new(move |t: &Track| {
+            let input = t.grid_input(self.acquired.interpolation);
+            let states = of_states(t, 1.0 + CHANGE).into_iter().zip(of_states(t, 1.0));
+            let states = states.map(|(with, without)| (with - without) / CHANGE);
+            states.zip(input).map(|(states, u)| states + machine.input_gain_n_per_unit * u).collect()
+        }))
     }
 
     /// Force of effects on the grid.
@@ -371,13 +409,17 @@ impl<'a> Builder<'a> {
         let apart = machine.stiffness_n_per_m > 0.0 || machine.damping_n_s_per_m > 0.0;
         if anchored && apart && !self.nominal.unknown.iter().any(|p| scales.contains(p)) {
             let entry = EffectEntry::new(EffectKind::SensorGain, &[]);
-            let source = Source::Sensor(Box::new(|t: &Track| t.sensed.clone()));
-            let (kind, meaning) = (EffectKind::SensorGain, Meaning::Gain);
-            let sign = Sign::Within(-9.0, 0.9);
-            jobs.push((
-                Term { kind, meaning, sign, state: State::Sensor, variants: Vec::new() },
-                vec![(entry, source)],
-            ));
+            let (kind, meaning, sign) = (EffectKind::SensorGain, Meaning::Gain, Sign::Within(-0.9, 9.0));
+            let term = Term { kind, meaning, sign, state: State::Sensor, variants: Vec::new() };
+            jobs.push((term, vec![(entry, self.other_gain())]));
+        }
+        // A spring holds the mass, whose acceleration has no mean.
+        if self.acquired.sensed == Sensed::Acceleration && machine.stiffness_n_per_m > 0.0 {
+            let entry = EffectEntry::new(EffectKind::SensorBias, &[(ParameterKey::Value, 1.0)]);
+            let source = Source::Sensor(Box::new(|t: &Track| vec![1.0; t.len()]));
+            let (kind, meaning) = (EffectKind::SensorBias, Meaning::Strength(ParameterKey::Value));
+            let term = Term { kind, meaning, sign: Sign::Any, state: State::Sensor, variants: Vec::new() };
+            jobs.push((term, vec![(entry, source)]));
         }
         let longest = self.acquired.under_test().map(|t| t.len() as f64 * t.step_s()).fold(0.0, f64::max);
         if events {
@@ -386,12 +428,16 @@ impl<'a> Builder<'a> {
         }
         let rate = self.acquired.under_test().map(|t| t.sample_rate_hz).fold(f64::INFINITY, f64::min);
         let own = self.acquired.under_test().map(|t| super::acquire::frequency_hz(&t.states)).fold(0.0, f64::max);
-        let (low, high) = ((12.0 / longest).max(1.6 * own), (0.25 * rate).min(20.0 * own));
+        // A wide input moves the mass far above its own frequency.
+        let natural = (machine.stiffness_n_per_m / machine.mass_kg).sqrt() / TAU;
+        let beyond = if natural > 0.0 { natural.min(own) } else { own };
+        let (low, high) = ((12.0 / longest).max(1.6 * beyond), (0.25 * rate).min(20.0 * own));
         // A mode has the mass's acceleration for its input, which must show.
         if high > 2.0 * low && !self.nominal.is_overdamped(self.acquired) {
             let mut variants = Vec::new();
-            for k in 0..16 {
-                let hz = low * (high / low).powf(f64::from(k) / 15.0);
+            let steps = ((MODES * (high / low).log2()) as u32).max(15);
+            for k in 0..=steps {
+                let hz = low * (high / low).powf(f64::from(k) / f64::from(steps));
                 for ratio in [0.02, 0.1] {
                     let numbers = [(ParameterKey::FrequencyHz, hz), (ParameterKey::DampingRatio, ratio)];
                     let entry = EffectEntry::new(EffectKind::StructuralResonance, &numbers);

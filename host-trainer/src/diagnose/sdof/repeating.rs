@@ -231,35 +231,9 @@ fn greatest(powers: &[f64], is_asked: impl Fn(usize) -> bool) -> Option<usize> {
 mod tests {
     use std::f64::consts::TAU;
 
-    use crate::diagnose::Task;
+    use super::super::tests::forced;
     use crate::diagnose::result::{DiagnosisResult, Verdict};
     use crate::identify::force_balance::testing;
-
-    /// Diagnosis of the linear rig from four recordings of it with a force of position, velocity, sample and recording, N.
-    fn diagnosed(force: impl Fn(f64, f64, f64, u64) -> f64) -> DiagnosisResult {
-        const STEPS: usize = 4;
-        let rig = testing::rig(testing::LINEAR);
-        let run = |index: u64| {
-            let input = testing::multisine(index, 1.0, 3000);
-            let (mut q, mut v, step) = (0.0, 0.0, 1.0 / testing::RATE / STEPS as f64);
-            let mut positions = Vec::new();
-            for (k, input) in input.iter().enumerate() {
-                positions.push(q);
-                for part in 0..STEPS {
-                    let sample = k as f64 + part as f64 / STEPS as f64;
-                    let slope = |q: f64, v: f64| (3.0 * input - 4.0 * v - 800.0 * q + force(q, v, sample, index)) / 2.0;
-                    // Second order: at the middle of the step.
-                    let (middle_q, middle_v) = (q + 0.5 * step * v, v + 0.5 * step * slope(q, v));
-                    (q, v) = (q + step * middle_v, v + step * slope(middle_q, middle_v));
-                }
-            }
-            let noise = testing::white(index + 50, 1e-6, positions.len());
-            positions.iter_mut().zip(noise).for_each(|(q, noise)| *q += noise);
-            testing::recording(&format!("r{index}"), input, "q", positions)
-        };
-        let recordings: Vec<_> = (0..4).map(run).collect();
-        super::super::diagnose(&Task { rig: &rig, baseline: None, recordings: &recordings, seed: 1 }, &|_| ()).unwrap()
-    }
 
     fn assert_unexplained(found: &DiagnosisResult, what: &str) {
         assert_eq!(found.diagnosis.verdict, Verdict::Unexplained, "{:?}", found.diagnosis);
@@ -269,20 +243,20 @@ mod tests {
     #[test]
     fn a_force_in_time_that_is_not_the_input_is_unexplained() {
         let tone = |_: f64, _: f64, sample: f64, n: u64| 0.5 * (TAU * 7.8 * sample / testing::RATE + n as f64).sin();
-        assert_unexplained(&diagnosed(tone), "a force in time that is not the input, frequency 7.8");
+        assert_unexplained(&forced(tone), "a force in time that is not the input, frequency 7.8");
     }
 
     #[test]
     fn a_stiffness_that_swings_is_unexplained() {
         let swing =
             |q: f64, _: f64, sample: f64, n: u64| 80.0 * q * (TAU * 5.0 * sample / testing::RATE + n as f64).sin();
-        assert_unexplained(&diagnosed(swing), "a stiffness that swings in time, frequency ");
+        assert_unexplained(&forced(swing), "a stiffness that swings in time, frequency ");
     }
 
     #[test]
     fn a_force_that_repeats_along_the_position_is_unexplained() {
         let cogging = |q: f64, _: f64, _: f64, _: u64| 0.6 * (TAU * q / 1.5e-3).sin();
-        assert_unexplained(&diagnosed(cogging), "a force along the position, pitch 1.5");
+        assert_unexplained(&forced(cogging), "a force along the position, pitch 1.5");
     }
 
     /// Neither a rig without a mismatch nor a random force repeats.
@@ -290,7 +264,7 @@ mod tests {
     fn null_noise_and_a_random_force_do_not_repeat() {
         let noise: Vec<Vec<f64>> = (0..4).map(|n| testing::white(n + 90, 0.5, 3000)).collect();
         let random = |_: f64, _: f64, sample: f64, n: u64| noise[n as usize][sample as usize];
-        for found in [diagnosed(|_, _, _, _| 0.0), diagnosed(random)] {
+        for found in [forced(|_, _, _, _| 0.0), forced(random)] {
             assert_eq!(found.diagnosis.verdict, Verdict::NoMismatch, "{:?}", found.diagnosis);
             assert!(found.caveats.iter().all(|c| !c.contains("repeat")), "{:?}", found.caveats);
         }

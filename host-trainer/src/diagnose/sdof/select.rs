@@ -1,5 +1,7 @@
 //! Selection of causes by cross-validation: none, one, two, seldom three.
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
 
 use super::settings::SdofSettings;
@@ -29,8 +31,6 @@ pub struct Selection {
     pub nothing: TermModel,
     /// Trials of each cause alone.
     pub singles: Vec<Trial>,
-    /// Models of two causes.
-    pub pairs: Vec<TermModel>,
     /// Tried models with as many causes as the chosen one.
     pub rivals: Vec<TermModel>,
     /// Chosen model; without parts if no cause was found.
@@ -99,11 +99,19 @@ pub fn select(table: &Table) -> Option<Selection> {
     });
     if let Some(pair) = pair.filter(|pair| each_is_needed(&nothing, pair, &alone, level)) {
         (chosen, rivals) = (pair, pairs.clone());
+        let mut beam = pairs;
         while chosen.parts.len() < SETTINGS.max_causes {
-            let wider: Vec<TermModel> =
-                (0..count).into_par_iter().filter_map(|term| with_one_more(table, &chosen, term)).collect();
+            beam.sort_by(|a, b| a.total().total_cmp(&b.total()));
+            beam.truncate(SETTINGS.widened);
+            let mut wider: Vec<TermModel> = beam
+                .par_iter()
+                .flat_map_iter(|narrow| (0..count).filter_map(move |term| with_one_more(table, narrow, term)))
+                .collect();
+            let mut met = BTreeSet::new();
+            wider.retain(|model| met.insert(model.terms().into_iter().collect::<BTreeSet<usize>>()));
             let Some(best) = least(&wider).filter(|m| adds(&nothing, &chosen, m, level)) else { break };
             (chosen, rivals) = (best, wider);
+            beam = rivals.clone();
         }
     }
     if let Some(constant) = without_step(table, &chosen, level) {
@@ -112,7 +120,7 @@ pub fn select(table: &Table) -> Option<Selection> {
     }
     let rich = table.flexible(&chosen);
     let rich_p_value = gain_p(&chosen, &rich);
-    Some(Selection { nothing, singles, pairs, rivals, chosen, rich, rich_p_value, level })
+    Some(Selection { nothing, singles, rivals, chosen, rich, rich_p_value, level })
 }
 
 fn first(mut variants: Vec<usize>) -> Vec<usize> {

@@ -17,9 +17,15 @@ pub struct SdofSettings {
     pub points_per_period: f64,
     /// Most grid points a sample. Not tuned: chosen by hand.
     pub max_fine: usize,
+    /// Parts of a recording of which at most one is left out at either end, where an integrated acceleration is unreliable. Not tuned:
+    /// chosen by hand.
+    pub least_part_of_ends: usize,
     /// Decimal logarithms of the force noise tried, as shares of the mean square force, and their count. Chosen by hand: from
     /// none to all of it.
     pub force_noise: (f64, f64, usize),
+    /// Longest delay of the sensor against the input that a filter before it makes, step of the search, both in samples, and least gain
+    /// of twice the logarithm of the likelihood. Not tuned: chosen by hand.
+    pub delay: [f64; 3],
     /// Blocks of all recordings under test together. Not tuned: chosen by hand.
     pub blocks: usize,
     /// Least rows of a block. Chosen on falls of 45 samples.
@@ -51,6 +57,9 @@ pub struct SdofSettings {
     pub takes_away: (f64, f64),
     /// Most causes. Not tuned: chosen by hand.
     pub max_causes: usize,
+    /// Best models of as many causes to which another is tried: two that share a motion hide behind a third that is neither. Not
+    /// tuned: chosen by hand.
+    pub widened: usize,
     /// Most columns of the flexible model. Not tuned: chosen by hand.
     pub flexible_columns: usize,
     /// Share of the held-out error that a flexible column must take away. Not tuned: chosen by hand.
@@ -113,7 +122,9 @@ impl SdofSettings {
         most_samples: 50_000,
         points_per_period: 24.0,
         max_fine: 6,
+        least_part_of_ends: 8,
         force_noise: (-9.0, 0.0, 10),
+        delay: [2.0, 0.5, 40.0],
         blocks: 32,
         min_block: 4,
         folds: 4,
@@ -127,6 +138,7 @@ impl SdofSettings {
         worth_left: 0.3,
         takes_away: (0.05, 0.5),
         max_causes: 3,
+        widened: 6,
         flexible_columns: 8,
         flexible_worth: 0.004,
         explains: 0.6,

@@ -180,10 +180,15 @@ impl Table {
 
     /// Model with flexible columns on top of another, chosen greedily by each fold for itself.
     pub fn flexible(&self, base: &TermModel) -> TermModel {
-        let (columns, values) = self.greedy(base, Rows::All);
+        self.flexible_of(base, SETTINGS.flexible_columns)
+    }
+
+    /// The same with at most so many columns.
+    pub fn flexible_of(&self, base: &TermModel, most: usize) -> TermModel {
+        let (columns, values) = self.greedy(base, most, Rows::All);
         let mut left = vec![0.0; self.fold.len()];
         for number in 0..SETTINGS.folds {
-            let (columns, values) = self.greedy(base, Rows::Without(number));
+            let (columns, values) = self.greedy(base, most, Rows::Without(number));
             let test = (0..self.fold.len()).filter(|b| self.fold[*b] == number);
             test.for_each(|b| left[b] = self.gram.left(&columns, &values, b));
         }
@@ -191,11 +196,11 @@ impl Table {
         TermModel { parts: base.parts.clone(), columns, values, left }
     }
 
-    fn greedy(&self, base: &TermModel, rows: Rows) -> (Vec<usize>, Vec<f64>) {
+    fn greedy(&self, base: &TermModel, most: usize, rows: Rows) -> (Vec<usize>, Vec<f64>) {
         let mut columns = base.columns.clone();
         let mut values = self.gram.solve(&columns, &[], rows, RIDGE).unwrap_or_else(|| vec![0.0; columns.len()]);
         let mut left = self.gram.left_in(&columns, &values, rows);
-        for _ in 0..SETTINGS.flexible_columns {
+        for _ in 0..most {
             let mut best: Option<(f64, usize, Vec<f64>)> = None;
             for candidate in self.library.flexible.iter().filter(|c| !columns.contains(c)) {
                 let mut wider = columns.clone();

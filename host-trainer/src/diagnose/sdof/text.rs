@@ -88,6 +88,7 @@ pub fn caveats(case: &Case, judged: &Judged) -> Vec<String> {
     let mut out = case.acquired.notes.clone();
     out.extend(case.nominal.notes.clone());
     out.extend(case.nominal.adjustments());
+    out.extend(case.acquired.taken_off());
     let explained = judged.selection.explained();
     if judged.verdict == Verdict::Mismatch && !judged.causes.is_empty() && explained < 0.95 {
         out.push(format!(

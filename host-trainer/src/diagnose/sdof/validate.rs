@@ -56,11 +56,12 @@ impl Windows {
         let by_recording = count >= SETTINGS.folds;
         let (mut spans, mut tracks) = (Vec::new(), Vec::new());
         for (index, track) in acquired.tracks.iter().enumerate().filter(|(_, t)| !t.healthy) {
-            let samples = ((track.len() as f64 * share) as usize).max(SETTINGS.min_window.min(track.len()));
+            let valid = track.valid();
+            let samples = ((valid.len() as f64 * share) as usize).max(SETTINGS.min_window.min(valid.len()));
             let each =
                 ((length as f64 * track.sample_rate_hz / rate) as usize).clamp(SETTINGS.min_block, samples.max(1));
             let windows = (samples / each).max(1);
-            let cut = |k: usize| k * samples / windows;
+            let cut = |k: usize| valid.start + k * samples / windows;
             spans.extend((0..windows).map(|k| Span { track: index, first: cut(k), last: cut(k + 1) }));
             tracks.push(index);
         }

@@ -116,7 +116,8 @@ impl Case<'_> {
             let is_mode = |c: &Cause| c.entry.kind == EffectKind::StructuralResonance;
             let least = if causes.iter().any(is_mode) { mode } else { all };
             // A mode shapes itself to whatever little is left.
-            let idle_mode = causes.iter().any(is_mode) && self.is_within_tolerance(before.as_ref());
+            let little = SETTINGS.tolerance * self.acquired.spread();
+            let idle_mode = causes.iter().any(is_mode) && before.as_ref().is_some_and(|b| b.rms < little);
             let improved = comparison.p_value < SETTINGS.significance && taken > least && !idle_mode;
             if !causes.is_empty() && !improved {
                 selection = self.narrower(selection);
@@ -163,6 +164,9 @@ impl Case<'_> {
         let share = (selection.chosen.total() - selection.rich.total()) / nothing;
         let structured = selection.rich_p_value < selection.level && share > SETTINGS.unexplained && !clean;
         let is_beyond_tolerance = !self.is_within_tolerance(before);
+        if self.has_simpler(selection) && !clean && is_beyond_tolerance {
+            return Verdict::Unexplained;
+        }
         match (causes.is_empty(), (structured || repeats && !clean) && is_beyond_tolerance) {
             (false, true) if structured && selection.explained() < SETTINGS.explains => Verdict::Unexplained,
             (false, _) if !clean => Verdict::Mismatch,
@@ -171,6 +175,14 @@ impl Case<'_> {
             _ if !faults.is_empty() => Verdict::Mismatch,
             _ => Verdict::NoMismatch,
         }
+    }
+
+    /// Whether fewer forces without a name leave less than the causes do, beyond chance.
+    fn has_simpler(&self, selection: &Selection) -> bool {
+        let fewer = selection.chosen.parts.len().saturating_sub(1);
+        fewer > 0
+            && super::select::gain_p(&selection.chosen, &self.table.flexible_of(&selection.nothing, fewer))
+                < selection.level
     }
 
     /// Whether the rig's simulation leaves no more than the sensor's noise, or than parameters do that are right within their tolerance.
@@ -236,12 +248,7 @@ impl Case<'_> {
         let chosen = self.table.model(&terms, &variants).unwrap_or_else(|| selection.nothing.clone());
         let rich = self.table.flexible(&chosen);
         let rich_p_value = super::select::gain_p(&chosen, &rich);
-        let rivals = match chosen.parts.len() {
-            1 => selection.singles.iter().filter_map(|t| t.model.clone()).collect(),
-            2 => selection.pairs.clone(),
-            _ => selection.rivals.clone(),
-        };
-        Selection { chosen, rich, rich_p_value, rivals, ..selection }
+        Selection { chosen, rich, rich_p_value, ..selection }
     }
 
     fn unsimulated(&self, selection: Selection, faults: Vec<Fault>, windows: Windows) -> Judged {

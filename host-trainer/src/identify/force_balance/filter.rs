@@ -87,6 +87,11 @@ pub struct HighPass {
 }
 
 impl HighPass {
+    /// Samples at either end of a recording at which its integrals are unreliable: two periods of the corner.
+    pub fn unreliable(&self) -> usize {
+        (2.0 * self.sample_rate_hz / self.corner_hz) as usize
+    }
+
     /// Signal integrated `integrals` times, without frequencies below the corner. The recording is taken to be at rest
     /// before and after; two periods of the corner at either end are unreliable.
     pub fn apply(&self, signal: &[f64], integrals: i32) -> Vec<f64> {

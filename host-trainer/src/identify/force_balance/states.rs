@@ -71,6 +71,19 @@ impl Between {
     }
 }
 
+/// States by integration of an acceleration.
+#[derive(Clone, Debug)]
+pub struct Integrated {
+    /// Position q.
+    pub position: Vec<f64>,
+    /// Velocity q̇.
+    pub velocity: Vec<f64>,
+    /// Standard deviation of the acceleration's noise.
+    pub noise_std: f64,
+    /// Samples at either end that are unreliable.
+    pub unreliable: usize,
+}
+
 /// One recording's signals at its full rate.
 #[derive(Clone, Debug)]
 pub struct Track {
@@ -220,7 +233,7 @@ impl States {
     pub fn prepare(&mut self) {
         let (step, deviation, stride) = (self.step_s(), self.deviation, self.stride);
         let reach = Kernel::delayed(deviation, 0, step, 0.5, 0.2).reach;
-        let margin = reach + self.high_pass.map_or(0, |h| (2.0 * self.sample_rate_hz / h.corner_hz) as usize);
+        let margin = reach + self.high_pass.map_or(0, |pass| pass.unreliable());
         let least = SETTINGS.min_smoothing_share * SETTINGS.min_kernel_std;
         let smoothing = (SETTINGS.smoothing_share * deviation).max(least);
         for track in &mut self.tracks {
@@ -349,13 +362,12 @@ impl States {
         Some((part(of(&train)), part(of(&test)), word))
     }
 
-    /// Position and velocity by integration of an acceleration behind a high-pass, theory (65), and the standard deviation
-    /// of its noise.
+    /// Position and velocity by integration of an acceleration behind a high-pass, theory (65).
     ///
     /// # Errors
     ///
     /// A recording too short for a spectrum.
-    pub fn integrated(name: &str, sensed: &[f64], rate: f64) -> Result<(Vec<f64>, Vec<f64>, f64), BalanceError> {
+    pub fn integrated(name: &str, sensed: &[f64], rate: f64) -> Result<Integrated, BalanceError> {
         let band = noise::band(&[sensed], rate).ok_or_else(|| BalanceError::BadRecording {
             recording: name.into(),
             found: format!("{} samples of qdd", sensed.len()),
@@ -363,7 +375,12 @@ impl States {
         })?;
         let least_hz = SETTINGS.min_corner_periods * rate / sensed.len() as f64;
         let pass = HighPass { corner_hz: (SETTINGS.corner_share * band.low_hz).max(least_hz), sample_rate_hz: rate };
-        Ok((pass.apply(sensed, 2), pass.apply(sensed, 1), band.noise_std))
+        Ok(Integrated {
+            position: pass.apply(sensed, 2),
+            velocity: pass.apply(sensed, 1),
+            noise_std: band.noise_std,
+            unreliable: pass.unreliable(),
+        })
     }
 
     /// The recordings as the shooting takes them.
