@@ -6,6 +6,7 @@
 //! noise, instant by instant: noise escapes where the run slides and is stopped where it turns, so that the mean slope is no
 //! measure of its power. The spectrum is then the mean of the squared responses to impulses at several instants.
 
+use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -13,7 +14,7 @@ use rayon::prelude::*;
 
 use super::{
     assembly::{Acquisition, Assembly, RandomForce, Stage},
-    bearing::{self, Damping, Impulse, Linear, Prepared, Tangent, Visited},
+    bearing::{self, Changing, Impulse, Linear, Passing, Prepared, Tangent, Visited},
     condition::{OperatingCondition, Start},
     config::{BearingRig, Rig},
     error::RigError,
@@ -107,13 +108,13 @@ fn random_part(of: &Asked, states: Option<Result<Vec<Visited>, RigError>>) -> Re
     let assembly = assemble(rig);
     let machine = &bearing_under(&assembly, condition)?;
     let driving = Driving::new(machine, &assembly, *condition);
+    let forces = assemble_in_noise(rig, of.heeded(&assembly)).forces;
+    let slopes = bearing::slopes_at_rest(machine, condition.load_n, &forces);
+    let passing = Passing::new(machine, &slopes, driving.turn_rad);
     let impulses = match states {
-        Some(states) => {
-            let forces = assemble_in_noise(rig, of.heeded(&assembly)).forces;
-            vec![driving.impulses(&bearing::along(machine, &forces, &states?))]
-        }
-        None if assembly.depends_on_velocity_noise => in_scatter(rig, &driving)?,
-        None => vec![driving.impulses(&bearing::at_rest(machine, condition.load_n))],
+        Some(states) => driving.impulses_as_balls_pass(&bearing::along(machine, &forces, &states?), passing.as_ref()),
+        None if assembly.depends_on_velocity_noise => in_scatter(rig, &driving, passing.as_ref())?,
+        None => driving.impulses_as_balls_pass(&bearing::at_rest(&slopes), passing.as_ref()),
     };
     let scatter = driving.scatter(&impulses);
     let chain: Vec<_> = output_chain(assembly).into_iter().filter(|(stage, _)| *stage <= Stage::Amplifier).collect();
@@ -162,6 +163,8 @@ fn random_part(of: &Asked, states: Option<Result<Vec<Visited>, RigError>>) -> Re
 struct Driving<'m> {
     machine: &'m BearingRig,
     condition: OperatingCondition,
+    /// Turn of the cage from one sample to the next, rad.
+    turn_rad: f64,
     /// The process force first, then those of effects.
     forces: Vec<RandomForce>,
 }
@@ -170,23 +173,40 @@ impl<'m> Driving<'m> {
     fn new(machine: &'m BearingRig, assembly: &Assembly, condition: OperatingCondition) -> Self {
         let process = bearing::process_force(machine);
         let forces = std::iter::once(process).chain(assembly.random_forces.iter().copied()).collect();
-        Self { machine, condition, forces }
+        let cage_per_shaft = machine.bearing.geometry().orders().ftf * assembly.cage_factor;
+        let turn_rad = TAU * cage_per_shaft * condition.shaft_hz / condition.sample_rate_hz;
+        Self { machine, condition, turn_rad, forces }
     }
 
     /// Response of the linearised machine to each force.
     fn impulses(&self, tangent: &Tangent) -> Vec<Impulse> {
-        self.impulses_of(&Linear::new(self.machine, tangent, self.condition.sample_rate_hz, 1), SETTINGS.decay, &[])
+        let linear = Linear::new(self.machine, tangent, self.condition.sample_rate_hz, 1);
+        self.impulses_of(&linear, SETTINGS.decay, std::iter::repeat(Changing::default()))
     }
 
-    /// The same, with what [`Linear::impulse`] takes.
+    /// The same at several angles of the cage, whose balls change the slope of the contact: what that carries from one direction and
+    /// frequency to others is most of the noise where the force has no direct way.
+    fn impulses_as_balls_pass(&self, tangent: &Tangent, passing: Option<&Passing>) -> Vec<Vec<Impulse>> {
+        let Some(passing) = passing else { return vec![self.impulses(tangent)] };
+        let linear = Linear::new(self.machine, tangent, self.condition.sample_rate_hz, 1);
+        let angles = SETTINGS.passing_angles;
+        let from = |n: usize| {
+            let cage_rad = passing.pitch_rad() * n as f64 / angles as f64;
+            let changing = passing.from(cage_rad).map(|contact| Changing { contact, ..Changing::default() });
+            self.impulses_of(&linear, SETTINGS.decay_of_many, changing)
+        };
+        (0..angles).map(from).collect()
+    }
+
+    /// Responses to each force with what [`Linear::impulse`] takes.
     fn impulses_of<'d>(
         &self,
         linear: &Linear,
         decayed: f64,
-        damping: impl IntoIterator<Item = &'d Damping, IntoIter: Clone> + Clone,
+        changing: impl Iterator<Item = Changing<'d>> + Clone,
     ) -> Vec<Impulse> {
         let of = |(n, force): (usize, &RandomForce)| {
-            let mut impulse = linear.impulse(&force.direction, self.condition.samples, decayed, damping.clone());
+            let mut impulse = linear.impulse(&force.direction, self.condition.samples, decayed, changing.clone());
             // An effect's own force goes through the structure to the sensor, the process force does not.
             let [_, _, fx, fy] = &mut impulse.signals;
             for (signal, dof) in [(fx, OUTER_X), (fy, OUTER_Y)].into_iter().filter(|_| n > 0) {
@@ -211,10 +231,10 @@ impl<'m> Driving<'m> {
 
 /// Impulse responses at instants of a rig whose force laws depend on the noise: slopes follow from the velocity covariance,
 /// and that from the slopes.
-fn in_scatter(rig: &Rig, driving: &Driving) -> Result<Vec<Vec<Impulse>>, RigError> {
+fn in_scatter(rig: &Rig, driving: &Driving, passing: Option<&Passing>) -> Result<Vec<Vec<Impulse>>, RigError> {
     let Driving { machine, condition, .. } = driving;
     let rate = condition.sample_rate_hz;
-    let mut found = vec![driving.impulses(&bearing::at_rest(machine, condition.load_n))];
+    let mut found = vec![driving.impulses(&bearing::at_rest(&bearing::slopes_at_rest(machine, condition.load_n, &[])))];
     for (round, moments) in SETTINGS.instants.into_iter().enumerate() {
         let along = Along { rig, condition, scatter: Some(driving.scatter(&found)), states: condition.samples };
         // One run in, one result out.
@@ -233,8 +253,21 @@ fn in_scatter(rig: &Rig, driving: &Driving) -> Result<Vec<Vec<Impulse>>, RigErro
         let (damping, steps) = bearing::damping_along(machine, &forces, &visited, rate);
         let linear = Linear::new(machine, &tangent.undamped(), rate, steps);
         let from = |n: usize| {
-            let (before, after) = damping.split_at(n * damping.len() / moments);
-            driving.impulses_of(&linear, SETTINGS.decay_of_many, after.iter().chain(before))
+            let start = n * damping.len() / moments;
+            let (before, after) = damping.split_at(start);
+            let cage_rad = visited.get(start).map_or(0.0, |(at, ..)| at.cage_rad);
+            let along = after.iter().chain(before).cycle().map(Some);
+            match passing {
+                Some(passing) => {
+                    let both = along.zip(passing.from(cage_rad));
+                    let changing = both.map(|(damping, contact)| Changing { damping, contact });
+                    driving.impulses_of(&linear, SETTINGS.decay_of_many, changing)
+                }
+                None => {
+                    let changing = along.map(|damping| Changing { damping, ..Changing::default() });
+                    driving.impulses_of(&linear, SETTINGS.decay_of_many, changing)
+                }
+            }
         };
         found = (0..moments).map(from).collect();
     }

@@ -114,6 +114,11 @@ pub struct LinearisationSettings {
     pub noise_free_difference_std: f64,
     /// Positions of the cage over a pitch that the contact is averaged over. Not tuned: chosen by hand.
     pub cage_positions: usize,
+    /// Greatest change of the contact's slope as balls pass, over the slope, below which it is constant. By hand: such a change carries
+    /// 1e-6 of the noise.
+    pub least_passing: f64,
+    /// Angles of the cage over a ball pass at which responses begin. Not tuned: chosen by hand.
+    pub passing_angles: usize,
     /// Most steps of Newton's method for the rest position; on this convex, smooth force it converges quadratically.
     pub newton_steps: usize,
     /// Halvings of a step of Newton's method that leaves more than before. Not tuned: chosen by hand.
@@ -146,6 +151,8 @@ impl LinearisationSettings {
         difference_std: 0.3,
         noise_free_difference_std: 1e-3,
         cage_positions: 48,
+        least_passing: 1e-3,
+        passing_angles: 8,
         newton_steps: 60,
         newton_halvings: 12,
         damping_rate_per_step: 0.5,

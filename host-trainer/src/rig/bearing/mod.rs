@@ -14,7 +14,9 @@ use pulp::{Arch, Simd, WithSimd};
 pub use prepare::{GRAVITY, Turning};
 pub(super) use prepare::{Prepared, contact_rad_per_s, process_force};
 
-pub(super) use response::{Damping, Impulse, Linear, Tangent, Visited, along, at_rest, damping_along};
+pub(super) use response::{
+    Changing, Impulse, Linear, Passing, Tangent, Visited, along, at_rest, damping_along, slopes_at_rest,
+};
 
 use kernel::Kernel;
 pub(super) use kernel::Signals;

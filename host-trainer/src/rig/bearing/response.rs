@@ -2,16 +2,17 @@
 //!
 //! Statistical linearisation (J. B. Roberts, P. D. Spanos, "Random Vibration and Statistical Linearization", 1990,
 //! chapter 5): each force counts by the mean of its slopes, so that the random part of the motion is that of a
-//! time-invariant system of known spectrum. For the contact alone that is the mean over one pitch of the cage at the
-//! mean displacement ([`at_rest`]); with forces of effects it is the mean over the visited states of a run ([`along`]).
-//! Where damping changes along the run, its mean is no measure, and the system varies with time ([`damping_along`]).
+//! time-invariant system of known spectrum. For the contact alone that is the mean over one pitch of the cage where the races
+//! rest ([`at_rest`]); with forces of effects it is the mean over the visited states of a run ([`along`]). As balls pass, the
+//! contact's slope changes ([`Passing`]), and where damping changes along the run, its mean is no measure
+//! ([`damping_along`]): the system then varies with time.
 
 use std::f64::consts::TAU;
 
 use super::{
     LINEARISATION,
     prepare::{masses, system_x, system_y},
-    rest::{MeanContact, contact_at, normals},
+    rest::{balanced_m, contact_at, normals},
     step::Step,
 };
 use crate::rig::{
@@ -52,6 +53,56 @@ pub(in crate::rig) struct Damping {
     weights: [f64; DOFS],
 }
 
+/// What changes along a run, at one sample.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::rig) struct Changing<'d> {
+    /// Damping by the forces of effects; `None` where it is in the tangent.
+    pub damping: Option<&'d Damping>,
+    /// Slope of the contact beyond its mean, N/m.
+    pub contact: [[f64; 2]; 2],
+}
+
+/// Slope of the contact beyond its mean as balls pass.
+#[derive(Clone, Debug)]
+pub(in crate::rig) struct Passing {
+    /// At positions of the cage over a pitch, N/m.
+    slopes: Vec<[[f64; 2]; 2]>,
+    /// Pitch of the balls, rad.
+    pitch_rad: f64,
+    /// Turn of the cage from one sample to the next, rad.
+    turn_rad: f64,
+}
+
+impl Passing {
+    /// Where the cage turns by an angle from one sample to the next, of slopes over a pitch. `None` where the contact hardly changes.
+    pub(in crate::rig) fn new(rig: &BearingRig, slopes: &[[[f64; 2]; 2]], turn_rad: f64) -> Option<Self> {
+        let mean = mean_slope(slopes);
+        let beyond = |slope: &[[f64; 2]; 2]| std::array::from_fn(|i| std::array::from_fn(|j| slope[i][j] - mean[i][j]));
+        let slopes: Vec<[[f64; 2]; 2]> = slopes.iter().map(beyond).collect();
+        let greatest = slopes.iter().flatten().flatten().fold(0.0f64, |most, s| most.max(s.abs()));
+        let changes = greatest > LINEARISATION.least_passing * mean[0][0].max(mean[1][1]);
+        changes.then(|| Self { slopes, pitch_rad: TAU / rig.bearing.balls as f64, turn_rad })
+    }
+
+    /// Pitch of the balls, rad.
+    pub(in crate::rig) fn pitch_rad(&self) -> f64 {
+        self.pitch_rad
+    }
+
+    /// Sample by sample from an angle of the cage on, rad.
+    pub(in crate::rig) fn from(&self, cage_rad: f64) -> impl Iterator<Item = [[f64; 2]; 2]> + Clone {
+        (0..).map(move |sample| self.at(cage_rad + f64::from(sample) * self.turn_rad))
+    }
+
+    fn at(&self, cage_rad: f64) -> [[f64; 2]; 2] {
+        let count = self.slopes.len();
+        let place = (cage_rad / self.pitch_rad).rem_euclid(1.0) * count as f64;
+        let (index, part) = (place as usize, place.fract());
+        let [from, to] = [0, 1].map(|ahead| &self.slopes[(index + ahead) % count]);
+        std::array::from_fn(|i| std::array::from_fn(|j| from[i][j] + part * (to[i][j] - from[i][j])))
+    }
+}
+
 impl Damping {
     fn half_a_step(&self, z: &mut [f64; 10]) {
         let speeds: [f64; DOFS] = std::array::from_fn(|k| z[DOFS + k]);
@@ -65,6 +116,8 @@ pub(in crate::rig) struct Linear {
     step: Step<10, 5>,
     /// Steps a sample.
     steps: usize,
+    /// Length of a step, s.
+    step_s: f64,
     mass: [f64; DOFS],
     sensors: [usize; 2],
     tangent: Tangent,
@@ -74,40 +127,41 @@ impl Linear {
     /// Linearised rig in `steps` steps a sample.
     pub(in crate::rig) fn new(rig: &BearingRig, tangent: &Tangent, sample_rate_hz: f64, steps: usize) -> Self {
         let (mass, system) = (masses(rig), coupled(rig, tangent));
-        let step = Step::new(&system, &mass.map(|m| 1.0 / m), 1.0 / (steps as f64 * sample_rate_hz));
+        let step_s = 1.0 / (steps as f64 * sample_rate_hz);
+        let step = Step::new(&system, &mass.map(|m| 1.0 / m), step_s);
         let sensors = [rig.sensor.horizontal, rig.sensor.vertical].map(|location| location.dof());
-        Self { system, step, steps, mass, sensors, tangent: *tangent }
+        Self { system, step, steps, step_s, mass, sensors, tangent: *tangent }
     }
 
     /// Response to 1 N during the first sample, `direction` on each degree of freedom: at most `samples` samples, fewer once it
-    /// has decayed to the share `decayed` of its greatest value. `damping` acts in addition, a sample each, repeated from its
-    /// start.
+    /// has decayed to the share `decayed` of its greatest value. What `changing` has acts in addition, sample by sample.
     pub(in crate::rig) fn impulse<'d>(
         &self,
         direction: &[f64; DOFS],
         samples: usize,
         decayed: f64,
-        damping: impl IntoIterator<Item = &'d Damping, IntoIter: Clone>,
+        changing: impl Iterator<Item = Changing<'d>>,
     ) -> Impulse {
-        let Self { system, step, steps, mass, sensors, tangent } = self;
+        let Self { system, step, steps, step_s, mass, sensors, tangent } = self;
         let held = |i: usize| {
             let of = |k: usize| step.b1[i][k] + 2.0 * step.b2[i][k] + step.b3[i][k];
             direction.iter().enumerate().map(|(k, share)| share * of(k)).sum::<f64>()
         };
-        let mut damping = damping.into_iter().cycle();
         let mut z: [f64; 10] = [0.0; 10];
         let mut signals = [(); 4].map(|()| Vec::with_capacity(samples));
         let mut velocities = [[0.0; DOFS]; DOFS];
         let (mut greatest, mut recent) = (0.0f64, 0.0f64);
-        for sample in 0..samples {
-            let damping = damping.next();
+        let half_s = 0.5 * step_s;
+        for (sample, Changing { damping, contact }) in (0..samples).zip(changing) {
             let speeds: [f64; DOFS] = std::array::from_fn(|k| z[DOFS + k]);
+            let passing = between_races(&contact, &z);
             for (signal, &dof) in signals.iter_mut().zip(sensors) {
                 let free = dot(&system[DOFS + dof], &z);
                 let dragged = damping.map_or(0.0, |d| dot(&d.slopes[dof], &speeds) / mass[dof]);
                 let direct = if sample == 0 { direction[dof] / mass[dof] } else { 0.0 };
-                signal.push(free - dragged + direct);
-                recent = recent.max((free - dragged + direct).abs());
+                let sensed = free - dragged + direct + passing[dof] / mass[dof];
+                signal.push(sensed);
+                recent = recent.max(sensed.abs());
             }
             let weighted: [f64; DOFS] = std::array::from_fn(|k| speeds[k] * damping.map_or(1.0, |d| d.weights[k]));
             for (row, one) in velocities.iter_mut().zip(weighted) {
@@ -117,12 +171,18 @@ impl Linear {
             for (signal, dof) in signals[2..].iter_mut().zip([OUTER_X, OUTER_Y]) {
                 let dragged =
                     dot(&tangent.damping[dof], &speeds) + damping.map_or(0.0, |d| dot(&d.slopes[dof], &speeds));
-                signal.push(-dot(&tangent.stiffness[dof], &places) - dragged);
+                signal.push(passing[dof] - dot(&tangent.stiffness[dof], &places) - dragged);
             }
+            let push = |z: &mut [f64; 10]| {
+                let force = between_races(&contact, z);
+                (0..DOFS).for_each(|k| z[DOFS + k] += half_s * force[k] / mass[k]);
+            };
             for _ in 0..*steps {
-                // Half a step of damping before and half after (G. Strang, SIAM J. Numer. Anal. 5 (1968) 506–517).
+                // Half a step of what changes before and half after (G. Strang, SIAM J. Numer. Anal. 5 (1968) 506–517).
                 damping.inspect(|d| d.half_a_step(&mut z));
+                push(&mut z);
                 z = std::array::from_fn(|i| dot(&step.full[i], &z) + if sample == 0 { held(i) } else { 0.0 });
+                push(&mut z);
                 damping.inspect(|d| d.half_a_step(&mut z));
             }
             if sample % LINEARISATION.decay_check_samples == LINEARISATION.decay_check_samples - 1 {
@@ -135,6 +195,15 @@ impl Linear {
         }
         Impulse { signals, velocities }
     }
+}
+
+/// Force of a slope between the races, N, at positions.
+fn between_races(slope: &[[f64; 2]; 2], z: &[f64; 10]) -> [f64; DOFS] {
+    let apart = [z[INNER_X] - z[OUTER_X], z[INNER_Y] - z[OUTER_Y]];
+    let [x, y] = slope.map(|row| dot(&row, &apart));
+    let mut force = [0.0; DOFS];
+    (force[INNER_X], force[OUTER_X], force[INNER_Y], force[OUTER_Y]) = (-x, x, -y, y);
+    force
 }
 
 fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
@@ -300,12 +369,25 @@ pub(in crate::rig) fn along(rig: &BearingRig, forces: &[Force], visited: &[Visit
     tangent
 }
 
-/// Mean slope of the contact where the races rest under the load, over one pitch of the cage, theory (49).
-pub(in crate::rig) fn at_rest(rig: &BearingRig, load_n: f64) -> Tangent {
+/// Mean slope of the contact over positions of the cage, theory (49).
+pub(in crate::rig) fn at_rest(slopes: &[[[f64; 2]; 2]]) -> Tangent {
+    Tangent::of_contact(mean_slope(slopes))
+}
+
+fn mean_slope(slopes: &[[[f64; 2]; 2]]) -> [[f64; 2]; 2] {
+    let mean = |i: usize, j: usize| slopes.iter().map(|s| s[i][j]).sum::<f64>() / slopes.len().max(1) as f64;
+    std::array::from_fn(|i| std::array::from_fn(|j| mean(i, j)))
+}
+
+/// Slopes of the contact, N/m, at positions of the cage over one pitch, where the races rest under the load and the forces of effects.
+pub(in crate::rig) fn slopes_at_rest(rig: &BearingRig, load_n: f64, forces: &[Force]) -> Vec<[[f64; 2]; 2]> {
     let pitch = TAU / rig.bearing.balls as f64;
-    let positions = LINEARISATION.cage_positions;
-    let phases = (0..positions).flat_map(|phase| normals(&rig.bearing, pitch * phase as f64 / positions as f64));
-    let normals: Vec<[f64; 2]> = phases.collect();
-    let contact = MeanContact { bearing: &rig.bearing, normals: &normals, positions };
-    Tangent::of_contact(contact.at(contact.apart_at_rest_m(rig, load_n)).1)
+    let count = LINEARISATION.cage_positions;
+    let slope = |position: usize| {
+        let at = Instant { cage_rad: pitch * position as f64 / count as f64, ..Instant::default() };
+        let q = balanced_m(rig, load_n, &at, forces);
+        let apart = [q[INNER_X] - q[OUTER_X], q[INNER_Y] - q[OUTER_Y]];
+        contact_at(&rig.bearing, apart, normals(&rig.bearing, at.cage_rad)).1
+    };
+    (0..count).map(slope).collect()
 }

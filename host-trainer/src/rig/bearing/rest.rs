@@ -17,12 +17,13 @@ use crate::rig::{
 /// effects, by Newton's method from the balance in y without these forces; that alone where there are none. Where the forces leave
 /// no balance, the displacements that leave least of them.
 pub(super) fn rest_m(rig: &BearingRig, load_n: f64, at: &Instant, forces: &[Force]) -> [f64; DOFS] {
-    let in_y_m = in_y_m(rig, load_n, at.cage_rad);
-    if forces.is_empty() {
-        return in_y_m;
-    }
+    if forces.is_empty() { in_y_m(rig, load_n, at.cage_rad) } else { balanced_m(rig, load_n, at, forces) }
+}
+
+/// Displacements, m, of a balance in x and y.
+pub(super) fn balanced_m(rig: &BearingRig, load_n: f64, at: &Instant, forces: &[Force]) -> [f64; DOFS] {
     let balance = Balance { rig, load_n, at, forces };
-    let mut rest = balance.at(in_y_m);
+    let mut rest = balance.at(in_y_m(rig, load_n, at.cage_rad));
     for _ in 0..LINEARISATION.newton_steps {
         let step = balance.newton_step_m(&rest);
         let shares = (0..LINEARISATION.newton_halvings).map(|n| 0.5f64.powi(n));
@@ -88,7 +89,7 @@ impl Balance<'_> {
 /// Displacements, m, where the rig rests under a load in y, with its cage at an angle.
 fn in_y_m(rig: &BearingRig, load_n: f64, cage_rad: f64) -> [f64; DOFS] {
     let normals: Vec<[f64; 2]> = normals(&rig.bearing, cage_rad).collect();
-    let contact = MeanContact { bearing: &rig.bearing, normals: &normals, positions: 1 };
+    let contact = Contact { bearing: &rig.bearing, normals: &normals };
     let apart = contact.apart_at_rest_m(rig, load_n);
     let force = contact.at(apart).0[1];
     let (inner, outer, resonator) =
@@ -106,26 +107,22 @@ fn in_y_m(rig: &BearingRig, load_n: f64, cage_rad: f64) -> [f64; DOFS] {
     rest
 }
 
-/// Contact of a bearing's balls, mean over positions of the cage.
-pub(super) struct MeanContact<'b> {
-    pub bearing: &'b Bearing,
-    /// Directions of the balls at all positions.
-    pub normals: &'b [[f64; 2]],
-    /// Positions of the cage.
-    pub positions: usize,
+/// Contact of a bearing's balls.
+struct Contact<'b> {
+    bearing: &'b Bearing,
+    /// Directions of the balls.
+    normals: &'b [[f64; 2]],
 }
 
-impl MeanContact<'_> {
+impl Contact<'_> {
     /// Force, N, and its slope, N/m, where the inner race is displaced in y against the outer, m.
-    pub(super) fn at(&self, apart_m: f64) -> ([f64; 2], [[f64; 2]; 2]) {
-        let positions = self.positions as f64;
-        let (force, slope) = contact_at(self.bearing, [0.0, apart_m], self.normals.iter().copied());
-        (force.map(|v| v / positions), slope.map(|row| row.map(|v| v / positions)))
+    fn at(&self, apart_m: f64) -> ([f64; 2], [[f64; 2]; 2]) {
+        contact_at(self.bearing, [0.0, apart_m], self.normals.iter().copied())
     }
 
     /// Displacement of the inner race against the outer in y, m, at rest under a load: Newton's method for the balance of
-    /// mean contact force and load.
-    pub(super) fn apart_at_rest_m(&self, rig: &BearingRig, load_n: f64) -> f64 {
+    /// contact force and load.
+    fn apart_at_rest_m(&self, rig: &BearingRig, load_n: f64) -> f64 {
         let soft = |k: f64| 1.0 / k.max(1.0);
         let (inner, outer) = (soft(rig.inner.stiffness_n_per_m), soft(rig.outer.stiffness_n_per_m));
         // Distance of the races in y without contact, m, and their approach for 1 N of contact, m/N.
