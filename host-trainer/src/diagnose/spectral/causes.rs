@@ -82,7 +82,8 @@ pub fn holding<'c, 'd, 'a>(friction: &Candidate, refused: &'c [Candidate<'d, 'a>
 pub struct Trust {
     /// Whether the signals are steady: spikes and bursts of noise change the spectrum as all effects do but those of lines.
     pub is_steady: bool,
-    /// Whether the converter keeps their level: steps as great as the signal change it, and the spectrum, as a gain and a mode do.
+    /// Whether converter and sensor keep their level: steps as great as the signal, and a filter, change it and the spectrum, as a gain
+    /// and a mode do.
     pub keeps_level: bool,
     /// Share that is left of the lack of fit beyond chance.
     pub share: f64,

@@ -15,6 +15,7 @@ use super::prediction::Prediction;
 use super::settings::{FORMS, LikelihoodSettings};
 use super::sidebands::{Shares, Sidebands, numbers};
 use super::unevenness::UnevenMachines;
+use crate::identify::likelihood::observed::CHANNELS;
 use crate::signal::kinematics::Orders;
 
 const LIKELIHOOD: LikelihoodSettings = LikelihoodSettings::DEFAULT;
@@ -156,6 +157,24 @@ impl<'a> Data<'a> {
         best_stretch(o, &point.predictions[recording].outer.power, &[0, 1].map(noise), range, prior)
     }
 
+    /// Where the noise differs most from the rig's by its colours.
+    pub fn greatest_colour(&self, point: &Point) -> Option<GreatestColour> {
+        let of = |n: usize| {
+            let (o, prediction) = (&self.observations[n], &point.predictions[n]);
+            (0..CHANNELS.len()).filter(|c| o.power[*c].is_some()).flat_map(move |c| {
+                let channel = self.channel(point, n, c);
+                o.bins().map(move |k| GreatestColour {
+                    recording: n,
+                    channel: c,
+                    frequency_hz: o.hz(k as f64),
+                    power_np: (channel.noise(k) / prediction.noise[c][k]).ln(),
+                })
+            })
+        };
+        let all = (0..self.observations.len()).flat_map(of);
+        all.max_by(|a, b| a.power_np.abs().total_cmp(&b.power_np.abs()))
+    }
+
     /// Gain of each channel at a point by another level of its sensor's noise in place of the colour's level: what a wrong gain of a
     /// sensor must exceed.
     pub fn noise_level_gains(&self, point: &Point) -> [f64; 2] {
@@ -240,6 +259,19 @@ pub struct Point {
     pub neg_logs: Vec<f64>,
     /// −ln of the prior.
     pub prior: f64,
+}
+
+/// Where the noise differs most from the rig's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GreatestColour {
+    /// Index of the recording.
+    pub recording: usize,
+    /// Index of the channel.
+    pub channel: usize,
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Power over the rig's, Np.
+    pub power_np: f64,
 }
 
 impl Point {

@@ -29,7 +29,14 @@ impl<'d, 'a> Forms<'_, 'd, 'a> {
         let number = |key: ParameterKey| effect.number(key).unwrap_or(1.0);
         let starts = match *key {
             Flank => return self.reshaped(candidate, &extended),
-            DeflectionM => vec![effect.clone().with_number(DeflectionM, number(DeflectionM))],
+            // A contact of another power that is as stiff under the load is far from one that is as stiff at 1 m.
+            DeflectionM => {
+                let own = vec![effect.clone().with_number(DeflectionM, number(DeflectionM))];
+                let bent = hypothesis.starts.iter().filter(|start| start.number(DeflectionM).is_some()).cloned();
+                let tried =
+                    [own, bent.collect()].into_iter().filter_map(|starts| self.searched_best(&extended, &starts));
+                return tried.fold(candidate, |most, other| if other.merit() > most.merit() { other } else { most });
+            }
             // The gain of a mode at the other sensor is over that at its own.
             GainAcross => {
                 SETTINGS.extension.map(|share| effect.clone().with_number(GainAcross, share * number(Gain))).to_vec()
@@ -42,8 +49,13 @@ impl<'d, 'a> Forms<'_, 'd, 'a> {
             // Of the waviness of a race only the best is fitted with its neighbours.
             _ => return candidate,
         };
-        let searched = best(self.null.started(&extended, &starts)).map(|c| c.searched(SETTINGS.steps[1]));
+        let searched = self.searched_best(&extended, &starts);
         searched.filter(|searched| searched.merit() > candidate.merit()).unwrap_or(candidate)
+    }
+
+    /// Search from the best of some starts of a hypothesis.
+    fn searched_best(&self, hypothesis: &Hypothesis, starts: &[EffectEntry]) -> Option<Candidate<'d, 'a>> {
+        best(self.null.started(hypothesis, starts)).map(|candidate| candidate.searched(SETTINGS.steps[1]))
     }
 
     /// Better of a candidate of a hypothesis and of effects with like spectra, at which a search may have ended.

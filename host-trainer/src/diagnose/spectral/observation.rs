@@ -87,7 +87,8 @@ impl Observation {
 
     /// Bins of the likelihood.
     pub fn bins(&self) -> Range<usize> {
-        SETTINGS.first_bin..(self.condition.samples / 2).max(SETTINGS.first_bin)
+        let last = (SETTINGS.pass_band * (self.condition.samples / 2) as f64) as usize;
+        SETTINGS.first_bin..last.max(SETTINGS.first_bin)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::baseline::Baseline;
 use super::causes::{self, Accepted, Intervals, Trust};
-use super::data::{Data, Point};
+use super::data::{Data, GreatestColour, Point};
 use super::events::{Event, event, without_event};
 use super::fit::Model;
 use super::gate::is_unlike;
@@ -103,7 +103,12 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let is_nameless = coarse.is_some() || kurtosis.is_some() || !selection.nameless.is_empty();
     let was = before.total() + held_before.total() + event.map_or(0.0, Event::gain);
     let share = (left - chance).max(0.0) / (was - chance).max(1.0);
-    let (is_steady, keeps_level) = (kurtosis.is_none(), coarse.is_none_or(|converter| converter.keeps_level()));
+    let most_coloured = |selection: &Selection, held: &Point| {
+        tilted(&data, &selection.point, 0).or_else(|| tilted(&held_data, held, fitted.len()))
+    };
+    let is_level_known = coarse.is_none_or(|converter| converter.keeps_level());
+    let keeps_level = is_level_known && most_coloured(&selection, &held_point).is_none();
+    let is_steady = kurtosis.is_none();
     let trust = Trust { is_steady, keeps_level, share };
     // One spike among others is no event.
     let event = event.filter(|e| trust.states(e.probability, e.effect.kind));
@@ -129,7 +134,9 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     // More than `left` where causes were taken back.
     let [unexplained_of_fitted, unexplained_of_held] = left_by(&selection, &held_point);
     let unexplained = unexplained_of_fitted + unexplained_of_held;
-    let is_beyond_chance = unexplained > chance || doubtful.is_some() || unshown.is_some() || is_unlike(&fit);
+    let tilted = most_coloured(&selection, &held_point);
+    let is_beyond_chance =
+        unexplained > chance || doubtful.is_some() || unshown.is_some() || tilted.is_some() || is_unlike(&fit);
     let corrected = selection.rig()?;
     let Selection { model, point, accepted, rejected, .. } = &selection;
 
@@ -171,6 +178,7 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
         caveats.extend((unexplained > chance).then(|| text::unexplained(unexplained, &most)));
         caveats.extend(doubtful.map(|candidate| text::doubtful(&candidate)));
         caveats.extend(unshown.map(|candidate| text::unshown(&candidate)));
+        caveats.extend(tilted.map(|colour| text::tilted(&colour, &names[colour.recording])));
         caveats.extend(is_unlike(&fit).then(|| text::unlike(&fit)));
     }
     let is_unsteady = verdict == Verdict::Unexplained && coarse.is_none();
@@ -231,6 +239,12 @@ impl Found<'_, '_, '_> {
         });
         event.into_iter().chain(lasting).collect()
     }
+}
+
+/// Colour that is more than what differs between noises; recordings are counted from `first`.
+fn tilted(data: &Data, point: &Point, first: usize) -> Option<GreatestColour> {
+    let greatest = data.greatest_colour(point).filter(|colour| colour.power_np.abs() > GATE.most_colour_np)?;
+    Some(GreatestColour { recording: first + greatest.recording, ..greatest })
 }
 
 /// Nominal rig with its unknown numbers free.

@@ -1,12 +1,16 @@
 //! Sentences of the diagnosis by power spectra.
 
+use std::f64::consts::LN_10;
+
 use super::candidate::Candidate;
 use super::causes::{Accepted, Beside};
+use super::data::GreatestColour;
 use super::gate::is_overdamped;
 use super::settings::GateSettings;
 use super::tolerance::is_tolerance;
 use crate::diagnose::acquisition::Converter;
 use crate::diagnose::result::Fit;
+use crate::identify::likelihood::observed::CHANNELS;
 use crate::rig::EffectEntry;
 use crate::rig::config::RigKind;
 use crate::rig::effect::EffectKind;
@@ -89,6 +93,19 @@ pub fn doubtful(candidate: &Candidate) -> String {
         "{} gains {:.0} in ln L on the fitted recordings, but the held-out ones do not bear it out or too much is left beside it.",
         named(candidate.kind.name(), &candidate.place),
         candidate.gain
+    )
+}
+
+/// That the noise of a recording is not the rig's.
+pub fn tilted(colour: &GreatestColour, recording: &str) -> String {
+    let decibels = 10.0 * colour.power_np / LN_10;
+    let side = if decibels > 0.0 { "above" } else { "below" };
+    format!(
+        "The noise of {} in {recording} is {:.1} dB {side} the rig's at {:.0} Hz and follows a smooth curve, as behind another filter or \
+         mounting of the sensor; no effect of the vocabulary explains that.",
+        CHANNELS[colour.channel],
+        decibels.abs(),
+        colour.frequency_hz
     )
 }
 

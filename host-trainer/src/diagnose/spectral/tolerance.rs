@@ -4,8 +4,9 @@ use super::candidate::Candidate;
 use super::hypotheses::LOAD_COMPONENT;
 use super::observation::{duration_s, mean_load_n};
 use super::settings::{GateSettings, ToleranceSettings};
-use crate::rig::EffectEntry;
+use crate::rig::effect::component::Component;
 use crate::rig::effect::{EffectKind, ParameterKey};
+use crate::rig::{EffectEntry, Rig};
 
 const GATE: GateSettings = GateSettings::DEFAULT;
 const SETTINGS: ToleranceSettings = ToleranceSettings::DEFAULT;
@@ -24,16 +25,42 @@ pub fn first_to_judge(found: &[Candidate], asked: f64) -> usize {
 
 /// Whether a candidate is an error of the stated load.
 fn is_load_error(candidate: &Candidate) -> bool {
+    candidate.place == LOAD_COMPONENT && is_small_force(candidate)
+}
+
+/// Whether a candidate is a constant force as small as the load is known, in size or in direction.
+fn is_small_force(candidate: &Candidate) -> bool {
     let force = candidate.effect().and_then(|e| e.number(ParameterKey::ForceN)).unwrap_or_default();
-    let is_of_load = candidate.kind == EffectKind::ConstantForce && candidate.place == LOAD_COMPONENT;
-    is_of_load && force.abs() < SETTINGS.load_share * mean_load_n(candidate.model.data.observations)
+    let least = SETTINGS.load_share * mean_load_n(candidate.model.data.observations);
+    candidate.kind == EffectKind::ConstantForce && force.abs() < least
 }
 
 /// Whether a candidate is what every machine has: an error of the stated load, or an effect within its tolerances.
 pub fn is_tolerance(candidate: &Candidate) -> bool {
     let each = candidate.model.data.observations.iter();
     let seconds = each.map(|o| duration_s(std::slice::from_ref(o))).fold(0.0, f64::max);
-    is_load_error(candidate) || candidate.effect().is_some_and(|e| is_within_tolerance(&e, seconds))
+    let is_within =
+        |effect: &EffectEntry| is_within_tolerance(effect, seconds) || is_statement_error(effect, &candidate.model.rig);
+    is_small_force(candidate) || candidate.effect().is_some_and(|effect| is_within(&effect))
+}
+
+/// Whether an effect changes a mass, a stiffness or a damping by no more than a statement of it is right by.
+fn is_statement_error(effect: &EffectEntry, rig: &Rig) -> bool {
+    let [of_mass_and_stiffness, of_damping] = SETTINGS.stated;
+    let changed = || {
+        let component = Component::parse(effect.text(ParameterKey::Component)?)?;
+        let part = component.part_of(&rig.model);
+        let of_contact = || rig.bearing().map(|machine| machine.bearing.contact_stiffness_n_per_m1_5);
+        let (stated, share) = match effect.kind {
+            EffectKind::MassChange => (part.mass, of_mass_and_stiffness),
+            EffectKind::StiffnessChange if component == Component::Bearing => (of_contact()?, of_mass_and_stiffness),
+            EffectKind::StiffnessChange => (part.stiffness, of_mass_and_stiffness),
+            EffectKind::DampingChange => (part.damping, of_damping),
+            _ => return None,
+        };
+        Some((effect.number(ParameterKey::Value)? - stated).abs() < share * stated)
+    };
+    changed().unwrap_or(false)
 }
 
 /// Whether an effect is roundness or finish of races and balls, or a speed that wanders within recordings of some length, s.
@@ -86,6 +113,25 @@ mod tests {
         let doubted = probability(&waves(5.0, 645.0), &[waves(3.0, 650.0)], false);
         assert!((0.3..0.5).contains(&doubted), "{doubted}");
         assert!(probability(&waves(5.0, 650.0), &[waves(8.0, 650.0)], false) > 0.9);
+    }
+
+    #[test]
+    fn what_is_stated_is_right_within_a_tolerance() {
+        let outer = Component::parse("outer").unwrap().part_of(&nominal().model);
+        let is_error = |kind, value: f64| {
+            let effect =
+                EffectEntry::new(kind, &[(ParameterKey::Value, value)]).with_text(ParameterKey::Component, "outer");
+            is_statement_error(&effect, &nominal())
+        };
+        use EffectKind::{DampingChange, MassChange, StiffnessChange};
+        assert!(
+            is_error(StiffnessChange, 1.005 * outer.stiffness) && !is_error(StiffnessChange, 1.02 * outer.stiffness)
+        );
+        assert!(is_error(MassChange, 0.995 * outer.mass) && !is_error(MassChange, 0.98 * outer.mass));
+        assert!(is_error(DampingChange, 1.04 * outer.damping) && !is_error(DampingChange, 0.9 * outer.damping));
+        let contact = nominal().bearing().unwrap().bearing.contact_stiffness_n_per_m1_5;
+        let stiffer = EffectEntry::new(StiffnessChange, &[(ParameterKey::Value, 1.005 * contact)]);
+        assert!(is_statement_error(&stiffer.with_text(ParameterKey::Component, "bearing"), &nominal()));
     }
 
     #[test]

@@ -48,6 +48,10 @@ pub struct GateSettings {
     /// of choosing and scoring seeds have at most 1.18 and one at the limits of all tolerances 1.23, a friction that takes the lines of
     /// one direction 2 to 2.5.
     pub unlike: f64,
+    /// Greatest difference of a noise's power from the rig's by its colours, Np, from which a mismatch is unexplained: a colour costs
+    /// little where it is smooth. By hand: healthy machines of other hands have at most 0.9, at the edge of a filter, and a sensor that
+    /// falls from 1.7 kHz on 2.5.
+    pub most_colour_np: f64,
     /// Gain of an effect that did not pass from which there is a mismatch all the same. Healthy machines of choosing seeds 43 to
     /// 46 had at most 18, recordings that did not agree about an effect 909.
     pub doubtful_gain: f64,
@@ -102,6 +106,7 @@ impl GateSettings {
         second_shared_lack: 35.0,
         lack: 25.0,
         unlike: 1.5,
+        most_colour_np: 1.5,
         doubtful_gain: 100.0,
         rivalry: [6.0, 0.01],
         doubt: 2.0,

@@ -16,6 +16,8 @@ pub struct LikelihoodSettings {
     pub tapers: usize,
     /// First bin that counts: below it are the taper's lobe around 0 Hz and what is left of an offset.
     pub first_bin: usize,
+    /// Share of half the sample rate that counts: above, a recorder's filter against aliases falls. By hand: converters pass 0.9.
+    pub pass_band: f64,
     /// Knots of a noise's colour, as shares of half the sample rate.
     pub knots: [f64; 9],
     /// Standard deviation of a noise's level, Np of power.
@@ -96,6 +98,7 @@ impl LikelihoodSettings {
         settle_share: 0.6,
         tapers: 2,
         first_bin: 4,
+        pass_band: 0.9,
         knots: [0.002, 0.02, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0],
         level_np: 0.03,
         noise_level_np: 0.2,

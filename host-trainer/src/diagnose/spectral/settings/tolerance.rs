@@ -11,8 +11,11 @@ pub struct ToleranceSettings {
     pub load_nats: f64,
     /// The same as a share of the best gain.
     pub load_share_of_gain: f64,
-    /// Greatest constant force in the direction of the load, over the load, that is an error of the stated load.
+    /// Greatest constant force over the load that is an error of the stated load, or of its direction.
     pub load_share: f64,
+    /// Greatest relative error of a mass or stiffness, and of a damping, that is stated. By hand: what a scale, a drawing and a test of
+    /// its modes are right by.
+    pub stated: [f64; 2],
     /// Lobes up to which a race's waviness is its roundness. By hand: rings are out of round by how they were held.
     pub round_lobes: f64,
     /// Greatest amplitude of it that is within the tolerance of its make, m: by hand, half the 1 µm from peak to peak of rings of
@@ -35,6 +38,7 @@ impl ToleranceSettings {
         load_nats: 20.0,
         load_share_of_gain: 0.03,
         load_share: 0.025,
+        stated: [0.01, 0.05],
         round_lobes: 3.0,
         round_m: 5e-7,
         wave_m: 3e-8,
