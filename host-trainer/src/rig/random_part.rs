@@ -1,7 +1,7 @@
 //! Random part of a recording: response to the process force and to the random forces of effects, theory (51) and (52).
 //!
 //! The response is that of the rig linearised about its motion (theory (49) and (50)), through the linear part of the output
-//! chain. Force laws that depend on the noise
+//! chain; as balls pass, the contact's slope changes, and responses begin at several angles of the cage. Force laws that depend on the noise
 //! ([`Assembly::depends_on_velocity_noise`](super::assembly::Assembly)) are linearised about a run that is the mean over the
 //! noise, instant by instant: noise escapes where the run slides and is stopped where it turns, so that the mean slope is no
 //! measure of its power. The spectrum is then the mean of the squared responses to impulses at several instants.
@@ -112,9 +112,9 @@ fn random_part(of: &Asked, states: Option<Result<Vec<Visited>, RigError>>) -> Re
     let slopes = bearing::slopes_at_rest(machine, condition.load_n, &forces);
     let passing = Passing::new(machine, &slopes, driving.turn_rad);
     let impulses = match states {
-        Some(states) => driving.impulses_as_balls_pass(&bearing::along(machine, &forces, &states?), passing.as_ref()),
-        None if assembly.depends_on_velocity_noise => in_scatter(rig, &driving, passing.as_ref())?,
-        None => driving.impulses_as_balls_pass(&bearing::at_rest(&slopes), passing.as_ref()),
+        Some(states) => driving.impulses_as_balls_pass(&bearing::along(machine, &forces, &states?), &passing),
+        None if assembly.depends_on_velocity_noise => in_scatter(rig, &driving, &passing)?,
+        None => driving.impulses_as_balls_pass(&bearing::at_rest(&slopes), &passing),
     };
     let scatter = driving.scatter(&impulses);
     let chain: Vec<_> = output_chain(assembly).into_iter().filter(|(stage, _)| *stage <= Stage::Amplifier).collect();
@@ -186,8 +186,10 @@ impl<'m> Driving<'m> {
 
     /// The same at several angles of the cage, whose balls change the slope of the contact: what that carries from one direction and
     /// frequency to others is most of the noise where the force has no direct way.
-    fn impulses_as_balls_pass(&self, tangent: &Tangent, passing: Option<&Passing>) -> Vec<Vec<Impulse>> {
-        let Some(passing) = passing else { return vec![self.impulses(tangent)] };
+    fn impulses_as_balls_pass(&self, tangent: &Tangent, passing: &Passing) -> Vec<Vec<Impulse>> {
+        if passing.is_constant() {
+            return vec![self.impulses(tangent)];
+        }
         let linear = Linear::new(self.machine, tangent, self.condition.sample_rate_hz, 1);
         let angles = SETTINGS.passing_angles;
         let from = |n: usize| {
@@ -231,7 +233,7 @@ impl<'m> Driving<'m> {
 
 /// Impulse responses at instants of a rig whose force laws depend on the noise: slopes follow from the velocity covariance,
 /// and that from the slopes.
-fn in_scatter(rig: &Rig, driving: &Driving, passing: Option<&Passing>) -> Result<Vec<Vec<Impulse>>, RigError> {
+fn in_scatter(rig: &Rig, driving: &Driving, passing: &Passing) -> Result<Vec<Vec<Impulse>>, RigError> {
     let Driving { machine, condition, .. } = driving;
     let rate = condition.sample_rate_hz;
     let mut found = vec![driving.impulses(&bearing::at_rest(&bearing::slopes_at_rest(machine, condition.load_n, &[])))];
@@ -256,18 +258,9 @@ fn in_scatter(rig: &Rig, driving: &Driving, passing: Option<&Passing>) -> Result
             let start = n * damping.len() / moments;
             let (before, after) = damping.split_at(start);
             let cage_rad = visited.get(start).map_or(0.0, |(at, ..)| at.cage_rad);
-            let along = after.iter().chain(before).cycle().map(Some);
-            match passing {
-                Some(passing) => {
-                    let both = along.zip(passing.from(cage_rad));
-                    let changing = both.map(|(damping, contact)| Changing { damping, contact });
-                    driving.impulses_of(&linear, SETTINGS.decay_of_many, changing)
-                }
-                None => {
-                    let changing = along.map(|damping| Changing { damping, ..Changing::default() });
-                    driving.impulses_of(&linear, SETTINGS.decay_of_many, changing)
-                }
-            }
+            let both = after.iter().chain(before).cycle().map(Some).zip(passing.from(cage_rad));
+            let changing = both.map(|(damping, contact)| Changing { damping, contact });
+            driving.impulses_of(&linear, SETTINGS.decay_of_many, changing)
         };
         found = (0..moments).map(from).collect();
     }

@@ -56,14 +56,12 @@ impl Hum {
         let around = (-steps..=steps).map(|step| found.often + f64::from(step) / parts / longest);
         let hz = around.map(|hz| (hz, power(hz))).max_by(|a, b| a.1.total_cmp(&b.1))?.0 / harmonic(mains);
         let mut signals: Vec<Vec<f64>> = acquired.tracks.iter().map(|t| vec![0.0; t.len()]).collect();
-        let mut largest = (0.0, 0.0);
-        for harmonic in (1..=HARMONICS).map(f64::from) {
-            let rate = acquired.under_test().map(|t| t.sample_rate_hz).fold(f64::INFINITY, f64::min);
-            if harmonic * hz > 0.45 * rate {
-                break;
-            }
+        let rate = acquired.under_test().map(|t| t.sample_rate_hz).fold(f64::INFINITY, f64::min);
+        let count = acquired.under_test().count() as f64;
+        // Of the lowest harmonic that stands out, in the first recording.
+        let mut lowest: Option<[f64; 2]> = None;
+        for harmonic in (1..=HARMONICS).map(f64::from).filter(|n| n * hz < 0.45 * rate) {
             let tones = tones(builder, table, &left, harmonic * hz);
-            let count = acquired.under_test().count() as f64;
             if tones.iter().map(|tone| tone.power).sum::<f64>() < LINE * count {
                 continue;
             }
@@ -75,12 +73,10 @@ impl Hum {
                     *x += cosine * c + sine * s;
                 });
             }
-            if largest.0 == 0.0 {
-                let [cosine, sine] = tones.first()?.weights;
-                largest = (cosine.hypot(sine), cosine.atan2(sine));
-            }
+            lowest = lowest.or_else(|| Some(tones.first()?.weights));
         }
-        let (amplitude, phase) = largest;
+        let [cosine, sine] = lowest?;
+        let (amplitude, phase) = (cosine.hypot(sine), cosine.atan2(sine));
         let numbers =
             [(ParameterKey::FrequencyHz, hz), (ParameterKey::Amplitude, amplitude), (ParameterKey::PhaseRad, phase)];
         let evidence = format!(

@@ -61,8 +61,7 @@ pub fn diagnose(task: &Task, progress: &dyn Fn(&str)) -> Result<DiagnosisResult,
     let mut acquired = Acquired::new(task.recordings, task.baseline.unwrap_or_default())?;
     let original = acquired.clone();
     let mut faults = faults::clean(&mut acquired)?;
-    let unknown = equation::unknown(task.rig);
-    let mut nominal = Nominal::new(machine, unknown.clone(), &acquired);
+    let mut nominal = Nominal::new(machine, equation::unknown(task.rig), &acquired);
     progress("fitting the rig's unknown parameters");
     let mut ratio = rough::fit(task.rig, &mut nominal, &mut acquired);
     let nothing = || crate::identify::force_balance::BalanceError::Nothing {

@@ -31,7 +31,7 @@ pub struct Selection {
     pub nothing: TermModel,
     /// Trials of each cause alone.
     pub singles: Vec<Trial>,
-    /// Tried models with as many causes as the chosen one.
+    /// Tried models with as many causes as the chosen one, or as it had before some were taken back.
     pub rivals: Vec<TermModel>,
     /// Chosen model; without parts if no cause was found.
     pub chosen: TermModel,

@@ -57,8 +57,8 @@ pub struct SdofSettings {
     pub takes_away: (f64, f64),
     /// Most causes. Not tuned: chosen by hand.
     pub max_causes: usize,
-    /// Best models of as many causes to which another is tried: two that share a motion hide behind a third that is neither. Not
-    /// tuned: chosen by hand.
+    /// Best models of some causes to each of which another is tried: drag and dry friction together are nearly viscous friction, so that
+    /// the best pair may be two of three right causes or none. Not tuned: chosen by hand.
     pub widened: usize,
     /// Most columns of the flexible model. Not tuned: chosen by hand.
     pub flexible_columns: usize,

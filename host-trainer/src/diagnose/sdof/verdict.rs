@@ -5,7 +5,7 @@ use super::causes::{self, Cause};
 use super::faults::Fault;
 use super::nominal::Nominal;
 use super::repeating::{self, Repeating};
-use super::select::Selection;
+use super::select::{Selection, gain_p};
 use super::settings::SdofSettings;
 use super::table::{Table, TermModel};
 use super::validate::{self, Comparison, SimulatedFit, Windows};
@@ -180,9 +180,7 @@ impl Case<'_> {
     /// Whether fewer forces without a name leave less than the causes do, beyond chance.
     fn has_simpler(&self, selection: &Selection) -> bool {
         let fewer = selection.chosen.parts.len().saturating_sub(1);
-        fewer > 0
-            && super::select::gain_p(&selection.chosen, &self.table.flexible_of(&selection.nothing, fewer))
-                < selection.level
+        fewer > 0 && gain_p(&selection.chosen, &self.table.flexible_of(&selection.nothing, fewer)) < selection.level
     }
 
     /// Whether the rig's simulation leaves no more than the sensor's noise, or than parameters do that are right within their tolerance.
@@ -240,14 +238,14 @@ impl Case<'_> {
             let mut bare = selection;
             bare.chosen = bare.nothing.clone();
             bare.rich = self.table.flexible(&bare.nothing);
-            bare.rich_p_value = super::select::gain_p(&bare.nothing, &bare.rich);
+            bare.rich_p_value = gain_p(&bare.nothing, &bare.rich);
             return bare;
         }
         let terms: Vec<usize> = parts.iter().map(|(t, _)| *t).collect();
         let variants = vec![parts.iter().map(|(_, v)| *v).collect()];
         let chosen = self.table.model(&terms, &variants).unwrap_or_else(|| selection.nothing.clone());
         let rich = self.table.flexible(&chosen);
-        let rich_p_value = super::select::gain_p(&chosen, &rich);
+        let rich_p_value = gain_p(&chosen, &rich);
         Selection { chosen, rich, rich_p_value, ..selection }
     }
 

@@ -172,10 +172,13 @@ pub fn in_baseline(effects: &[EffectKind]) -> String {
 /// Caveat of an effect that every machine has.
 pub fn tolerated(effect: &EffectEntry) -> String {
     let what = match effect.kind {
-        EffectKind::ConstantForce => "The loads are not quite those that are stated",
+        EffectKind::ConstantForce => "The loads are not quite those that are stated, or not quite in their direction",
         EffectKind::SpeedDrift => "The speed of the shaft wanders",
         EffectKind::OuterRaceWaviness | EffectKind::InnerRaceWaviness => {
             "A race is as round and smooth as races are made"
+        }
+        EffectKind::MassChange | EffectKind::StiffnessChange | EffectKind::DampingChange => {
+            "A mass, stiffness or damping is not quite that which is stated"
         }
         _ => "A race or ball is no rougher than its finish",
     };

@@ -1,4 +1,4 @@
-//! What every machine has within the tolerances of its make, load and drive, which is no cause.
+//! What every machine has within the tolerances of its make, load and drive, and of what is stated of it, which is no cause.
 
 use super::candidate::Candidate;
 use super::hypotheses::LOAD_COMPONENT;

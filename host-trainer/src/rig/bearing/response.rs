@@ -65,7 +65,7 @@ pub(in crate::rig) struct Changing<'d> {
 /// Slope of the contact beyond its mean as balls pass.
 #[derive(Clone, Debug)]
 pub(in crate::rig) struct Passing {
-    /// At positions of the cage over a pitch, N/m.
+    /// At positions of the cage over a pitch, N/m; none where the contact hardly changes.
     slopes: Vec<[[f64; 2]; 2]>,
     /// Pitch of the balls, rad.
     pitch_rad: f64,
@@ -74,14 +74,22 @@ pub(in crate::rig) struct Passing {
 }
 
 impl Passing {
-    /// Where the cage turns by an angle from one sample to the next, of slopes over a pitch. `None` where the contact hardly changes.
-    pub(in crate::rig) fn new(rig: &BearingRig, slopes: &[[[f64; 2]; 2]], turn_rad: f64) -> Option<Self> {
+    /// Where the cage turns by an angle from one sample to the next, of slopes over a pitch.
+    pub(in crate::rig) fn new(rig: &BearingRig, slopes: &[[[f64; 2]; 2]], turn_rad: f64) -> Self {
         let mean = mean_slope(slopes);
         let beyond = |slope: &[[f64; 2]; 2]| std::array::from_fn(|i| std::array::from_fn(|j| slope[i][j] - mean[i][j]));
-        let slopes: Vec<[[f64; 2]; 2]> = slopes.iter().map(beyond).collect();
+        let mut slopes: Vec<[[f64; 2]; 2]> = slopes.iter().map(beyond).collect();
         let greatest = slopes.iter().flatten().flatten().fold(0.0f64, |most, s| most.max(s.abs()));
-        let changes = greatest > LINEARISATION.least_passing * mean[0][0].max(mean[1][1]);
-        changes.then(|| Self { slopes, pitch_rad: TAU / rig.bearing.balls as f64, turn_rad })
+        let is_constant = greatest <= LINEARISATION.least_passing * mean[0][0].max(mean[1][1]);
+        if is_constant {
+            slopes.clear();
+        }
+        Self { slopes, pitch_rad: TAU / rig.bearing.balls as f64, turn_rad }
+    }
+
+    /// Whether the contact hardly changes.
+    pub(in crate::rig) fn is_constant(&self) -> bool {
+        self.slopes.is_empty()
     }
 
     /// Pitch of the balls, rad.
@@ -95,6 +103,9 @@ impl Passing {
     }
 
     fn at(&self, cage_rad: f64) -> [[f64; 2]; 2] {
+        if self.is_constant() {
+            return [[0.0; 2]; 2];
+        }
         let count = self.slopes.len();
         let place = (cage_rad / self.pitch_rad).rem_euclid(1.0) * count as f64;
         let (index, part) = (place as usize, place.fract());
