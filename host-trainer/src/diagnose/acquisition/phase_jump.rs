@@ -29,6 +29,8 @@ const LINES: usize = 16;
 const PEAK: usize = 3;
 /// Share of a window that a wandering or stepping speed may gain or lose within it.
 const WANDER: f64 = 0.004;
+/// Angle by which a cage may gain or lose within it, rad, and its turns to one of the shaft. By hand.
+const CAGE: [f64; 2] = [0.06, 0.4];
 /// Least gain by missing samples over a wander, nats. Choosing seeds 83 and 84 (docs/results.md): gaps gain 18 to 88, and what is
 /// none and has the shares below less than 2.
 const LEAST_NATS: f64 = 12.0;
@@ -36,6 +38,8 @@ const LEAST_NATS: f64 = 12.0;
 const LEAST_SHARE: f64 = 0.85;
 /// Greatest gain elsewhere in the recording over that of the gap: a machine that drifts does so all the time.
 const ELSEWHERE: f64 = 0.25;
+/// Parts of a window in which a jump must turn phases as much as in all of it: a cage wanders by as much within 0.1 s.
+const SHORTER: [usize; 2] = [2, 4];
 /// Gains that are the same, nats.
 const SAME_NATS: f64 = 2.0;
 
@@ -69,7 +73,8 @@ pub fn gap(recording: &Recording) -> Option<Gap> {
     // Phases of each count of missing samples.
     let phases: Vec<Vec<Complex<f64>>> =
         lines.iter().map(|line| counts.iter().map(|c| Complex::cis(-TAU * line.frequency * c)).collect()).collect();
-    let is_wander = |count: f64| count.abs() <= WANDER * window as f64;
+    let of_cage = CAGE[0] / TAU * turn / CAGE[1];
+    let is_wander = |count: f64| count.abs() <= (WANDER * window as f64).max(of_cage);
     let all = |time: usize| turned.iter().map(|line| line[time].norm()).sum::<f64>();
     let gains = |time: usize| -> Vec<f64> {
         let of = |k: usize| turned.iter().zip(&phases).map(|(line, phases)| (line[time] * phases[k]).re).sum();
@@ -89,12 +94,16 @@ pub fn gap(recording: &Recording) -> Option<Gap> {
         && jump.gain() > LEAST_NATS
         && jump.gain() > LEAST_SHARE * (all(best) - jump.of_wander)
         && elsewhere.fold(0.0, f64::max) < ELSEWHERE * jump.gain();
-    // A speed that changes turns phases by half as much in windows of half the length.
-    let of_half = |count: f64| {
-        let turned = lines.iter().map(|line| (line.frequency, line.turned(&times[best..=best], window / 2)[0]));
-        turned.map(|(frequency, turned)| (turned * Complex::cis(-TAU * frequency * count)).re).sum::<f64>()
+    // A rotation that changes turns phases by less in shorter windows.
+    let is_change = |part: usize| {
+        let turned: Vec<(f64, Turned)> =
+            lines.iter().map(|line| (line.frequency, line.turned(&times[best..=best], window / part)[0])).collect();
+        let gain = |count: f64| -> f64 {
+            turned.iter().map(|(frequency, turned)| (turned * Complex::cis(-TAU * frequency * count)).re).sum()
+        };
+        gain(jump.count) < gain(0.5 * jump.count)
     };
-    if !is_one || of_half(jump.count) < of_half(0.5 * jump.count) {
+    if !is_one || SHORTER.into_iter().any(is_change) {
         return None;
     }
     let count = jump.fewest.round() as usize;

@@ -66,8 +66,11 @@ fn cause(table: &Table, model: &TermModel, part: usize, factor: f64, machine: &S
             if entry.kind == EffectKind::EndStopContact {
                 free.push(ParameterKey::GapM);
             }
+            if entry.number(ParameterKey::SaturationPerM2).is_some_and(|saturation| saturation > 0.0) {
+                free.push(ParameterKey::SaturationPerM2);
+            }
         }
-        Meaning::Spring => free.push(ParameterKey::WidthM),
+        Meaning::Spring(_) => free.push(ParameterKey::WidthM),
         Meaning::Change(parameter) => {
             let nominal = parameter.value_in(machine);
             let changed = (nominal + value).max(1e-6 * nominal.abs().max(1e-6));

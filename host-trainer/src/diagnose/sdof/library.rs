@@ -24,6 +24,9 @@ use crate::rig::{EffectEntry, Rig};
 /// Multiple of the nominal stiffness within which a play's spring lies.
 const SPRING: (f64, f64) = (0.6, 1.6);
 
+/// Displacements over the largest at which half of a spring's nonlinear part is left.
+const KNEES: [f64; 3] = [1.0, 0.5, 0.25];
+
 /// Frequencies of a mode that are tried in an octave.
 const MODES: f64 = 4.0;
 
@@ -287,6 +290,10 @@ impl<'a> Builder<'a> {
             if parameter == Parameter::Mass && !nominal.anchors(self.acquired.driven).any(|p| p != parameter) {
                 continue;
             }
+            // Of a mass too small to show another one is a delay of the sensor.
+            if parameter == Parameter::Mass && nominal.is_overdamped(self.acquired) {
+                continue;
+            }
             // Of a body that only falls, another mass and a constant force are one.
             if parameter == Parameter::Mass && !self.acquired.driven && nominal.machine.stiffness_n_per_m == 0.0 {
                 continue;
@@ -363,10 +370,13 @@ impl<'a> Builder<'a> {
         self.strength(jobs, EffectKind::CoulombFriction, ParameterKey::ForceN, (back, State::Velocity), friction);
         let drag = ParameterKey::DragNS2PerM2;
         self.strength(jobs, EffectKind::QuadraticDrag, drag, (back, State::Velocity), None);
+        let largest_q = sizes.last().copied().unwrap_or_default();
+        let saturations = KNEES.map(|share| (share * largest_q).powi(-2));
+        let saturating = || Some((ParameterKey::SaturationPerM2, [0.0].into_iter().chain(saturations).collect()));
         let cubic = ParameterKey::CubicNPerM3;
-        self.strength(jobs, EffectKind::HardeningStiffness, cubic, (either, State::Position), None);
+        self.strength(jobs, EffectKind::HardeningStiffness, cubic, (either, State::Position), saturating());
         let square = ParameterKey::QuadraticNPerM2;
-        self.strength(jobs, EffectKind::AsymmetricStiffness, square, (either, State::Position), None);
+        self.strength(jobs, EffectKind::AsymmetricStiffness, square, (either, State::Position), saturating());
         // Denser towards the extreme: a stop is touched in a small part of the time.
         let gaps = (0..18).map(|k| part(&positions, 1.0 - 0.5 * 0.72f64.powi(k))).collect();
         let gaps = Some((ParameterKey::GapM, gaps));
@@ -393,7 +403,7 @@ impl<'a> Builder<'a> {
                 (entry, Source::Force(Box::new(force)))
             });
             let sign = Sign::Within(SPRING.0 * k, SPRING.1 * k);
-            let (kind, meaning) = (EffectKind::Backlash, Meaning::Spring);
+            let (kind, meaning) = (EffectKind::Backlash, Meaning::Spring(k));
             let term = Term { kind, meaning, sign, state: State::Position, variants: Vec::new() };
             jobs.push((term, variants.collect()));
         }

@@ -6,8 +6,9 @@ use rayon::prelude::*;
 
 use super::settings::SdofSettings;
 use super::table::{Table, TermModel};
-use crate::rig::effect::EffectKind;
-use crate::stats::significance::{one_sided_gain, shares};
+use super::validate;
+use crate::rig::effect::{EffectKind, ParameterKey};
+use crate::stats::significance::shares;
 
 const SETTINGS: SdofSettings = SdofSettings::DEFAULT;
 /// Variants of each term that are tried in pairs.
@@ -43,10 +44,9 @@ pub struct Selection {
     pub level: f64,
 }
 
-/// p-value of a model against another, by the gains of blocks that it was not fitted to.
+/// p-value of a model against another, by the errors of blocks that neither was fitted to.
 pub fn gain_p(before: &TermModel, after: &TermModel) -> f64 {
-    let gains: Vec<f64> = before.left.iter().zip(&after.left).map(|(b, a)| b - a).collect();
-    one_sided_gain(&gains)
+    validate::gain_p(&before.left, &after.left)
 }
 
 /// Selects causes; `None` if the rig's own parameters cannot be fitted.
@@ -118,6 +118,9 @@ pub fn select(table: &Table) -> Option<Selection> {
         chosen = constant;
         rivals.retain(|m| m.terms().iter().all(|t| table.library.terms[*t].kind != EffectKind::LoadStep));
     }
+    if let Some(powers) = without_saturation(table, &chosen, level) {
+        chosen = powers;
+    }
     let rich = table.flexible(&chosen);
     let rich_p_value = gain_p(&chosen, &rich);
     Some(Selection { nothing, singles, rivals, chosen, rich, rich_p_value, level })
@@ -138,6 +141,20 @@ fn without_step(table: &Table, chosen: &TermModel, level: f64) -> Option<TermMod
         return None;
     }
     let parts = chosen.parts.iter().map(|(t, v)| if *t == step { (constant, 0) } else { (*t, *v) });
+    let (terms, variants): (Vec<usize>, Vec<usize>) = parts.unzip();
+    table.model(&terms, &[variants]).filter(|model| gain_p(model, chosen) > level)
+}
+
+/// The model with springs of a power law in place of those that saturate, if that is not worse beyond chance.
+fn without_saturation(table: &Table, chosen: &TermModel, level: f64) -> Option<TermModel> {
+    let is_saturating = |(term, variant): &(usize, usize)| {
+        let entry = &table.library.terms[*term].variants[*variant].entry;
+        entry.number(ParameterKey::SaturationPerM2).is_some_and(|saturation| saturation > 0.0)
+    };
+    if !chosen.parts.iter().any(is_saturating) {
+        return None;
+    }
+    let parts = chosen.parts.iter().map(|part| if is_saturating(part) { (part.0, 0) } else { *part });
     let (terms, variants): (Vec<usize>, Vec<usize>) = parts.unzip();
     table.model(&terms, &[variants]).filter(|model| gain_p(model, chosen) > level)
 }

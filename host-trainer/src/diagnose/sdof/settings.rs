@@ -41,6 +41,10 @@ pub struct SdofSettings {
     pub adjustments: usize,
     /// p-value at which a cause is beyond chance, before division by the number of terms tried. Not tuned: chosen by hand.
     pub significance: f64,
+    /// Share of the held-out error from which a gain is no chance even where one block has nearly all of it. Not tuned: chosen by hand.
+    pub most_of_error: f64,
+    /// Independent pieces that a block then counts for. Not tuned: chosen by hand.
+    pub pieces: f64,
     /// Share of the held-out error that a first cause must take away. Chosen on synthetic cases (seeds 1 to 3).
     pub worth: f64,
     /// Share of what is explained that a further cause must add. Chosen on synthetic cases (seeds 1 to 3).
@@ -64,8 +68,8 @@ pub struct SdofSettings {
     pub flexible_columns: usize,
     /// Share of the held-out error that a flexible column must take away. Not tuned: chosen by hand.
     pub flexible_worth: f64,
-    /// Share of the explainable error that named causes must explain. Between 0.47, a damper whose two directions differ and that has
-    /// no name, and 0.78, a magneto-rheological one that is named by its dry friction.
+    /// Share of the explainable error that named causes must explain. Between 0.47 and 0.67, dampers whose two directions differ and that
+    /// have no name, and 0.78, a magneto-rheological one that is named by its dry friction.
     pub explains: f64,
     /// Share of the held-out error that a flexible model must take away for a mismatch without a name. Chosen on synthetic
     /// cases (seeds 1 to 3).
@@ -103,8 +107,6 @@ pub struct SdofSettings {
     pub noise_samples: usize,
     /// Most samples that are simulated in a fit. Chosen for 10 s a case.
     pub simulated_samples: usize,
-    /// Most samples that are simulated to be judged. Chosen for 10 s a case.
-    pub judged_samples: usize,
     /// Most probability that is given to a cause.
     pub most_probability: f64,
     /// Points of a term's curve. Not tuned: chosen by hand.
@@ -132,6 +134,8 @@ impl SdofSettings {
         tolerance_of_damping: 0.05,
         adjustments: 4,
         significance: 0.02,
+        most_of_error: 0.8,
+        pieces: 8.0,
         worth: 0.004,
         worth_further: 0.01,
         worth_simulated: 0.005,
@@ -141,7 +145,7 @@ impl SdofSettings {
         widened: 6,
         flexible_columns: 8,
         flexible_worth: 0.004,
-        explains: 0.6,
+        explains: 0.72,
         repeats_at_least: 4,
         cells: 4096,
         near_bins: 4,
@@ -157,7 +161,6 @@ impl SdofSettings {
         disturbed: 5.0,
         noise_samples: 12_000,
         simulated_samples: 5000,
-        judged_samples: 15_000,
         most_probability: 0.98,
         curve_points: 25,
         traces: 12,

@@ -3,6 +3,8 @@
 use super::library::Library;
 use super::nominal::Nominal;
 use super::settings::SdofSettings;
+use super::terms::{Meaning, Term};
+use crate::identify::force_balance::equation::Parameter;
 use crate::identify::force_balance::gram::{Gram, Rows};
 use crate::rig::config::SdofRig;
 
@@ -169,7 +171,15 @@ impl Table {
                 let free = free.iter().position(|c| c == column).map(|i| values[i]);
                 free.or_else(|| fixed.iter().find(|(f, _)| f == column).map(|(_, v)| *v)).unwrap_or_default()
             };
-            if !parts.iter().zip(&named).all(|((t, _), column)| self.library.terms[*t].sign.holds(at(column))) {
+            let each = || parts.iter().zip(&named).map(|((t, _), column)| (&self.library.terms[*t], at(column)));
+            let is_of_spring = |term: &Term| term.meaning == Meaning::Change(Parameter::Stiffness);
+            let stiffer = each().find(|(term, _)| is_of_spring(term)).map_or(0.0, |(_, change)| change);
+            let holds = |(term, value): (&Term, f64)| match term.meaning {
+                // The play is of the spring as it is.
+                Meaning::Spring(stated) => term.sign.holds(value * stated / (stated + stiffer)),
+                _ => term.sign.holds(value),
+            };
+            if !each().all(holds) {
                 return None;
             }
             let columns: Vec<usize> = own.iter().chain(&named).copied().collect();

@@ -13,8 +13,8 @@ use crate::rig::effect::{EffectKind, ParameterKey};
 pub enum Meaning {
     /// Strength of the effect: this parameter.
     Strength(ParameterKey),
-    /// Stiffness of the spring, which the rig has already.
-    Spring,
+    /// Stiffness of the spring, which the rig has already: its stated one, N/m.
+    Spring(f64),
     /// Change of a parameter of the rig.
     Change(Parameter),
     /// Sensor gain less 1.

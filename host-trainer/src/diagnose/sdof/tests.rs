@@ -85,6 +85,15 @@ fn invariant_single_effects_are_named_and_measured() {
     named_and_measured(&effects);
 }
 
+/// A spider that is stiffer one way, but less so far out, is one cause: its law is no power of the deflection.
+#[test]
+fn invariant_a_spring_that_saturates_is_one_cause() {
+    let spider = forced(|q, _, _, _| -2e4 * q * q / (1.0 + (q / 1e-2).powi(2)));
+    assert_eq!(names(&spider), [EffectKind::AsymmetricStiffness], "{:?}", spider.diagnosis);
+    let near_rest = number(&spider, EffectKind::AsymmetricStiffness, ParameterKey::QuadraticNPerM2).unwrap();
+    assert!((0.6..1.4).contains(&(near_rest / 2e4)), "{near_rest}");
+}
+
 #[test]
 #[ignore = "known failure: a dead zone of 3 mm is unexplained"]
 fn invariant_backlash_is_named_and_measured() {

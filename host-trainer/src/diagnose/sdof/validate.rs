@@ -47,17 +47,16 @@ pub struct Windows {
 }
 
 impl Windows {
-    /// Windows of about `length` samples at the first recording's rate; of each recording as much as is judged.
+    /// Windows of about `length` samples at the first recording's rate.
     pub fn new(acquired: &Acquired, length: usize) -> Self {
         let count = acquired.under_test().count();
         let rate = acquired.tracks[0].sample_rate_hz;
         let total: usize = acquired.under_test().map(|t| t.len()).sum();
-        let share = (SETTINGS.judged_samples as f64 / total.max(1) as f64).min(1.0);
         let by_recording = count >= SETTINGS.folds;
         let (mut spans, mut tracks) = (Vec::new(), Vec::new());
         for (index, track) in acquired.tracks.iter().enumerate().filter(|(_, t)| !t.healthy) {
             let valid = track.valid();
-            let samples = ((valid.len() as f64 * share) as usize).max(SETTINGS.min_window.min(valid.len()));
+            let samples = valid.len();
             let each =
                 ((length as f64 * track.sample_rate_hz / rate) as usize).clamp(SETTINGS.min_block, samples.max(1));
             let windows = (samples / each).max(1);
@@ -250,7 +249,36 @@ pub fn compare(measured: &[Vec<f64>], before: &[Vec<f64>], after: &[Vec<f64>]) -
     let (b, a) = (squares(before), squares(after));
     let root = |x: &[f64]| (x.iter().sum::<f64>() / x.len().max(1) as f64).sqrt();
     let length = (b.len() / SETTINGS.blocks).max(SETTINGS.min_block);
-    let gains: Vec<f64> = b.iter().zip(&a).map(|(b, a)| b - a).collect();
-    let gains: Vec<f64> = gains.chunks(length).map(|c| c.iter().sum()).collect();
-    Comparison { before: root(&b), after: root(&a), p_value: one_sided_gain(&gains) }
+    let blocks = |squares: &[f64]| squares.chunks(length).map(|c| c.iter().sum()).collect::<Vec<f64>>();
+    Comparison { before: root(&b), after: root(&a), p_value: gain_p(&blocks(&b), &blocks(&a)) }
+}
+
+/// p-value that the second of two errors of blocks tends to be less. Of one block that has nearly all of the error a test over the
+/// blocks tells nothing; a model from other blocks that takes most of its error is no chance.
+pub fn gain_p(before: &[f64], after: &[f64]) -> f64 {
+    let gains: Vec<f64> = before.iter().zip(after).map(|(b, a)| b - a).collect();
+    let by_blocks = one_sided_gain(&gains);
+    let total: f64 = before.iter().sum();
+    let remains = after.iter().sum::<f64>() / total;
+    if total <= 0.0 || remains > 1.0 - SETTINGS.most_of_error {
+        return by_blocks;
+    }
+    let blocks = total.powi(2) / before.iter().map(|error| error * error).sum::<f64>();
+    by_blocks.min(remains.powf(0.5 * SETTINGS.pieces * blocks))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A clamp that one block in twenty reaches has all of the error; so has a blow, which a model of the other blocks does not take away.
+    #[test]
+    fn most_of_the_error_of_one_block_is_no_chance() {
+        let error = |of_one: f64| {
+            (0..20).map(|n| if n == 7 { of_one } else { 1.0 + 0.01 * f64::from(n % 3) }).collect::<Vec<_>>()
+        };
+        assert!(gain_p(&error(1e4), &error(6e2)) < 1e-3);
+        assert!(gain_p(&error(1e4), &error(4e3)) > 0.1);
+        assert!(gain_p(&error(1e4), &error(1.1e4)) > 0.5);
+    }
 }

@@ -7,8 +7,8 @@ use faer::linalg::solvers::DenseSolveCore;
 use rayon::prelude::*;
 
 use super::likelihood::{
-    COLOURS, Channel, Colour, ColouredNoise, Expected, KNOTS, OwnColour, Range, Stretch, best_stretch,
-    colour_covariance, colour_with, hats, jitter_shares, own_colour_covariance, spacing_shares,
+    COLOURS, Channel, Colour, ColouredNoise, Expected, Jitter, KNOTS, OwnColour, Range, Stretch, best_stretch,
+    colour_covariance, colour_with, hats, jitters, own_colour_covariance, spacing_shares,
 };
 use super::observation::Observation;
 use super::prediction::Prediction;
@@ -35,8 +35,8 @@ pub struct Data<'a> {
     /// Inverse covariance of what a recording's colour has of its own, before any recording.
     pub own_colour_precision: Mat<f64>,
     hats: Vec<Vec<(usize, f64)>>,
-    /// Shares of the lines' power that jitter takes, of each recording and jitter of the settings.
-    jitter: Vec<Vec<Vec<f64>>>,
+    /// What jitter takes from the lines, of each recording and jitter of the settings.
+    jitter: Vec<Vec<Vec<Jitter>>>,
     /// Shares that uneven balls take.
     spacing: Vec<Vec<Vec<f64>>>,
     /// Number of the order of the cage from the nearest line, of each bin of each recording.
@@ -50,7 +50,7 @@ impl<'a> Data<'a> {
         let precision = covariance.partial_piv_lu().inverse();
         let colour_precision =
             LIKELIHOOD.colour_std.map(|std| Mat::from_fn(KNOTS, KNOTS, |a, b| precision[(a, b)] / (std * std)));
-        let jitter = |o: &Observation| LIKELIHOOD.jitter_s.iter().map(|s| jitter_shares(o, *s)).collect();
+        let jitter = |o: &Observation| LIKELIHOOD.jitter_s.iter().map(|s| jitters(o, *s)).collect();
         let spacing =
             |o: &Observation| LIKELIHOOD.spacing_rad.iter().map(|rad| spacing_shares(o, *rad, orders.ftf)).collect();
         Self {

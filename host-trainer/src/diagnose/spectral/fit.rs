@@ -209,25 +209,43 @@ impl<'d, 'a> Model<'d, 'a> {
         }
     }
 
+    /// Point searched from another one with the best jitter of all in each recording: small ones differ so little that a search from none
+    /// does not come to the large ones.
+    ///
+    /// # Errors
+    /// What the simulation refuses.
+    pub fn search_wandering(&self, from: &Point, steps: usize) -> Result<Point, RigError> {
+        let all = (0..LIKELIHOOD.jitter_s.len()).map(|jitter| vec![jitter; from.jitter.len()]).collect();
+        let mut point = from.clone();
+        self.move_jitter(&mut point, all);
+        self.search(point, steps)
+    }
+
+    /// Moves the jitter of each recording to that of some which fits better.
+    fn move_jitter(&self, point: &mut Point, tried: Vec<Vec<usize>>) {
+        let of = |jitter: Vec<usize>| {
+            let neg_logs = self.data.neg_log_likelihoods(&Point { jitter: jitter.clone(), ..point.clone() });
+            (jitter, neg_logs)
+        };
+        let tried: Vec<(Vec<usize>, Vec<f64>)> = tried.into_iter().map(of).collect();
+        let mut jitter = point.jitter.clone();
+        for (n, own) in jitter.iter_mut().enumerate() {
+            let best = tried.iter().min_by(|a, b| a.1[n].total_cmp(&b.1[n]));
+            if let Some((best, _)) = best.filter(|(_, best)| best[n] < point.neg_logs[n] - SETTINGS.least_gain) {
+                *own = best[n];
+            }
+        }
+        if jitter != point.jitter {
+            point.jitter = jitter;
+            self.weigh(point);
+        }
+    }
+
     /// Moves the jitter of each recording to where it fits better, a step up or down, and the unevenness of balls and races.
     fn refine_jitter(&self, point: &mut Point) {
         let last = LIKELIHOOD.jitter_s.len() - 1;
-        let now = point.clone();
-        let moved = [-1i64, 1].map(|by| {
-            let jitter = now.jitter.iter().map(|j| (*j as i64 + by).clamp(0, last as i64) as usize).collect();
-            let mut moved = Point { jitter, ..now.clone() };
-            moved.neg_logs = self.data.neg_log_likelihoods(&moved);
-            moved
-        });
-        for n in 0..now.jitter.len() {
-            let best = moved.iter().min_by(|a, b| a.neg_logs[n].total_cmp(&b.neg_logs[n]));
-            if let Some(best) = best.filter(|best| best.neg_logs[n] < now.neg_logs[n] - SETTINGS.least_gain) {
-                point.jitter[n] = best.jitter[n];
-            }
-        }
-        if point.jitter != now.jitter {
-            self.weigh(point);
-        }
+        let stepped = |by: i64| point.jitter.iter().map(|j| (*j as i64 + by).clamp(0, last as i64) as usize).collect();
+        self.move_jitter(point, [-1, 1].map(stepped).into());
         for by in [-1i64, 1] {
             let stepped = |index: usize, count: usize| (index as i64 + by).clamp(0, count as i64 - 1) as usize;
             let spacing = stepped(point.spacing, LIKELIHOOD.spacing_rad.len());

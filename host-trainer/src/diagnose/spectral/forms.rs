@@ -77,7 +77,7 @@ impl<'d, 'a> Forms<'_, 'd, 'a> {
 
     /// Better of a defect's candidate and of the same with another shape, where a half sine leaves much.
     fn reshaped(&self, candidate: Candidate<'d, 'a>, extended: &Hypothesis) -> Candidate<'d, 'a> {
-        let is_far = lack(candidate.model.data, &candidate.point).total() > GATE.second_lack;
+        let is_far = lack(candidate.model.data, &candidate.point).total() > GATE.little_lack;
         let Some(effect) = candidate.effect().filter(|_| is_far) else { return candidate };
         let Some(width) = effect.number(ParameterKey::WidthRad) else { return candidate };
         let shaped = SETTINGS.flanks.map(|flank| effect.clone().with_number(ParameterKey::Flank, flank));

@@ -13,7 +13,7 @@ use std::sync::{Arc, LazyLock};
 use statrs::function::gamma::ln_gamma;
 
 use super::observation::{Observation, Power};
-use super::prediction::{Lines, Prediction};
+use super::prediction::{Lines, Prediction, Skirts};
 use super::settings::{FORMS, LikelihoodSettings};
 use super::sidebands::Sidebands;
 use crate::identify::likelihood::observed::CHANNELS;
@@ -224,8 +224,8 @@ pub struct Channel<'a> {
     pub coloured: &'a ColouredNoise,
     /// Stretch of the lines.
     pub stretch: Stretch,
-    /// Share of a line's power at each bin that the jitter of the ball passes takes; empty without any.
-    pub jitter: &'a [f64],
+    /// What the jitter of the ball passes takes from a line at each bin; empty without any.
+    pub jitter: &'a [Jitter],
     /// Share that uneven balls take; empty if they are even.
     pub spacing: &'a [f64],
     /// Number of the order of the cage from the nearest line, of each bin; empty where these are not told apart.
@@ -285,7 +285,7 @@ impl Channel<'_> {
         let Some(formed) = self.prediction.formed.as_ref().filter(|_| self.form != [0.0; FORMS]) else { return 0.0 };
         let place = Place::new(k, self.stretch.outer);
         let added = self.form.iter().zip(formed.iter()).filter(|(form, _)| **form > 0.0);
-        added.map(|(form, power)| form * place.of(&power[self.channel])).sum()
+        added.map(|(form, (power, skirts))| form * self.jittered(power, skirts, place, k)).sum()
     }
 
     /// Power of what these add.
@@ -295,15 +295,18 @@ impl Channel<'_> {
     }
 
     fn spread(&self, lines: &Lines, place: Place, weight: f64, k: usize) -> f64 {
-        let spread = |power: f64, to: f64, share: f64| power + share * (to - power);
-        let mut line = place.of(&lines.power[self.channel]);
-        if let Some(share) = self.jitter.get(k) {
-            line = spread(line, place.of(&lines.skirts[self.channel]), *share);
-        }
-        if let Some(share) = self.spacing.get(k) {
-            line = spread(line, weight * place.of(&lines.spaced[self.channel]), *share);
-        }
-        line
+        let line = self.jittered(&lines.power, &lines.skirts, place, k);
+        let spaced = || weight * place.of(&lines.spaced[self.channel]);
+        self.spacing.get(k).map_or(line, |share| spread(line, spaced(), *share))
+    }
+
+    fn jittered(&self, power: &Power, skirts: &Skirts, place: Place, k: usize) -> f64 {
+        let line = place.of(&power[self.channel]);
+        let Some(jitter) = self.jitter.get(k) else { return line };
+        let skirt = |width: usize| place.of(&skirts[width][self.channel]);
+        let Place { lower, share } = jitter.width;
+        let wide = if share > 0.0 { spread(skirt(lower), skirt(lower + 1), share) } else { skirt(lower) };
+        spread(line, wide, jitter.share)
     }
 
     /// Every bin of the likelihood; none of a channel that was not recorded.
@@ -381,9 +384,28 @@ impl Expected {
     }
 }
 
-/// Shares of a line's power at each bin of a recording that a jitter of the ball passes takes, s.
-pub fn jitter_shares(observation: &Observation, jitter_s: f64) -> Vec<f64> {
-    shares(observation, |hz| TAU * hz * jitter_s)
+fn spread(power: f64, to: f64, share: f64) -> f64 {
+    power + share * (to - power)
+}
+
+/// What a jitter of the ball passes takes from a line.
+#[derive(Clone, Copy, Debug)]
+pub struct Jitter {
+    /// Share of its power.
+    share: f64,
+    /// Place of the half width to which that is spread among those of the settings.
+    width: Place,
+}
+
+/// What a jitter of the ball passes takes from a line at each bin of a recording, s; empty without any. A phase of a standard deviation
+/// φ > 1 spreads a line φ times as wide as it is fast (P. M. Woodward, "The spectrum of random frequency modulation", 1952).
+pub fn jitters(observation: &Observation, jitter_s: f64) -> Vec<Jitter> {
+    let phase = |hz: f64| TAU * hz * jitter_s;
+    let width = |(k, share): (usize, f64)| {
+        let wide = phase(observation.hz(k as f64)).max(1.0);
+        Jitter { share, width: Place::among(&SETTINGS.wander_widths, wide) }
+    };
+    shares(observation, phase).into_iter().enumerate().map(width).collect()
 }
 
 /// Shares of a line's power at each bin of a recording that balls take whose places in the cage scatter, rad.
@@ -399,8 +421,8 @@ fn shares(observation: &Observation, phase: impl Fn(f64) -> f64) -> Vec<f64> {
     (0..observation.bins().end).map(|k| -(-phase(observation.hz(k as f64)).powi(2)).exp_m1()).collect()
 }
 
-/// Place between two bins of a prediction.
-#[derive(Clone, Copy)]
+/// Place between two values of a list.
+#[derive(Clone, Copy, Debug)]
 struct Place {
     lower: usize,
     /// Share of the upper bin.
@@ -411,6 +433,14 @@ impl Place {
     /// Place from which a stretch moves lines to a bin.
     fn new(k: usize, stretch: f64) -> Self {
         Self::at(k as f64 / (1.0 + stretch))
+    }
+
+    /// Place of a value among rising ones by its logarithm, within the first and the last.
+    fn among(values: &[f64], value: f64) -> Self {
+        let last = values.len() - 1;
+        let lower = values[..last].partition_point(|v| *v <= value).max(1) - 1;
+        let share = (value / values[lower]).ln() / (values[lower + 1] / values[lower]).ln();
+        if share < 1.0 { Self { lower, share: share.max(0.0) } } else { Self { lower: last, share: 0.0 } }
     }
 
     fn at(place: f64) -> Self {

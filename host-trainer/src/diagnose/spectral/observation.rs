@@ -8,6 +8,7 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use realfft::num_complex::Complex;
 
 use super::settings::LikelihoodSettings;
+use crate::identify::calibrate::distance::compared;
 use crate::identify::calibrate::split::longer_part;
 use crate::identify::likelihood::observed::{CHANNELS, Coefficients, Observed, padded};
 use crate::identify::likelihood::tachometer::Reading;
@@ -85,9 +86,9 @@ impl Observation {
         order * self.condition.shaft_hz / self.hz(1.0)
     }
 
-    /// Bins of the likelihood.
+    /// Bins of the likelihood, within the band in which spectra are compared.
     pub fn bins(&self) -> Range<usize> {
-        let last = (SETTINGS.pass_band * (self.condition.samples / 2) as f64) as usize;
+        let last = compared(self.condition.samples / 2);
         SETTINGS.first_bin..last.max(SETTINGS.first_bin)
     }
 }

@@ -8,7 +8,7 @@ use super::fit::Model;
 use super::gate::is_unlike;
 use super::growth::Lasting;
 use super::held_out::{Compared, Disturbed, held_out};
-use super::lack::lack_of_both;
+use super::lack::{lack, lack_of_both};
 use super::mains::Mains;
 use super::observation::{Observation, mean_load_n};
 use super::refit::refit_nuisances;
@@ -74,7 +74,7 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let data = Data::new(&fitted, orders, UnevenMachines::new(rig, &fitted, &orders)?);
     let held_data = Data::new(&held, orders, UnevenMachines::new(rig, &held, &orders)?);
     let nominal = nominal(rig, &data);
-    let null = nominal.search(nominal.start()?, FIT.nominal_steps)?;
+    let null = null(&nominal)?;
     let held_null = refit_nuisances(&held_data, &nominal, &null)?;
     let [before, held_before] = lack_of_both([(&data, &null), (&held_data, &held_null)]);
     let healthy = task.baseline.map(&observe).transpose()?.unwrap_or_default();
@@ -245,6 +245,15 @@ impl Found<'_, '_, '_> {
 fn tilted(data: &Data, point: &Point, first: usize) -> Option<GreatestColour> {
     let greatest = data.greatest_colour(point).filter(|colour| colour.power_np.abs() > GATE.most_colour_np)?;
     Some(GreatestColour { recording: first + greatest.recording, ..greatest })
+}
+
+/// Fit of the nominal rig, whose rotation wanders if that is most of what the rig lacks: otherwise it would take up the lines of a
+/// defect.
+fn null(nominal: &Model) -> Result<Point, DiagnoseError> {
+    let even = nominal.search(nominal.start()?, FIT.nominal_steps)?;
+    let wandering = nominal.search_wandering(&even, FIT.nominal_steps)?;
+    let lacks = [&even, &wandering].map(|point| lack(nominal.data, point).total());
+    Ok(if lacks[1] < GATE.wandering_left * lacks[0] { wandering } else { even })
 }
 
 /// Nominal rig with its unknown numbers free.

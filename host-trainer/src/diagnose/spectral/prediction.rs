@@ -6,9 +6,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::observation::{Observation, Power, power};
-use super::settings::{FORMS, LikelihoodSettings};
+use super::settings::{LikelihoodSettings, WIDTHS};
 use super::sidebands::cage_bins;
-use super::unevenness::{UnevenMachines, Unevenness};
+use super::unevenness::{Formed, UnevenMachines, Unevenness};
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::identify::likelihood::whittle;
 use crate::recording::Recording;
@@ -35,18 +35,21 @@ pub struct Prediction {
     /// What the effects of the inner race add; `None` without any.
     pub inner: Option<Lines>,
     /// What each error of form of a simulated machine adds to the lines; `None` where it is not known.
-    pub formed: Option<Arc<[Power; FORMS]>>,
+    pub formed: Option<Formed>,
     /// Velocity covariance of the random part.
     pub scatter: VelocityCovariance,
 }
+
+/// Lines spread to each of the half widths of the settings.
+pub type Skirts = [Power; WIDTHS];
 
 /// Lines of which each keeps its ratio to the others when the cage slips.
 #[derive(Clone, Debug)]
 pub struct Lines {
     /// Power.
     pub power: Power,
-    /// The same where a wandering speed has taken the lines' phase.
-    pub skirts: Power,
+    /// The same where a wandering rotation has taken the lines' phase.
+    pub skirts: Skirts,
     /// What uneven balls make of it, over the share of a line's power that they take.
     pub spaced: Power,
 }
@@ -65,7 +68,7 @@ impl Lines {
         };
         Self {
             power: power(&self.power, from.map(|f| &f.power)),
-            skirts: power(&self.skirts, from.map(|f| &f.skirts)),
+            skirts: std::array::from_fn(|width| power(&self.skirts[width], from.map(|f| &f.skirts[width]))),
             spaced: power(&self.spaced, from.map(|f| &f.spaced)),
         }
     }
@@ -359,10 +362,12 @@ fn powers_of<'r>(
     }
 }
 
-/// Lines spread as widely as a speed wanders: a triangle, by two means in turn.
-fn skirts(lines: &Power, observation: &Observation) -> Power {
-    let reach = (SETTINGS.wander_hz / observation.hz(1.0)).round().max(1.0) as usize;
-    lines.each_ref().map(|power| mean_around(&mean_around(power, reach), reach))
+/// Lines spread as widely as a rotation wanders: triangles, by two means in turn.
+pub fn skirts(lines: &Power, observation: &Observation) -> Skirts {
+    SETTINGS.wander_widths.map(|width| {
+        let reach = (width * SETTINGS.wander_hz / observation.hz(1.0)).round().max(1.0) as usize;
+        lines.each_ref().map(|power| mean_around(&mean_around(power, reach), reach))
+    })
 }
 
 /// Lines spread over a ball pass, as what the inner race modulates is by uneven balls.

@@ -114,7 +114,8 @@ impl<'d, 'a> Selection<'d, 'a> {
                 self.beside_first = Some(best.clone());
             }
             let held_out = held_now - objective_of(held_data, &best.model, &best.point);
-            if best.gain < asked || !is_no_tone(&best) || !is_in(held_data, held_now, held_out, &best) {
+            let is_too_little = self.is_within_tolerances(&best) || best.gain < asked;
+            if is_too_little || !is_no_tone(&best) || !is_in(held_data, held_now, held_out, &best) {
                 self.rejected.push(best);
                 self.rejected.extend(found);
                 break;
@@ -174,19 +175,27 @@ impl<'d, 'a> Selection<'d, 'a> {
     fn asked(&self, is_second: bool) -> (f64, Option<EffectKind>) {
         let data = self.model.data;
         let left = lack(data, &self.point).total();
-        let is_left_little = is_second && left < GATE.second_lack;
+        let is_left_little = is_second && left < GATE.little_lack;
         // The colours of the noise take up most of what a sensor's gain leaves.
         let is_of_gain = is_left_little && shared_lack(data, &self.point) < GATE.second_shared_lack;
         let least = if is_of_gain {
             GATE.second_sensor_gain
         } else if is_left_little {
-            GATE.second_lack
+            GATE.little_lack
         } else {
             GATE.gain
         };
         let share = if is_second { GATE.second_share } else { GATE.first_share };
         let asked = least.max(share * left).max(GATE.form_share * data.form_gain(&self.point));
         (asked, is_of_gain.then_some(EffectKind::SensorGain))
+    }
+
+    /// Whether a candidate gains no more than what a clearance, stiffnesses and masses that are right within their tolerances leave
+    /// together, where so little is left: a force and another exponent of the contact take that up.
+    fn is_within_tolerances(&self, candidate: &Candidate) -> bool {
+        matches!(candidate.kind, EffectKind::ConstantForce | EffectKind::ContactExponent)
+            && candidate.gain < GATE.little_lack
+            && lack(self.model.data, &self.point).total() < GATE.little_lack
     }
 
     /// Puts a dry friction into the place of the damper that stood for it: the same motion, of which a damper's is simulated in a
@@ -219,7 +228,7 @@ impl<'d, 'a> Selection<'d, 'a> {
         let Some(first) = self.accepted.first() else { return Ok(self) };
         let (uncaused, at) = &self.uncaused;
         let is_corrected_since = self.model.rig.effects.len() > uncaused.rig.effects.len() + self.accepted.len();
-        if is_corrected_since || lack(self.model.data, &first.candidate.point).total() < GATE.second_lack {
+        if is_corrected_since || lack(self.model.data, &first.candidate.point).total() < GATE.little_lack {
             return Ok(self);
         }
         let null = NullFit::new(uncaused, at);
@@ -317,9 +326,12 @@ impl<'d, 'a> Selection<'d, 'a> {
     }
 
     /// Takes the causes back if simulations with them are farther from the held-out recordings than without, and than noise alone,
-    /// whatever the likelihood says; the first of them.
+    /// whatever the likelihood says; the first of them. Another rotation moves lines, which shows in no distance: it must be no farther
+    /// than simulations are from each other.
     pub fn take_back_unshown(&mut self, fit: &Fit) -> Option<Candidate<'d, 'a>> {
-        let first = self.accepted.first().filter(|_| fit.after > fit.before.max(fit.noise_floor))?.candidate.clone();
+        let apart = if turns_otherwise(&self.model.rig) { GATE.unshown * fit.noise_floor } else { 0.0 };
+        let farthest = fit.before.max(fit.noise_floor) + apart;
+        let first = self.accepted.first().filter(|_| fit.after > farthest)?.candidate.clone();
         self.take_back(0);
         Some(first)
     }

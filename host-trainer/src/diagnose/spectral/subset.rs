@@ -12,9 +12,10 @@ use super::pipeline::{Whole, nominal, whole};
 use super::settings::{FitSettings, GateSettings};
 use super::text;
 use super::unevenness::UnevenMachines;
-use crate::diagnose::result::{DiagnosisResult, Nuisance, Verdict};
+use crate::diagnose::result::{Cause, DiagnosisResult, Nuisance, Verdict};
 use crate::diagnose::{DiagnoseError, Task};
 use crate::recording::Recording;
+use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{Rig, RigError};
 use crate::signal::kinematics::Orders;
 
@@ -28,7 +29,12 @@ const FIT: FitSettings = FitSettings::DEFAULT;
 pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<DiagnosisResult, DiagnoseError> {
     let machine = rig.bearing().ok_or(DiagnoseError::NotBearing { found: rig.model.kind().name() })?;
     let Whole { result, searched, .. } = whole(task, rig, progress)?;
-    if result.diagnosis.verdict != Verdict::Unexplained || searched.len() < 2 {
+    let is_explained = match result.diagnosis.verdict {
+        Verdict::Unexplained => false,
+        Verdict::Mismatch => !result.diagnosis.causes.iter().all(may_be_no_gain),
+        _ => true,
+    };
+    if is_explained || searched.len() < 2 {
         return Ok(result);
     }
     progress("searching for the recordings that differ most");
@@ -60,6 +66,13 @@ pub fn diagnose(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Diagn
     let others: Vec<_> = result.diagnosis.nuisance.iter().filter(of_others).cloned().collect();
     own.diagnosis.nuisance.extend(others);
     Ok(own)
+}
+
+/// Whether a cause is a sensor's gain that may be 1: it may be another one in some recordings.
+fn may_be_no_gain(cause: &Cause) -> bool {
+    let is_around_1 = |[from, to]: &[f64; 2]| (*from..*to).contains(&1.0);
+    cause.name == EffectKind::SensorGain.name()
+        && cause.interval95.get(ParameterKey::Value.name()).is_some_and(is_around_1)
 }
 
 /// Fit of the rig to a recording by itself: the colour of the noise is its own, so that others' faults are no part of it.

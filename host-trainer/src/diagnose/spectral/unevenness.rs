@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::likelihood::spacing_shares;
 use super::observation::{Observation, Power, power, samples};
-use super::prediction::{Known, noise_free, noises_of};
+use super::prediction::{Known, Skirts, noise_free, noises_of, skirts};
 use super::settings::{FORMS, LikelihoodSettings};
 use crate::recording::Recording;
 use crate::rig::effect::{EffectKind, ParameterKey};
@@ -23,8 +23,11 @@ pub struct Unevenness {
     /// Power that unevenly spaced balls add, over the share of a line's power that they take.
     pub added: Power,
     /// Power that each error of form adds.
-    pub formed: Arc<[Power; FORMS]>,
+    pub formed: Formed,
 }
+
+/// Power that each error of form adds, and the same spread as a rotation wanders.
+pub type Formed = Arc<[(Power, Skirts); FORMS]>;
 
 /// Unevenness of the recordings of a rig, and of the rig with another rotation.
 #[derive(Debug, Default)]
@@ -96,7 +99,11 @@ fn unevenness(rig: &Rig, observations: &[Observation], orders: &Orders) -> Resul
         let shares = spacing_shares(o, SETTINGS.drawn_spacing_rad, orders.ftf);
         Unevenness {
             added: even.added_over(drawn[0], &shares),
-            formed: Arc::new(std::array::from_fn(|form| even.added(drawn[1 + form]))),
+            formed: Arc::new(std::array::from_fn(|form| {
+                let added = even.added(drawn[1 + form]);
+                let spread = skirts(&added, o);
+                (added, spread)
+            })),
             even: even.power,
         }
     };

@@ -28,6 +28,9 @@ pub struct CalibrationSettings {
     pub path_poles: [usize; 10],
     /// Density, as a share of the greatest, at and below which a bin is rounding and does not count in theory (61).
     pub density_floor: f64,
+    /// Share of half the sample rate up to which spectra are compared: above, a recorder's filter against aliases falls. Not tuned: the
+    /// bandwidth of analysers, 1/2.56 of the sample rate.
+    pub pass_band: f64,
 }
 
 impl CalibrationSettings {
@@ -44,5 +47,6 @@ impl CalibrationSettings {
         segment: 2048,
         path_poles: [2, 4, 8, 12, 16, 24, 32, 48, 64, 96],
         density_floor: 1e-9,
+        pass_band: 2.0 / 2.56,
     };
 }

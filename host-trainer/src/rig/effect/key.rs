@@ -62,6 +62,7 @@ keys! {
     RatePerS = "rate_per_s", "Relative rate of change, 1/s.";
     RegularisationMPerS = "regularisation_m_per_s", "Speed below which dry friction is rounded, m/s.";
     RiseS = "rise_s", "Duration of a change, s.";
+    SaturationPerM2 = "saturation_per_m2", "Saturation of a spring's nonlinear part: one over the square of the displacement at which half of it is left, 1/m².";
     Shape = "shape", "Course of a change over its duration.";
     Source = "source", "What excites a mode of the structure.";
     SpinRad = "spin_rad", "Angle of a ball about its own axis at shaft angle 0, rad.";

@@ -247,6 +247,13 @@ impl Parameter {
         Self { key: ParameterKey::Symmetry, ..parameter }
     }
 
+    /// The saturation of a spring's nonlinear part, usually none: as a factor 1/(1 + s q²) of it.
+    pub const fn saturation() -> Self {
+        let range = (1e2, 1e14);
+        let parameter = Self::number(ParameterKey::SaturationPerM2, "1/m²", Domain::NotNegative, range, Scale::Log);
+        parameter.usually(ParameterDefault::Number(0.0))
+    }
+
     /// The parameter with a default.
     pub const fn usually(mut self, usual: ParameterDefault) -> Self {
         self.default = usual;

@@ -19,6 +19,7 @@ pub(super) const EFFECT: Definition = Definition {
         Parameter::number(ParameterKey::CubicNPerM3, "N/m³", Domain::NotPositive, (-1e18, -1e9), Scale::Log),
         Parameter::component(Choices::Supported),
         Parameter::symmetry(),
+        Parameter::saturation(),
     ],
     library: LibraryTerms::CUBIC,
     equation,

@@ -30,8 +30,8 @@ pub struct GateSettings {
     /// Greatest damping of a component over its critical one that is a damper's. Choosing seeds 62 to 78 have dampers of at most 1.8,
     /// and dry frictions that hold their component as dampers of 26 to 96 would.
     pub most_critical: f64,
-    /// Lack of fit below which a second cause must gain as much, and no pair and no other shape of a defect is searched for.
-    pub second_lack: f64,
+    /// Lack of fit below which a cause must gain as much, and no pair and no other shape of a defect is searched for.
+    pub little_lack: f64,
     /// Gain of a sensor's gain beside so little. By hand: healthy sensors of choosing and scoring seeds had at most 26 beside a cause,
     /// gains of 0.7 to 1.5 at an own machine's sensor 27 to 44 where the colours take up most of them, 326 where lines lead.
     pub second_sensor_gain: f64,
@@ -48,10 +48,16 @@ pub struct GateSettings {
     /// of choosing and scoring seeds have at most 1.18 and one at the limits of all tolerances 1.23, a friction that takes the lines of
     /// one direction 2 to 2.5.
     pub unlike: f64,
+    /// Distance of simulations of another rotation from the held-out recordings beyond that without, over that of noise alone, from which
+    /// it is none. By hand.
+    pub unshown: f64,
     /// Greatest difference of a noise's power from the rig's by its colours, Np, from which a mismatch is unexplained: a colour costs
     /// little where it is smooth. By hand: healthy machines of other hands have at most 0.9, at the edge of a filter, and a sensor that
     /// falls from 1.7 kHz on 2.5.
     pub most_colour_np: f64,
+    /// Lack of fit of a rotation that wanders over that of an even one, up to which the nominal rig has it. By hand: healthy machines of
+    /// another hand have 0.1 to 0.4 (one 0.75), a misalignment beside it 0.5, defects 0.87 to 1.
+    pub wandering_left: f64,
     /// Gain of an effect that did not pass from which there is a mismatch all the same. Healthy machines of choosing seeds 43 to
     /// 46 had at most 18, recordings that did not agree about an effect 909.
     pub doubtful_gain: f64,
@@ -101,12 +107,14 @@ impl GateSettings {
         second_share: 0.3,
         phase: [6.0, 0.1],
         most_critical: 10.0,
-        second_lack: 100.0,
+        little_lack: 100.0,
         second_sensor_gain: 35.0,
         second_shared_lack: 35.0,
         lack: 25.0,
         unlike: 1.5,
+        unshown: 0.02,
         most_colour_np: 1.5,
+        wandering_left: 0.6,
         doubtful_gain: 100.0,
         rivalry: [6.0, 0.01],
         doubt: 2.0,

@@ -4,6 +4,8 @@ use serde::Serialize;
 
 /// Number of errors of form: the balls' diameters, the races' roundness.
 pub const FORMS: usize = 2;
+/// Count of the half widths to which lines are spread.
+pub const WIDTHS: usize = 3;
 
 /// Settings of the likelihood of a power spectrum. The priors of colour, jitter and stretch are by hand, with the healthy
 /// machines of another hand in view (docs/results.md, power spectra).
@@ -16,8 +18,6 @@ pub struct LikelihoodSettings {
     pub tapers: usize,
     /// First bin that counts: below it are the taper's lobe around 0 Hz and what is left of an offset.
     pub first_bin: usize,
-    /// Share of half the sample rate that counts: above, a recorder's filter against aliases falls. By hand: converters pass 0.9.
-    pub pass_band: f64,
     /// Knots of a noise's colour, as shares of half the sample rate.
     pub knots: [f64; 9],
     /// Standard deviation of a noise's level, Np of power.
@@ -47,10 +47,13 @@ pub struct LikelihoodSettings {
     pub outlier_power: f64,
     /// Greatest coherence of the channels: sensors, cables and structure are not those of the rig.
     pub most_coherent: f64,
-    /// Half width to which a wandering speed spreads a line that has lost its phase, Hz.
+    /// Half width to which a wandering rotation spreads a line that has lost its phase, Hz. Where the phase has lost more than 1 rad
+    /// it grows with that.
     pub wander_hz: f64,
+    /// Multiples of that half width for which lines are spread; between them the spread lines are mixed. By hand: for the memory.
+    pub wander_widths: [f64; WIDTHS],
     /// Standard deviations of the time of a ball pass around that of an even speed, s, among which a recording's is found.
-    pub jitter_s: [f64; 10],
+    pub jitter_s: [f64; 11],
     /// Standard deviations of a ball's place in the cage, rad, among which a machine's is found.
     pub spacing_rad: [f64; 7],
     /// Standard deviation of a ball's place with which uneven machines are simulated, rad, in the middle of those above, and their
@@ -98,7 +101,6 @@ impl LikelihoodSettings {
         settle_share: 0.6,
         tapers: 2,
         first_bin: 4,
-        pass_band: 0.9,
         knots: [0.002, 0.02, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0],
         level_np: 0.03,
         noise_level_np: 0.2,
@@ -113,7 +115,8 @@ impl LikelihoodSettings {
         outlier_power: 10.0,
         most_coherent: 0.9,
         wander_hz: 4.0,
-        jitter_s: [0.0, 2e-6, 4e-6, 8e-6, 1.5e-5, 3e-5, 6e-5, 1.2e-4, 2.5e-4, 5e-4],
+        wander_widths: [1.0, 3.0, 9.0],
+        jitter_s: [0.0, 2e-6, 4e-6, 8e-6, 1.5e-5, 3e-5, 6e-5, 1.2e-4, 2.5e-4, 5e-4, 1e-3],
         spacing_rad: [0.0, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2],
         drawn_spacing_rad: 3e-3,
         drawn_machines: 5,

@@ -18,7 +18,7 @@ pub use gate::GateSettings;
 pub use guess::GuessSettings;
 pub use intervals::IntervalSettings;
 pub use lack::LackSettings;
-pub use likelihood::{FORMS, LikelihoodSettings};
+pub use likelihood::{FORMS, LikelihoodSettings, WIDTHS};
 pub use mains::MainsSettings;
 pub use search::SearchSettings;
 pub use tolerance::ToleranceSettings;
