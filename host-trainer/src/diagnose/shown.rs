@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::result::{Fit, HeldOut, Left};
-use crate::identify::calibrate::distance::{compared, log_spectral};
+use crate::identify::calibrate::distance::log_spectral;
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::signal::spectrum::welch;
 use crate::stats::significance::sign_flip_of;
@@ -38,11 +38,10 @@ fn errors(held: &HeldOut) -> Option<Errors> {
     let of = |samples: &[f64]| welch(&[samples], held.sample_rate_hz, segment);
     let (measured, before, after) = (of(&held.measured)?, of(&held.before)?, of(&held.after)?);
     let floor = 1e-9 * measured.values.iter().copied().fold(0.0, f64::max);
-    let count = compared(measured.values.len());
-    let width = count.div_ceil(SETTINGS.blocks).max(1);
+    let width = measured.values.len().div_ceil(SETTINGS.blocks).max(1);
     let mut found = Errors { before: Vec::new(), after: Vec::new(), hz: Vec::new() };
-    for from in (0..count).step_by(width) {
-        let inside = from..(from + width).min(count);
+    for from in (0..measured.values.len()).step_by(width) {
+        let inside = from..(from + width).min(measured.values.len());
         let mean = |of: &[f64]| {
             let error = |k: usize| (10.0 * (measured.values[k].max(floor) / of[k].max(1e-30)).log10()).powi(2);
             inside.clone().map(error).sum::<f64>() / inside.len() as f64
