@@ -26,7 +26,7 @@ impl ShownSettings {
     pub const DEFAULT: Self = Self { segment: 2048, blocks: 24 };
 }
 
-/// Squared differences of the logarithms of two densities from the measured one, dB², in blocks of frequency.
+/// Squared differences of the logarithms of two densities from the measured one, dB², in blocks of all frequencies.
 struct Errors {
     before: Vec<f64>,
     after: Vec<f64>,

@@ -1,8 +1,8 @@
 //! Random part of a recording: response to the process force and to the random forces of effects, theory (51) and (52).
 //!
 //! The response is that of the rig linearised about its motion (theory (49) and (50)), through the linear part of the output
-//! chain; as balls pass, the contact's slope changes, and responses begin at several angles of the cage. Force laws that depend on the noise
-//! ([`Assembly::depends_on_velocity_noise`](super::assembly::Assembly)) are linearised about a run that is the mean over the
+//! chain; as balls pass, the contact's slope changes, and responses begin at several angles of the cage. Force laws that
+//! depend on the noise ([`Assembly::depends_on_velocity_noise`](super::assembly::Assembly)) are linearised about a run that is the mean over the
 //! noise, instant by instant: noise escapes where the run slides and is stopped where it turns, so that the mean slope is no
 //! measure of its power. The spectrum is then the mean of the squared responses to impulses at several instants.
 

@@ -66,7 +66,7 @@ fn cause(table: &Table, model: &TermModel, part: usize, factor: f64, machine: &S
             if entry.kind == EffectKind::EndStopContact {
                 free.push(ParameterKey::GapM);
             }
-            if entry.number(ParameterKey::SaturationPerM2).is_some_and(|saturation| saturation > 0.0) {
+            if term.variants[variant].saturates() {
                 free.push(ParameterKey::SaturationPerM2);
             }
         }

@@ -5,7 +5,7 @@
 //! | `acquire`, `faults`, `hum` | recordings to states; faults of the samples marked, taken off or cut out |
 //! | `nominal`, `rough` | the rig's own parameters: which are fitted, what sets the scale; noise, course and delay of the input |
 //! | `library`, `terms`, `flexible` | columns of a regression: terms with a name, and others without |
-//! | `table`, `select` | cross-validated models of them; none, one, two, seldom three |
+//! | `table`, `select`, `blocks` | cross-validated models of them; none, one, two, seldom three; whether one gains beyond chance |
 //! | `causes`, `validate` | effects of the vocabulary, fitted by simulation and judged on what they were not fitted to |
 //! | `repeating` | tones, and forces that repeat along the travel, in what a model leaves |
 //! | `verdict`, `held_out` | the gate that every cause passes, on held-out stretches |
@@ -13,6 +13,7 @@
 //! | `settings` | thresholds, lengths and counts |
 
 mod acquire;
+mod blocks;
 mod causes;
 mod curve;
 mod faults;

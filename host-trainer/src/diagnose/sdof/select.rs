@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
+use super::blocks;
 use super::settings::SdofSettings;
 use super::table::{Table, TermModel};
-use super::validate;
-use crate::rig::effect::{EffectKind, ParameterKey};
+use crate::rig::effect::EffectKind;
 use crate::stats::significance::shares;
 
 const SETTINGS: SdofSettings = SdofSettings::DEFAULT;
@@ -46,7 +46,7 @@ pub struct Selection {
 
 /// p-value of a model against another, by the errors of blocks that neither was fitted to.
 pub fn gain_p(before: &TermModel, after: &TermModel) -> f64 {
-    validate::gain_p(&before.left, &after.left)
+    blocks::gain_p(&before.left, &after.left)
 }
 
 /// Selects causes; `None` if the rig's own parameters cannot be fitted.
@@ -147,13 +147,11 @@ fn without_step(table: &Table, chosen: &TermModel, level: f64) -> Option<TermMod
 
 /// The model with springs of a power law in place of those that saturate, if that is not worse beyond chance.
 fn without_saturation(table: &Table, chosen: &TermModel, level: f64) -> Option<TermModel> {
-    let is_saturating = |(term, variant): &(usize, usize)| {
-        let entry = &table.library.terms[*term].variants[*variant].entry;
-        entry.number(ParameterKey::SaturationPerM2).is_some_and(|saturation| saturation > 0.0)
-    };
+    let is_saturating = |(term, variant): &(usize, usize)| table.library.terms[*term].variants[*variant].saturates();
     if !chosen.parts.iter().any(is_saturating) {
         return None;
     }
+    // The first variant of a spring is of a power law.
     let parts = chosen.parts.iter().map(|part| if is_saturating(part) { (part.0, 0) } else { *part });
     let (terms, variants): (Vec<usize>, Vec<usize>) = parts.unzip();
     table.model(&terms, &[variants]).filter(|model| gain_p(model, chosen) > level)

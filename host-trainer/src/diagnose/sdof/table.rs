@@ -171,15 +171,8 @@ impl Table {
                 let free = free.iter().position(|c| c == column).map(|i| values[i]);
                 free.or_else(|| fixed.iter().find(|(f, _)| f == column).map(|(_, v)| *v)).unwrap_or_default()
             };
-            let each = || parts.iter().zip(&named).map(|((t, _), column)| (&self.library.terms[*t], at(column)));
-            let is_of_spring = |term: &Term| term.meaning == Meaning::Change(Parameter::Stiffness);
-            let stiffer = each().find(|(term, _)| is_of_spring(term)).map_or(0.0, |(_, change)| change);
-            let holds = |(term, value): (&Term, f64)| match term.meaning {
-                // The play is of the spring as it is.
-                Meaning::Spring(stated) => term.sign.holds(value * stated / (stated + stiffer)),
-                _ => term.sign.holds(value),
-            };
-            if !each().all(holds) {
+            let fitted = parts.iter().zip(&named).map(|((t, _), column)| (&self.library.terms[*t], at(column)));
+            if !signs_hold(&fitted.collect::<Vec<_>>()) {
                 return None;
             }
             let columns: Vec<usize> = own.iter().chain(&named).copied().collect();
@@ -274,6 +267,16 @@ impl Table {
         }
         Some(target.iter().map(|i| target.iter().map(|j| covariance[*i][*j]).collect()).collect())
     }
+}
+
+/// Whether the coefficients of terms are in their ranges. A play is of the spring as it is, with a change of its stiffness.
+fn signs_hold(fitted: &[(&Term, f64)]) -> bool {
+    let is_of_spring = |(term, _): &&(&Term, f64)| term.meaning == Meaning::Change(Parameter::Stiffness);
+    let stiffer = fitted.iter().find(is_of_spring).map_or(0.0, |(_, change)| *change);
+    fitted.iter().all(|(term, value)| match term.meaning {
+        Meaning::Spring(stated) => term.sign.holds(value * stated / (stated + stiffer)),
+        _ => term.sign.holds(*value),
+    })
 }
 
 /// Fold of a place: of the recording, where there are as many as folds, else of the block of time, whose place is a share of

@@ -96,6 +96,13 @@ pub struct Variant {
     pub column: usize,
 }
 
+impl Variant {
+    /// Whether it is a spring whose nonlinear part saturates.
+    pub fn saturates(&self) -> bool {
+        self.entry.number(ParameterKey::SaturationPerM2).is_some_and(|saturation| saturation > 0.0)
+    }
+}
+
 /// Part of the diagnosis of a rig of one degree of freedom that seeks an effect.
 #[cfg(test)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,11 +2,11 @@
 
 use std::sync::{Arc, OnceLock};
 
+use super::colour::Colour;
 use super::data::Point;
 use super::fit::Model;
 use super::guesses::Guesses;
 use super::hypotheses::{Hypothesis, all};
-use super::likelihood::Colour;
 use super::observation::mean_load_n;
 use super::prediction::{Known, is_inner};
 use super::settings::GateSettings;

@@ -8,8 +8,9 @@ use realfft::num_complex::Complex;
 
 use super::candidate::{Candidate, NullFit};
 use super::data::Point;
+use super::density::ORDINARY;
 use super::fit::Model;
-use super::likelihood::{Channel, Expected, ORDINARY};
+use super::likelihood::{Channel, Expected};
 use super::observation::{cross_power, power};
 use super::prediction::{noise_free, noise_free_runs};
 use super::settings::LikelihoodSettings;

@@ -6,14 +6,15 @@ use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
 use rayon::prelude::*;
 
-use super::likelihood::{
-    COLOURS, Channel, Colour, ColouredNoise, Expected, Jitter, KNOTS, OwnColour, Range, Stretch, best_stretch,
-    colour_covariance, colour_with, hats, jitters, own_colour_covariance, spacing_shares,
+use super::colour::{
+    COLOURS, Colour, ColouredNoise, KNOTS, OwnColour, colour_covariance, colour_with, hats, own_colour_covariance,
 };
+use super::likelihood::{Channel, Expected, Jitter, jitters, spacing_shares};
 use super::observation::Observation;
 use super::prediction::Prediction;
 use super::settings::{FORMS, LikelihoodSettings};
 use super::sidebands::{Shares, Sidebands, numbers};
+use super::stretch::{Range, Stretch, best_stretch};
 use super::unevenness::UnevenMachines;
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::signal::kinematics::Orders;

@@ -4,9 +4,10 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
+use super::colour::{COLOURS, KNOTS, PROCESS};
 use super::data::Point;
 use super::fit::Model;
-use super::likelihood::{COLOURS, Channel, KNOTS, PROCESS};
+use super::likelihood::Channel;
 use super::observation::Power;
 use super::prediction::{Deterministic, Known, Part, is_inner, lines_of, noises_of};
 use super::settings::FitSettings;

@@ -8,10 +8,10 @@ use rayon::prelude::*;
 
 use super::data::{Data, Point};
 use super::expansion::Expansion;
-use super::likelihood::Stretch;
 use super::prediction::{Known, Prediction, predictions};
 use super::settings::{FitSettings, LikelihoodSettings};
 use super::sidebands::Sidebands;
+use super::stretch::Stretch;
 use crate::identify::likelihood::coordinate::Coordinate;
 use crate::rig::effect::EffectKind;
 use crate::rig::{Rig, RigError};
@@ -244,8 +244,8 @@ impl<'d, 'a> Model<'d, 'a> {
     /// Moves the jitter of each recording to where it fits better, a step up or down, and the unevenness of balls and races.
     fn refine_jitter(&self, point: &mut Point) {
         let last = LIKELIHOOD.jitter_s.len() - 1;
-        let stepped = |by: i64| point.jitter.iter().map(|j| (*j as i64 + by).clamp(0, last as i64) as usize).collect();
-        self.move_jitter(point, [-1, 1].map(stepped).into());
+        let all = |by: i64| point.jitter.iter().map(|j| (*j as i64 + by).clamp(0, last as i64) as usize).collect();
+        self.move_jitter(point, [-1, 1].map(all).into());
         for by in [-1i64, 1] {
             let stepped = |index: usize, count: usize| (index as i64 + by).clamp(0, count as i64 - 1) as usize;
             let spacing = stepped(point.spacing, LIKELIHOOD.spacing_rad.len());
@@ -343,12 +343,28 @@ impl Damped for Scoring<'_, '_, '_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::spectral::imperfect::testing::{observed, pitted};
     use crate::diagnose::spectral::observation::Observation;
     use crate::diagnose::spectral::unevenness::UnevenMachines;
     use crate::identify::likelihood::observed::Observed;
     use crate::rig::effect::ParameterKey;
     use crate::rig::test_support::{condition, nominal};
     use crate::rig::{EffectEntry, Start, simulate};
+
+    /// A rotation that wanders by 0.5 ms: a search from an even one stays there.
+    #[test]
+    fn invariant_a_rotation_that_wanders_widely_is_found() {
+        let rig = pitted();
+        let wide = LIKELIHOOD.jitter_s.iter().position(|jitter| *jitter == 5e-4).unwrap();
+        let observations = [observed(&rig, 500.0, &Point::default().in_recordings(1, wide))];
+        let orders = rig.bearing().unwrap().bearing.geometry().orders();
+        let data = Data::new(&observations, orders, UnevenMachines::default());
+        let model = Model::fixed(&data, rig);
+        let even = Point { jitter: vec![0], ..model.start().unwrap() };
+        let found = model.search_wandering(&even, 10).unwrap();
+        assert!(found.jitter[0].abs_diff(wide) <= 1, "{:?}", found.jitter);
+        assert!(found.objective() < model.search(even, 0).unwrap().objective() - 100.0);
+    }
 
     /// A slipping cage slows the passes over the outer race and quickens those over the inner one.
     #[test]

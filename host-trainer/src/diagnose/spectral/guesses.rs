@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::data::{Data, Point};
-use super::likelihood::{Range, Stretch};
 use super::settings::{GuessSettings, LikelihoodSettings};
+use super::stretch::{Range, Stretch};
 
 const SETTINGS: GuessSettings = GuessSettings::DEFAULT;
 const LIKELIHOOD: LikelihoodSettings = LikelihoodSettings::DEFAULT;

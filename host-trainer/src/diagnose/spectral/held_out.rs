@@ -1,9 +1,9 @@
 //! Held-out recordings, and simulations of them before and after the correction.
 
+use super::colour::{Colour, hats};
 use super::data::Point;
 use super::events::Event;
 use super::imperfect::Imperfections;
-use super::likelihood::{Colour, hats};
 use super::mains::Mains;
 use super::observation::{Observation, samples};
 use super::prediction::{Known, START_ANGLES_RAD, predictions};
@@ -148,7 +148,7 @@ fn filtered(mut samples: Vec<f64>, gains: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::spectral::likelihood::KNOTS;
+    use crate::diagnose::spectral::colour::KNOTS;
     use crate::identify::likelihood::observed::Observed;
     use crate::rig::effect::{EffectKind, ParameterKey};
     use crate::rig::test_support::{condition, nominal};

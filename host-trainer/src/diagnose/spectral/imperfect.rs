@@ -6,10 +6,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::data::Point;
-use super::likelihood::Stretch;
 use super::prediction::is_inner;
 use super::settings::{FORMS, LikelihoodSettings};
 use super::sidebands::Sidebands;
+use super::stretch::Stretch;
 use super::unevenness::with_roundness;
 use crate::rig::{OperatingCondition, Rig, Start};
 use crate::signal::interpolate::{Interpolator, held};

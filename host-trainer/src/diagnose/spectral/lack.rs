@@ -1,8 +1,9 @@
 //! Lack of fit: what a prediction leaves in each channel, band by band and line by line, and levels that are others in some
 //! recordings.
 
+use super::colour::Colour;
 use super::data::{Data, Point};
-use super::likelihood::{Colour, shape_of};
+use super::density::shape_of;
 use super::settings::{LackSettings, LikelihoodSettings};
 use crate::diagnose::result::{Aspect, Test};
 use crate::identify::likelihood::observed::CHANNELS;
@@ -162,9 +163,9 @@ fn band_of(hz: f64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::spectral::colour::KNOTS;
     use crate::diagnose::spectral::fit::Model;
     use crate::diagnose::spectral::imperfect::testing::observed;
-    use crate::diagnose::spectral::likelihood::KNOTS;
     use crate::diagnose::spectral::settings::GateSettings;
     use crate::diagnose::spectral::unevenness::UnevenMachines;
     use crate::rig::EffectEntry;

@@ -6,7 +6,10 @@
 //! | `prediction` | spectra that a rig predicts: noise and lines |
 //! | `unevenness` | lines of machines with unevenly spaced balls |
 //! | `unsteady` | spikes, a level that rises and falls, a tone that sweeps |
-//! | `likelihood` | their density, with all that a machine is beyond its drawing |
+//! | `likelihood` | spectra of a machine: a prediction with all that it is beyond its drawing |
+//! | `colour`, `stretch` | noise and frequencies of lines beyond those of the rig |
+//! | `density` | density of a bin's power under noise and lines |
+//! | `place` | places between two values of a list |
 //! | `cross` | what the phase between the channels adds |
 //! | `data` | recordings of a fit, and points in the space of its unknowns |
 //! | `expansion` | gradient and information at a point |
@@ -40,8 +43,10 @@ mod angle;
 mod baseline;
 mod candidate;
 mod causes;
+mod colour;
 mod cross;
 mod data;
+mod density;
 mod dissipation;
 mod events;
 mod expansion;
@@ -59,6 +64,7 @@ mod mains;
 mod observation;
 mod pairs;
 mod pipeline;
+mod place;
 mod prediction;
 mod refit;
 mod screening;
@@ -66,6 +72,7 @@ mod search;
 mod selection;
 mod settings;
 mod sidebands;
+mod stretch;
 mod subset;
 mod terms;
 mod text;

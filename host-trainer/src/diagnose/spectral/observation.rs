@@ -8,7 +8,7 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use realfft::num_complex::Complex;
 
 use super::settings::LikelihoodSettings;
-use crate::identify::calibrate::distance::compared;
+use crate::identify::calibrate::distance::within_pass_band;
 use crate::identify::calibrate::split::longer_part;
 use crate::identify::likelihood::observed::{CHANNELS, Coefficients, Observed, padded};
 use crate::identify::likelihood::tachometer::Reading;
@@ -88,7 +88,7 @@ impl Observation {
 
     /// Bins of the likelihood, within the band in which spectra are compared.
     pub fn bins(&self) -> Range<usize> {
-        let last = compared(self.condition.samples / 2);
+        let last = within_pass_band(self.condition.samples / 2);
         SETTINGS.first_bin..last.max(SETTINGS.first_bin)
     }
 }

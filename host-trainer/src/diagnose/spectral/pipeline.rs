@@ -74,7 +74,7 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let data = Data::new(&fitted, orders, UnevenMachines::new(rig, &fitted, &orders)?);
     let held_data = Data::new(&held, orders, UnevenMachines::new(rig, &held, &orders)?);
     let nominal = nominal(rig, &data);
-    let null = null(&nominal)?;
+    let null = null_point(&nominal)?;
     let held_null = refit_nuisances(&held_data, &nominal, &null)?;
     let [before, held_before] = lack_of_both([(&data, &null), (&held_data, &held_null)]);
     let healthy = task.baseline.map(&observe).transpose()?.unwrap_or_default();
@@ -249,7 +249,7 @@ fn tilted(data: &Data, point: &Point, first: usize) -> Option<GreatestColour> {
 
 /// Fit of the nominal rig, whose rotation wanders if that is most of what the rig lacks: otherwise it would take up the lines of a
 /// defect.
-fn null(nominal: &Model) -> Result<Point, DiagnoseError> {
+fn null_point(nominal: &Model) -> Result<Point, DiagnoseError> {
     let even = nominal.search(nominal.start()?, FIT.nominal_steps)?;
     let wandering = nominal.search_wandering(&even, FIT.nominal_steps)?;
     let lacks = [&even, &wandering].map(|point| lack(nominal.data, point).total());

@@ -3,10 +3,10 @@
 
 use rayon::prelude::*;
 
+use super::colour::Colour;
 use super::data::Data;
 use super::growth::Refitted;
 use super::lack::{lack, level_nats};
-use super::likelihood::Colour;
 use super::observation::Observation;
 use super::pipeline::{Whole, nominal, whole};
 use super::settings::{FitSettings, GateSettings};

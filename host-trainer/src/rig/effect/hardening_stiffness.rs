@@ -1,7 +1,7 @@
 //! A support spring that stiffens: k q + k₃ q³ with k₃ > 0 in each direction, or k q + k₃ |q|² q along the displacement
-//! (I. Kovacic, M. J. Brennan, "The Duffing Equation", 2011). Its slope k + 3 k₃ q² rises with the static deflection, hence the resonance with the load.
-//! A spring that is another straight one far from its middle, as one between two stops is, or that yields as tanh q does, has a cubic
-//! part that saturates: k₃ q³/(1 + s q²).
+//! (I. Kovacic, M. J. Brennan, "The Duffing Equation", 2011). Its slope k + 3 k₃ q² rises with the static deflection, hence the
+//! resonance with the load. A spring that far from its middle is another straight one, as between two clamps, has a cubic part
+//! that saturates: k₃ q³/(1 + s q²).
 
 use super::Values;
 use super::{Definition, LibraryTerms, Parameter, ParameterKey, Phase, Rigs, Scale, Site, Timing, component::Choices};

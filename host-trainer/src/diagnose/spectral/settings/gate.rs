@@ -30,7 +30,8 @@ pub struct GateSettings {
     /// Greatest damping of a component over its critical one that is a damper's. Choosing seeds 62 to 78 have dampers of at most 1.8,
     /// and dry frictions that hold their component as dampers of 26 to 96 would.
     pub most_critical: f64,
-    /// Lack of fit below which a cause must gain as much, and no pair and no other shape of a defect is searched for.
+    /// Lack of fit below which a second cause, and a first one that is a constant force or another exponent of the contact, must gain as
+    /// much, and no pair and no other shape of a defect is searched for.
     pub little_lack: f64,
     /// Gain of a sensor's gain beside so little. By hand: healthy sensors of choosing and scoring seeds had at most 26 beside a cause,
     /// gains of 0.7 to 1.5 at an own machine's sensor 27 to 44 where the colours take up most of them, 326 where lines lead.
@@ -49,7 +50,7 @@ pub struct GateSettings {
     /// one direction 2 to 2.5.
     pub unlike: f64,
     /// Distance of simulations of another rotation from the held-out recordings beyond that without, over that of noise alone, from which
-    /// it is none. By hand.
+    /// it is none. By hand: a cage that slips by 1.2 % is 0.01 farther.
     pub unshown: f64,
     /// Greatest difference of a noise's power from the rig's by its colours, Np, from which a mismatch is unexplained: a colour costs
     /// little where it is smooth. By hand: healthy machines of other hands have at most 0.9, at the edge of a filter, and a sensor that
