@@ -9,7 +9,7 @@ use super::guesses::Guesses;
 use super::hypotheses::{Hypothesis, all};
 use super::observation::mean_load_n;
 use super::prediction::{Known, is_inner};
-use super::settings::GateSettings;
+use super::settings::{GateSettings, LikelihoodSettings};
 use crate::identify::likelihood::coordinate::Coordinate;
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::rig::config::RigKey;
@@ -18,6 +18,7 @@ use crate::rig::{EffectEntry, Rig};
 use crate::signal::transform::median;
 
 const GATE: GateSettings = GateSettings::DEFAULT;
+const LIKELIHOOD: LikelihoodSettings = LikelihoodSettings::DEFAULT;
 
 /// Effect fitted together with all that the model had before.
 #[derive(Clone)]
@@ -153,7 +154,27 @@ impl<'d, 'a> NullFit<'d, 'a> {
 
     /// Candidates of a hypothesis at starts of a search, all simulated side by side; those that cannot run are left out.
     pub fn started(&self, hypothesis: &Hypothesis, starts: &[EffectEntry]) -> Vec<Candidate<'d, 'a>> {
-        let prepared: Vec<_> = starts.iter().filter_map(|start| self.with_effect(hypothesis, start, false)).collect();
+        self.started_from(hypothesis, starts, |_| {})
+    }
+
+    /// Candidates as by [`NullFit::started`], from the rotation of an even machine.
+    pub fn started_evenly(&self, hypothesis: &Hypothesis, starts: &[EffectEntry]) -> Vec<Candidate<'d, 'a>> {
+        self.started_from(hypothesis, starts, |from| from.jitter.fill(LIKELIHOOD.usual[0][0]))
+    }
+
+    /// Candidates as by [`NullFit::started`], from changed nuisances.
+    fn started_from(
+        &self,
+        hypothesis: &Hypothesis,
+        starts: &[EffectEntry],
+        change: impl Fn(&mut Point),
+    ) -> Vec<Candidate<'d, 'a>> {
+        let prepared = starts.iter().filter_map(|start| self.with_effect(hypothesis, start, false));
+        let changed = |(model, mut from)| {
+            change(&mut from);
+            (model, from)
+        };
+        let prepared: Vec<(Model, Point)> = prepared.map(changed).collect();
         let points = Model::start_all(&prepared);
         let all = prepared.into_iter().zip(points);
         all.filter_map(|((model, _), point)| Some(self.candidate(hypothesis, model, point?))).collect()

@@ -81,7 +81,11 @@ pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought)
         let searched = started.searched(SETTINGS.steps[0]);
         // A stop without its damping can gain too little to be followed.
         let is_stop = hypothesis.kind == EffectKind::EndStopContact;
-        Some(if is_stop { forms.extended(searched, hypothesis) } else { searched })
+        let searched = if is_stop { forms.extended(searched, hypothesis) } else { searched };
+        // A drift or a slip may be what the null fit took for a rotation that wanders.
+        let is_turning = matches!(hypothesis.kind, EffectKind::SpeedDrift | EffectKind::CageSlip);
+        let even = || Some(best(null.started_evenly(hypothesis, &starts))?.searched(SETTINGS.steps[0]));
+        best([searched].into_iter().chain(is_turning.then(even).flatten()))
     };
     let mut fits: Vec<Candidate> = sought.into_par_iter().filter_map(fit).collect();
     let ask_phase = |fits: &mut [Candidate]| {
