@@ -278,9 +278,10 @@ fn synthesised(data: &Data, found: &Found, causes: &[&Candidate], geometry: &Geo
         let make = |density, modulators: &[Modulator], seed| {
             noise(measured.len(), held.sample_rate_hz, held.shaft_hz, density, modulators, seed)
         };
-        let before = make(&before, &[], seed);
+        // The same noise with the cause and without it, so that they differ by the cause alone.
+        let still: Vec<Modulator> = modulated.iter().map(Modulator::still).collect();
+        let before = make(&before, &still, seed);
         let after = if !causes.is_empty() {
-            let seed = seed.wrapping_add(7);
             make(&after, &passed(&modulated, held, measured.len(), &after, seed), seed)
         } else {
             before.clone()

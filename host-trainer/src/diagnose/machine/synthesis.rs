@@ -30,6 +30,11 @@ pub struct Modulator {
 }
 
 impl Modulator {
+    /// The same band without any modulation.
+    pub fn still(&self) -> Self {
+        Self { lines: Vec::new(), ..self.clone() }
+    }
+
     /// Share of the band's power that comes and goes: what the least power in a few turns lacks to the mean.
     pub fn share(&self) -> f64 {
         let least = self.course(SETTINGS.course_turns / COURSE as f64).into_iter().fold(1.0, f64::min);

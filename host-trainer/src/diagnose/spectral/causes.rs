@@ -82,16 +82,12 @@ pub fn holding<'c, 'd, 'a>(friction: &Candidate, refused: &'c [Candidate<'d, 'a>
 pub struct Trust {
     /// Whether the signals are steady: spikes and bursts of noise change the spectrum as all effects do but those of lines.
     pub is_steady: bool,
-    /// Whether converter and sensor keep their level: steps as great as the signal, and a filter, change it and the spectrum, as a gain
-    /// and a mode do.
+    /// Whether the converter keeps the level: steps as great as the signal change it and the spectrum, as a gain and a mode do.
     pub keeps_level: bool,
+    /// Whether the noise is as behind a filter or mounting that the rig has not, which has a gain and broad modes of its own.
+    pub is_filtered: bool,
     /// Share that is left of the lack of fit beyond chance.
     pub share: f64,
-}
-
-/// Whether an effect is between the machine and its recording: it changes levels and spectra, and strikes nothing.
-pub fn is_of_signal(kind: EffectKind) -> bool {
-    matches!(kind, EffectKind::SensorGain | EffectKind::StructuralResonance)
 }
 
 /// Whether an effect strikes, or sticks and slips, which can be taken for spikes.
@@ -112,21 +108,35 @@ fn is_of_lines(kind: EffectKind) -> bool {
     is_other || is_defect(kind)
 }
 
+/// Whether a mode is narrower than the edges of filters.
+fn is_sharp(mode: &EffectEntry) -> bool {
+    mode.number(ParameterKey::DampingRatio).is_some_and(|ratio| ratio < GATE.sharp_ratio)
+}
+
 impl Trust {
     /// Factor of the probability of an effect.
-    pub fn of(self, kind: EffectKind) -> f64 {
+    pub fn of(self, effect: &EffectEntry) -> f64 {
         let [full, none] = GATE.left_share;
         let trust = (1.0 - (self.share - full) / (none - full)).clamp(0.0, 1.0);
-        match kind {
-            _ if is_defect(kind) => trust.max(GATE.defect_trust),
-            _ if is_of_signal(kind) && !self.keeps_level || !is_of_lines(kind) && !self.is_steady => 0.0,
+        match effect.kind {
+            kind if is_defect(kind) => trust.max(GATE.defect_trust),
+            kind if self.may_be_of_signal(effect) || !is_of_lines(kind) && !self.is_steady => 0.0,
             _ => trust,
         }
     }
 
+    /// Whether what is between the machine and its recording may change levels and spectra as an effect does.
+    fn may_be_of_signal(self, effect: &EffectEntry) -> bool {
+        match effect.kind {
+            EffectKind::SensorGain => !self.keeps_level || self.is_filtered,
+            EffectKind::StructuralResonance => !self.keeps_level || self.is_filtered && !is_sharp(effect),
+            _ => false,
+        }
+    }
+
     /// Whether an effect of a probability by itself is stated as a cause.
-    pub fn states(self, probability: f64, kind: EffectKind) -> bool {
-        probability * self.of(kind) >= GATE.least_probable.min(probability)
+    pub fn states(self, probability: f64, effect: &EffectEntry) -> bool {
+        probability * self.of(effect) >= GATE.least_probable.min(probability)
     }
 }
 
@@ -244,7 +254,7 @@ pub fn event_cause(event: &Event, names: &[String], trust: Trust) -> Cause {
     let times: Vec<(String, f64)> = occurrences(event, names).map(|(o, name)| (name.clone(), o.time_s)).collect();
     Cause {
         name: effect.kind.to_string(),
-        probability: event.probability * trust.of(effect.kind),
+        probability: event.probability * trust.of(&effect),
         parameters,
         evidence: text::event(&times, event.gain()),
         equation,

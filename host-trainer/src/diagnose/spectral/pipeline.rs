@@ -106,12 +106,14 @@ pub fn whole(task: &Task, rig: &Rig, progress: &dyn Fn(&str)) -> Result<Whole, D
     let most_coloured = |selection: &Selection, held: &Point| {
         tilted(&data, &selection.point, 0).or_else(|| tilted(&held_data, held, fitted.len()))
     };
-    let is_level_known = coarse.is_none_or(|converter| converter.keeps_level());
-    let keeps_level = is_level_known && most_coloured(&selection, &held_point).is_none();
-    let is_steady = kurtosis.is_none();
-    let trust = Trust { is_steady, keeps_level, share };
+    let trust = Trust {
+        is_steady: kurtosis.is_none(),
+        keeps_level: coarse.is_none_or(|converter| converter.keeps_level()),
+        is_filtered: most_coloured(&selection, &held_point).is_some(),
+        share,
+    };
     // One spike among others is no event.
-    let event = event.filter(|e| trust.states(e.probability, e.effect.kind));
+    let event = event.filter(|e| trust.states(e.probability, &e.effect));
     if selection.judge(trust) {
         held_point = refitted(&selection)?;
     }

@@ -318,10 +318,12 @@ impl<'d, 'a> Selection<'d, 'a> {
     /// it; none is one if the most probable leaves too much. Whether the model is another one then.
     pub fn judge(&mut self, trust: Trust) -> bool {
         let found = self.accepted.len();
-        let trusted = self.accepted.iter().take_while(|a| trust.of(a.candidate.kind) > 0.0).count();
-        let is_stated = self.accepted[..trusted].iter().any(|a| trust.states(a.probability, a.candidate.kind));
+        let of = |a: &Accepted| a.candidate.effect().map_or(0.0, |effect| trust.of(&effect));
+        let trusted = self.accepted.iter().take_while(|a| of(a) > 0.0).count();
+        let states = |a: &Accepted| a.candidate.effect().is_some_and(|effect| trust.states(a.probability, &effect));
+        let is_stated = self.accepted[..trusted].iter().any(states);
         self.take_back(if is_stated { trusted } else { 0 });
-        self.accepted.iter_mut().for_each(|a| a.probability *= trust.of(a.candidate.kind));
+        self.accepted.iter_mut().for_each(|a| a.probability *= of(a));
         self.accepted.len() < found
     }
 
@@ -466,7 +468,7 @@ mod tests {
         let judged = |effects: [EffectEntry; 2], [is_steady, keeps_level]: [bool; 2]| {
             let mut selection = Selection::new(&model, &point, None);
             effects.into_iter().for_each(|effect| selection.accept(effect, 900.0));
-            let is_changed = selection.judge(Trust { is_steady, keeps_level, share: 0.1 });
+            let is_changed = selection.judge(Trust { is_steady, keeps_level, is_filtered: false, share: 0.1 });
             assert_eq!(selection.model.rig.effects.len(), selection.accepted.len());
             (is_changed, selection.accepted.len(), selection.rejected.len())
         };

@@ -56,6 +56,9 @@ pub struct GateSettings {
     /// little where it is smooth. By hand: healthy machines of other hands have at most 0.9, at the edge of a filter, and a sensor that
     /// falls from 1.7 kHz on 2.5.
     pub most_colour_np: f64,
+    /// Damping ratio below which a mode is one of a structure even beside another filter, whose edges are broader. By hand: bolted
+    /// structures have 0.003 to 0.03, filters of the fifth order have poles of 0.3.
+    pub sharp_ratio: f64,
     /// Lack of fit of a rotation that wanders over that of an even one, up to which the nominal rig has it. By hand: healthy machines of
     /// another hand have 0.1 to 0.4 (one 0.75), a misalignment beside it 0.5, defects 0.87 to 1.
     pub wandering_left: f64,
@@ -115,6 +118,7 @@ impl GateSettings {
         unlike: 1.5,
         unshown: 0.02,
         most_colour_np: 1.5,
+        sharp_ratio: 0.05,
         wandering_left: 0.6,
         doubtful_gain: 100.0,
         rivalry: [6.0, 0.01],
