@@ -115,7 +115,7 @@ fn cause_lines(cause: &Cause) -> Vec<String> {
     for (name, value) in &cause.parameters {
         out.push(match value {
             Parameter::Number(v) => {
-                format!("  {}", with_range(name, *v, cause.interval95.get(name).copied()))
+                format!("  {}", with_range(cause.key_with_unit(name), *v, cause.interval95.get(name).copied()))
             }
             Parameter::Name(text) => format!("  {name} {text}"),
         });

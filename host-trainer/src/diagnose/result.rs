@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::rig::effect::{EffectKind, ParameterKey};
 use crate::rig::{Rig, Value};
 
 /// Name and version of the format.
@@ -70,6 +71,40 @@ pub struct Cause {
     /// What tells it, with units, for a sentence; empty where its parameters do. Not part of `diagnosis.json`.
     #[serde(skip)]
     pub signs: String,
+}
+
+impl Cause {
+    /// Key with quantity and unit of a parameter that the vocabulary calls `value` or `amplitude`; the others as they are.
+    pub fn key_with_unit<'k>(&self, key: &'k str) -> &'k str {
+        let name = |key: ParameterKey| match self.parameters.get(key.name()) {
+            Some(Parameter::Name(name)) => name.as_str(),
+            _ => "",
+        };
+        let of_signal = |acceleration, displacement, other| match name(ParameterKey::Channel) {
+            "ax" | "ay" | "qdd" => acceleration,
+            "q" => displacement,
+            _ => other,
+        };
+        match (EffectKind::parse(&self.name), ParameterKey::parse(key)) {
+            (Some(EffectKind::MassChange), Some(ParameterKey::Value)) => "mass_kg",
+            (Some(EffectKind::DampingChange), Some(ParameterKey::Value)) => "damping_n_s_per_m",
+            (Some(EffectKind::StiffnessChange), Some(ParameterKey::Value)) => match name(ParameterKey::Component) {
+                "bearing" => "contact_stiffness_n_per_m1_5",
+                _ => "stiffness_n_per_m",
+            },
+            (Some(EffectKind::SensorGain), Some(ParameterKey::Value)) => "gain",
+            (Some(EffectKind::SensorBias), Some(ParameterKey::Value)) => {
+                of_signal("offset_m_per_s2", "offset_m", "offset")
+            }
+            (Some(EffectKind::SensorClipping), Some(ParameterKey::Value)) => {
+                of_signal("limit_m_per_s2", "limit_m", "limit")
+            }
+            (Some(EffectKind::MainsInterference), Some(ParameterKey::Amplitude)) => {
+                of_signal("amplitude_m_per_s2", "amplitude_m", key)
+            }
+            _ => key,
+        }
+    }
 }
 
 /// Rejected cause.
@@ -310,4 +345,25 @@ pub struct DiagnosisResult {
     pub caveats: Vec<String>,
     /// Settings of each stage.
     pub settings: serde_json::Value,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_is_told_with_its_quantity_and_unit() {
+        let said = |kind: EffectKind, key: &'static str, place: Option<(ParameterKey, &str)>| {
+            let named = place.map(|(key, name)| (key.name().to_owned(), Parameter::Name(name.to_owned())));
+            let cause = Cause { name: kind.to_string(), parameters: named.into_iter().collect(), ..Cause::default() };
+            cause.key_with_unit(key)
+        };
+        assert_eq!(said(EffectKind::DampingChange, "value", None), "damping_n_s_per_m");
+        let of = |component| said(EffectKind::StiffnessChange, "value", Some((ParameterKey::Component, component)));
+        assert_eq!(["inner-x", "bearing"].map(of), ["stiffness_n_per_m", "contact_stiffness_n_per_m1_5"]);
+        let on = |channel| said(EffectKind::SensorBias, "value", Some((ParameterKey::Channel, channel)));
+        assert_eq!(["ay", "q", "all"].map(on), ["offset_m_per_s2", "offset_m", "offset"]);
+        assert_eq!(said(EffectKind::SensorGain, "value", None), "gain");
+        assert_eq!(said(EffectKind::OuterRaceDefect, "depth_m", None), "depth_m");
+    }
 }

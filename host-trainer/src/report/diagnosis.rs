@@ -198,7 +198,7 @@ fn most_telling(outcome: &DiagnosisResult) -> String {
 /// Name and parameters of a cause and, below one half, its probability, for a sentence.
 fn short(cause: &Cause) -> String {
     let one = |(name, value): (&String, &Parameter)| match value {
-        Parameter::Number(v) => in_words(name, *v, cause.interval95.get(name).copied()),
+        Parameter::Number(v) => in_words(cause.key_with_unit(name), *v, cause.interval95.get(name).copied()),
         Parameter::Name(text) => format!("{name} {text}"),
     };
     let (names, numbers): (Vec<_>, Vec<_>) =
@@ -273,7 +273,7 @@ fn cause(index: usize, cause: &Cause) -> Section {
 pub fn parameter(cause: &Cause, name: &str, value: &Parameter) -> Vec<Cell> {
     let (name, (value, interval), unit) = match value {
         Parameter::Number(v) => {
-            let named = NamedUnit::new(name, *v);
+            let named = NamedUnit::new(cause.key_with_unit(name), *v);
             let texts = named.texts(*v, cause.interval95.get(name).copied());
             (named.name, texts, named.unit)
         }

@@ -9,7 +9,7 @@ use crate::rig::effect::{EffectKind, ParameterKey};
 /// errors of right causes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct IntervalSettings {
-    /// Of a strength, as a share of it.
+    /// Of a strength or a damping, as a share of it.
     pub strength: f64,
     /// Of a defect's depth, as a share of it.
     pub depth: f64,
@@ -21,7 +21,7 @@ pub struct IntervalSettings {
     pub angle_rad: f64,
     /// The same by one sensor alone, of the angle from the load. Chosen on the outer races of seeds 53 to 58, each channel alone.
     pub angle_of_one_rad: f64,
-    /// Of a mass, stiffness, damping, frequency or an exponent, as a share of it.
+    /// Of a mass, stiffness, frequency or an exponent, as a share of it.
     pub number: f64,
     /// Of a mode's damping ratio, as a share of it: what excites it is not known.
     pub damping_ratio: f64,
@@ -62,6 +62,7 @@ impl IntervalSettings {
             AmplitudeM => self.waviness,
             DampingRatio => self.damping_ratio,
             Value if kind == EffectKind::SensorGain => self.gain,
+            Value if kind == EffectKind::DampingChange => self.strength,
             Exponent | FrequencyHz | Value => self.number,
             _ => self.strength,
         };
