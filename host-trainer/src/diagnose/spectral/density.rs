@@ -1,7 +1,8 @@
 //! Density of a bin's power under noise and lines, theory (95).
 //!
 //! The power of noise is exponential (P. Whittle, Arkiv för Matematik 2 (1953) 423–434); that of a line has the relative variance of
-//! the machine against the rig. A few bins are neither.
+//! the machine against the rig. Of a line that a wandering rotation spreads over several bins all of them are off alike, so that
+//! each says less: exponential around a mean that is gamma distributed itself. A few bins are none of these.
 
 use std::sync::LazyLock;
 
@@ -32,6 +33,10 @@ pub struct Density {
     shape: f64,
     /// ln Γ(k) − k ln k.
     shape_term: f64,
+    /// Shape of the density of a spread line's own mean; infinite for others.
+    tail: f64,
+    /// Scale of that mean.
+    tail_scale: f64,
 }
 
 impl Density {
@@ -39,7 +44,14 @@ impl Density {
     pub fn new(noise: f64, line: f64) -> Self {
         let mean = noise + line;
         let (shape, shape_term) = shape(line / mean);
-        Self { mean, ln_mean: mean.ln(), shape, shape_term }
+        Self { mean, ln_mean: mean.ln(), shape, shape_term, tail: f64::INFINITY, tail_scale: 1.0 }
+    }
+
+    /// Density around a mean of which a share is lines that are spread over several bins.
+    pub fn spread(mean: f64, share: f64) -> Self {
+        let share = share.min(1.0).powi(2);
+        let (tail, tail_scale) = (1.0 / share, 1.0 - SPREAD_SCALE * share);
+        Self { mean, ln_mean: mean.ln(), shape: 1.0, shape_term: 0.0, tail, tail_scale }
     }
 
     /// Whether the density of outliers adds nothing at a power.
@@ -47,13 +59,29 @@ impl Density {
         ratio < ORDINARY[1] && (self.shape == 1.0 || ratio > ORDINARY[0])
     }
 
-    /// −ln of the gamma density.
-    fn gamma(&self, ratio: f64, ln_power: f64) -> f64 {
+    /// −ln of the density without outliers.
+    fn of_most(&self, ratio: f64, ln_power: f64) -> f64 {
+        if self.tail < f64::INFINITY {
+            return self.ln_mean + self.tail_scale.ln() + (1.0 + self.tail) * self.over_tail(ratio).ln_1p();
+        }
         if self.shape == 1.0 {
             return self.ln_mean + ratio;
         }
         let ln_ratio = (ln_power - self.ln_mean).max(LEAST_LN_RATIO);
         self.shape * ratio + self.shape_term - (self.shape - 1.0) * ln_ratio + self.ln_mean
+    }
+
+    fn over_tail(&self, ratio: f64) -> f64 {
+        ratio / (self.tail * self.tail_scale)
+    }
+
+    /// Slope of −ln of the density without outliers by the logarithm of the mean, and its variance.
+    fn slope_and_information(&self, ratio: f64) -> [f64; 2] {
+        if self.tail < f64::INFINITY {
+            let over = self.over_tail(ratio);
+            return [1.0 - (1.0 + self.tail) * over / (1.0 + over), self.tail / (self.tail + 2.0)];
+        }
+        [self.shape * (1.0 - ratio), self.shape]
     }
 
     /// −ln of the density of outliers, times their share. A Pareto density, so that one strong line that is not predicted does
@@ -66,26 +94,33 @@ impl Density {
     /// −ln of the density at a power with its logarithm.
     pub fn neg_log(&self, power: f64, ln_power: f64) -> f64 {
         let ratio = power / self.mean;
-        let gamma = self.gamma(ratio, ln_power);
-        if self.is_ordinary(ratio) { gamma } else { least_of(gamma, self.outlier(power)) }
+        let of_most = self.of_most(ratio, ln_power);
+        if self.is_ordinary(ratio) { of_most } else { least_of(of_most, self.outlier(power)) }
     }
 
     /// −ln of the density at a power, with its slope and information.
     pub fn bin(&self, power: f64, ln_power: f64) -> Bin {
-        let (ratio, shape) = (power / self.mean, self.shape);
-        let gamma = self.gamma(ratio, ln_power);
+        let ratio = power / self.mean;
+        let of_most = self.of_most(ratio, ln_power);
+        let [slope, information] = self.slope_and_information(ratio);
         if self.is_ordinary(ratio) {
-            return Bin { neg_log: gamma, information: shape, slope: shape * (1.0 - ratio) };
+            return Bin { neg_log: of_most, information, slope };
         }
         let outlier = self.outlier(power);
-        let weight = 1.0 / (1.0 + (gamma - outlier).exp());
+        let weight = 1.0 / (1.0 + (of_most - outlier).exp());
         let wide = SETTINGS.outlier_power * self.mean;
         let of_outlier = (1.0 - weight) * (1.0 - 2.0 * power / (wide + power));
-        let slope = weight * shape * (1.0 - ratio) + of_outlier;
-        Bin { neg_log: least_of(gamma, outlier), information: weight * shape, slope }
+        Bin {
+            neg_log: least_of(of_most, outlier),
+            information: weight * information,
+            slope: weight * slope + of_outlier,
+        }
     }
 }
 
+/// What the scale of a spread line's mean is below 1, so that the slope of an exponential power around the mean is 0 on the average:
+/// 1 − c with c e^c E₁(c) = ½.
+const SPREAD_SCALE: f64 = 0.39;
 /// Power over the mean between which the density of outliers adds nothing.
 pub const ORDINARY: [f64; 2] = [0.3, 4.0];
 /// Bound on the logarithm of power over mean.
@@ -161,5 +196,28 @@ mod tests {
             let quotient = (at(1e-5) - at(-1e-5)) / 2e-5;
             assert!((quotient - bin(power, noise, line).slope).abs() < 1e-4, "{power}: {quotient}");
         }
+        for (power, share) in [(0.3, 0.9), (2.0, 0.5), (300.0, 1.0)] {
+            let of = |log: f64| Density::spread(20.0 * log.exp(), share).bin(power, power.ln());
+            let quotient = (of(1e-5).neg_log - of(-1e-5).neg_log) / 2e-5;
+            assert!((quotient - of(0.0).slope).abs() < 1e-4, "{power}: {quotient}");
+        }
+    }
+
+    /// Noise draws a spread line's mean neither up nor down, and a bin says a third of what one of noise does.
+    #[test]
+    fn invariant_a_spread_line_is_fitted_without_bias_and_says_less() {
+        let step = 1e-3;
+        for share in [0.1, 0.5, 1.0] {
+            let slope = |ratio: f64| (-ratio).exp() * Density::spread(1.0, share).slope_and_information(ratio)[0];
+            let mean: f64 = (0..30_000).map(|n| step * slope((f64::from(n) + 0.5) * step)).sum();
+            assert!(mean.abs() < 0.02, "{share}: {mean}");
+        }
+        let spread = Density::spread(1.0, 1.0);
+        assert!((spread.slope_and_information(1.0)[1] - 1.0 / 3.0).abs() < 1e-12);
+        let cost = |density: Density, power: f64| density.neg_log(power, power.ln());
+        let of_six = |density: Density| cost(density, 6.0) - cost(density, 1.0);
+        assert!(of_six(spread) < 0.6 * of_six(Density::new(1.0, 0.0)));
+        let narrow = Density::spread(1.0, 1e-3);
+        assert!((cost(narrow, 2.0) - cost(Density::new(1.0, 0.0), 2.0)).abs() < 1e-3);
     }
 }

@@ -73,15 +73,17 @@ pub fn lack(data: &Data, at: &Point) -> Lack {
                 let hz = spectrum.observation.hz(expected.k as f64);
                 let excess = spectrum.bin(&expected).neg_log - expected.mean().ln() - 1.0;
                 let entry = own.entry(band_of(hz)).or_default();
-                entry.0 += (expected.power / expected.mean()).min(SETTINGS.most_power) - SETTINGS.mean_power;
-                entry.1 += 1.0;
+                let weight = 1.0 - expected.skirt_share();
+                let power = (expected.power / expected.mean()).min(SETTINGS.most_power);
+                entry.0 += weight * (power - SETTINGS.mean_power);
+                entry.1 += weight.powi(2);
                 if excess > SETTINGS.line_nats {
                     lack.nats[recording] += excess - SETTINGS.line_nats;
                     lines.push((hz, hz / spectrum.observation.condition.shaft_hz, excess));
                 }
             }
             for (band, (sum, count)) in own {
-                let z = sum / count.sqrt();
+                let z = sum / count.max(1.0).sqrt();
                 lack.nats[recording] += (0.5 * z * z - SETTINGS.band_nats).max(0.0);
                 let all = bands.entry(band).or_default();
                 all.0 += sum;
@@ -89,7 +91,7 @@ pub fn lack(data: &Data, at: &Point) -> Lack {
             }
         }
         for (band, (sum, count)) in bands {
-            let z = sum / count.sqrt();
+            let z = sum / count.max(1.0).sqrt();
             let edge = |band: i64| 1000.0 * (band as f64 / SETTINGS.bands_per_octave).exp2();
             let [from, to] = [edge(band), edge(band + 1)];
             lack.tests.push(Test {

@@ -63,11 +63,15 @@ impl Channel<'_> {
 
     /// Power of lines at a bin without the effects of the inner race.
     pub fn outer_line(&self, k: usize) -> f64 {
-        self.rig_line(k) + self.formed(k)
+        self.rig_line(k) + self.formed(k).power
     }
 
     /// The same of the rig, whose form has no errors.
     pub fn rig_line(&self, k: usize) -> f64 {
+        self.rig_lines(k).power
+    }
+
+    fn rig_lines(&self, k: usize) -> Line {
         let place = Place::new(k, self.stretch.outer);
         let weight = self.cage_order(place).map_or(1.0, |order| self.sidebands.weight(order));
         self.spread(&self.prediction.outer, place, weight, k)
@@ -86,32 +90,40 @@ impl Channel<'_> {
     }
 
     /// Power of what errors of form add.
-    fn formed(&self, k: usize) -> f64 {
-        let Some(formed) = self.prediction.formed.as_ref().filter(|_| self.form != [0.0; FORMS]) else { return 0.0 };
+    fn formed(&self, k: usize) -> Line {
+        let Some(formed) = self.prediction.formed.as_ref().filter(|_| self.form != [0.0; FORMS]) else {
+            return Line::default();
+        };
         let place = Place::new(k, self.stretch.outer);
         let added = self.form.iter().zip(formed.iter()).filter(|(form, _)| **form > 0.0);
-        added.map(|(form, (power, skirts))| form * self.jittered(power, skirts, place, k)).sum()
+        let each = added.map(|(form, (power, skirts))| self.jittered(power, skirts, place, k).times(*form));
+        each.fold(Line::default(), Line::plus)
     }
 
     /// Power of what these add.
     pub fn inner_line(&self, k: usize) -> f64 {
+        self.inner_lines(k).power
+    }
+
+    fn inner_lines(&self, k: usize) -> Line {
         let place = Place::new(k, self.stretch.inner);
-        self.prediction.inner.as_ref().map_or(0.0, |lines| self.spread(lines, place, 1.0, k))
+        self.prediction.inner.as_ref().map_or(Line::default(), |lines| self.spread(lines, place, 1.0, k))
     }
 
-    fn spread(&self, lines: &Lines, place: Place, weight: f64, k: usize) -> f64 {
+    fn spread(&self, lines: &Lines, place: Place, weight: f64, k: usize) -> Line {
         let line = self.jittered(&lines.power, &lines.skirts, place, k);
-        let spaced = || weight * place.of(&lines.spaced[self.channel]);
-        self.spacing.get(k).map_or(line, |share| spread(line, spaced(), *share))
+        let Some(share) = self.spacing.get(k) else { return line };
+        let spaced = weight * place.of(&lines.spaced[self.channel]);
+        Line { power: spread(line.power, spaced, *share), skirt: (1.0 - share) * line.skirt }
     }
 
-    fn jittered(&self, power: &Power, skirts: &Skirts, place: Place, k: usize) -> f64 {
+    fn jittered(&self, power: &Power, skirts: &Skirts, place: Place, k: usize) -> Line {
         let line = place.of(&power[self.channel]);
-        let Some(jitter) = self.jitter.get(k) else { return line };
+        let Some(jitter) = self.jitter.get(k) else { return Line { power: line, skirt: 0.0 } };
         let skirt = |width: usize| place.of(&skirts[width][self.channel]);
         let Place { lower, share } = jitter.width;
         let wide = if share > 0.0 { spread(skirt(lower), skirt(lower + 1), share) } else { skirt(lower) };
-        spread(line, wide, jitter.share)
+        Line { power: spread(line, wide, jitter.share), skirt: jitter.share * wide }
     }
 
     /// Every bin of the likelihood; none of a channel that was not recorded.
@@ -120,8 +132,9 @@ impl Channel<'_> {
         let bins = if power.is_empty() { 0..0 } else { self.observation.bins() };
         bins.map(move |k| {
             let formed = self.formed(k);
-            let line = self.rig_line(k) + formed + self.inner_line(k);
-            Expected { k, power: power[k], noise: self.noise(k), line, formed }
+            let line = self.rig_lines(k).plus(formed).plus(self.inner_lines(k));
+            let (line, skirt) = (line.power, line.skirt);
+            Expected { k, power: power[k], noise: self.noise(k), line, formed: formed.power, skirt }
         })
     }
 
@@ -142,7 +155,8 @@ impl Channel<'_> {
         for expected in self.bins() {
             let mean = expected.mean();
             let ratio = expected.power / mean;
-            if expected.line - expected.formed < LEAST_SHARE * mean && ratio < ORDINARY[1] {
+            let is_noise = (expected.line - expected.formed).max(expected.skirt) < LEAST_SHARE * mean;
+            if is_noise && ratio < ORDINARY[1] {
                 sum += ratio;
                 product *= mean;
                 if !RANGE.contains(&product) {
@@ -170,12 +184,38 @@ pub struct Expected {
     pub line: f64,
     /// Part of them that errors of form add.
     pub formed: f64,
+    /// Part of them that a wandering rotation spreads over several bins.
+    pub skirt: f64,
+}
+
+/// Power of lines at a bin.
+#[derive(Clone, Copy, Debug, Default)]
+struct Line {
+    /// All of it.
+    power: f64,
+    /// Part that a wandering rotation spreads.
+    skirt: f64,
+}
+
+impl Line {
+    fn times(self, factor: f64) -> Self {
+        Self { power: factor * self.power, skirt: factor * self.skirt }
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self { power: self.power + other.power, skirt: self.skirt + other.skirt }
+    }
 }
 
 impl Expected {
     /// Mean of the power.
     pub fn mean(&self) -> f64 {
         self.noise + self.line
+    }
+
+    /// Share of the mean that is lines spread over several bins, whose powers are off alike.
+    pub fn skirt_share(&self) -> f64 {
+        self.skirt / self.mean()
     }
 
     /// Share of the mean that is a line without errors of form.
@@ -185,6 +225,10 @@ impl Expected {
 
     /// Density of the power. How a machine has its errors of form over its lines is as random as noise.
     fn density(&self) -> Density {
+        let mean = self.mean();
+        if self.skirt > (self.line - self.skirt).max(LEAST_SHARE * mean) {
+            return Density::spread(mean, self.skirt / mean);
+        }
         Density::new(self.noise + self.formed, self.line - self.formed)
     }
 }
