@@ -9,7 +9,7 @@ use super::guesses::Guesses;
 use super::hypotheses::{Hypothesis, all};
 use super::observation::mean_load_n;
 use super::prediction::{Known, is_inner};
-use super::settings::{GateSettings, LikelihoodSettings};
+use super::settings::GateSettings;
 use crate::identify::likelihood::coordinate::Coordinate;
 use crate::identify::likelihood::observed::CHANNELS;
 use crate::rig::config::RigKey;
@@ -18,7 +18,6 @@ use crate::rig::{EffectEntry, Rig};
 use crate::signal::transform::median;
 
 const GATE: GateSettings = GateSettings::DEFAULT;
-const LIKELIHOOD: LikelihoodSettings = LikelihoodSettings::DEFAULT;
 
 /// Effect fitted together with all that the model had before.
 #[derive(Clone)]
@@ -159,7 +158,7 @@ impl<'d, 'a> NullFit<'d, 'a> {
 
     /// Candidates as by [`NullFit::started`], from the rotation of an even machine.
     pub fn started_evenly(&self, hypothesis: &Hypothesis, starts: &[EffectEntry]) -> Vec<Candidate<'d, 'a>> {
-        self.started_from(hypothesis, starts, |from| from.jitter.fill(LIKELIHOOD.usual[0][0]))
+        self.started_from(hypothesis, starts, |from| *from = from.evenly())
     }
 
     /// Candidates as by [`NullFit::started`], from changed nuisances.

@@ -286,6 +286,13 @@ impl Point {
         }
     }
 
+    /// The same machine with the rotation of an even one.
+    pub fn evenly(&self) -> Self {
+        let mut even = self.clone();
+        even.jitter.fill(LIKELIHOOD.usual[0][0]);
+        even
+    }
+
     /// Colour of the noise of a recording: that of all, and what it has of its own.
     pub fn colour_in(&self, recording: usize) -> Colour {
         colour_with(&self.colour, &self.own_colour[recording])

@@ -26,10 +26,10 @@ const RACES: [EffectKind; 2] = [EffectKind::OuterRaceWaviness, EffectKind::Inner
 /// Effects that take a motion's energy.
 const DISSIPATION: [EffectKind; 3] =
     [EffectKind::CoulombFriction, EffectKind::QuadraticDrag, EffectKind::DampingChange];
-/// Effects that are always fitted to all recordings: a brief recording does not show a drift of the speed, and an error of the
-/// load is always a rival.
-const ALWAYS_FITTED: [(EffectKind, &str); 2] =
-    [(EffectKind::SpeedDrift, ""), (EffectKind::ConstantForce, LOAD_COMPONENT)];
+/// Effects that are always fitted to all recordings: a brief recording does not show a drift of the speed, a rotation that wanders may
+/// have taken up a slip, and an error of the load is always a rival.
+const ALWAYS_FITTED: [(EffectKind, &str); 3] =
+    [(EffectKind::SpeedDrift, ""), (EffectKind::CageSlip, ""), (EffectKind::ConstantForce, LOAD_COMPONENT)];
 
 /// What is sought.
 #[derive(Clone, Copy, Debug)]
