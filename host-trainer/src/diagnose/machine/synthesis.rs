@@ -277,3 +277,23 @@ fn value_at(density: &Spectrum, hz: f64) -> f64 {
     let part = (place - at as f64).clamp(0.0, 1.0);
     density.values[at] * (1.0 - part) + density.values[next] * part
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// With and without a modulation of no depth the noise is the same, and with one it is not.
+    #[test]
+    fn null_noises_with_and_without_a_cause_differ_by_its_modulation_alone() {
+        let density = Spectrum { step_hz: 100.0, values: vec![1.0; 51] };
+        let modulated =
+            |depth: f64| [0.0..2000.0, 2000.0..5000.0].map(|band_hz| Modulator { band_hz, lines: vec![(3.6, depth)] });
+        let made = |modulators: &[Modulator]| noise(4096, 10_000.0, 30.0, &density, modulators, 5);
+        let still = made(&modulated(0.8).map(|modulator| modulator.still()));
+        let apart = |other: &[f64]| other.iter().zip(&still).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+        let power: f64 = still.iter().map(|v| v * v).sum();
+        assert!(apart(&made(&modulated(0.0))) < 1e-20 * power);
+        let of_cause = apart(&made(&modulated(0.8))) / power;
+        assert!((0.01..0.5).contains(&of_cause), "{of_cause}");
+    }
+}

@@ -153,12 +153,12 @@ impl<'d, 'a> NullFit<'d, 'a> {
 
     /// Candidates of a hypothesis at starts of a search, all simulated side by side; those that cannot run are left out.
     pub fn started(&self, hypothesis: &Hypothesis, starts: &[EffectEntry]) -> Vec<Candidate<'d, 'a>> {
-        self.started_from(hypothesis, starts, |_| {})
+        self.started_from(hypothesis, starts, |from| from)
     }
 
     /// Candidates as by [`NullFit::started`], from the rotation of an even machine.
     pub fn started_evenly(&self, hypothesis: &Hypothesis, starts: &[EffectEntry]) -> Vec<Candidate<'d, 'a>> {
-        self.started_from(hypothesis, starts, |from| *from = from.evenly())
+        self.started_from(hypothesis, starts, Point::evenly)
     }
 
     /// Candidates as by [`NullFit::started`], from changed nuisances.
@@ -166,14 +166,10 @@ impl<'d, 'a> NullFit<'d, 'a> {
         &self,
         hypothesis: &Hypothesis,
         starts: &[EffectEntry],
-        change: impl Fn(&mut Point),
+        changed: impl Fn(Point) -> Point,
     ) -> Vec<Candidate<'d, 'a>> {
         let prepared = starts.iter().filter_map(|start| self.with_effect(hypothesis, start, false));
-        let changed = |(model, mut from)| {
-            change(&mut from);
-            (model, from)
-        };
-        let prepared: Vec<(Model, Point)> = prepared.map(changed).collect();
+        let prepared: Vec<(Model, Point)> = prepared.map(|(model, from)| (model, changed(from))).collect();
         let points = Model::start_all(&prepared);
         let all = prepared.into_iter().zip(points);
         all.filter_map(|((model, _), point)| Some(self.candidate(hypothesis, model, point?))).collect()

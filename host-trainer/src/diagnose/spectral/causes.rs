@@ -285,6 +285,22 @@ fn occurrences<'e>(event: &'e Event, names: &'e [String]) -> impl Iterator<Item 
 mod tests {
     use super::*;
 
+    /// Behind a filter that the rig has not no gain is trusted, and of modes those narrower than its edges; behind a coarse converter none.
+    #[test]
+    fn null_a_gain_and_a_broad_mode_beside_a_filter_are_not_trusted() {
+        let mode =
+            |ratio: f64| EffectEntry::new(EffectKind::StructuralResonance, &[(ParameterKey::DampingRatio, ratio)]);
+        let gain = EffectEntry::new(EffectKind::SensorGain, &[(ParameterKey::Value, 1.5)]);
+        let damper = EffectEntry::new(EffectKind::ViscousFriction, &[(ParameterKey::DampingNSPerM, 1e3)]);
+        let trusted = |keeps_level: bool, is_filtered: bool| {
+            let trust = Trust { is_steady: true, keeps_level, is_filtered, share: 0.1 };
+            [&mode(0.02), &mode(0.2), &gain, &damper].map(|effect| trust.of(effect))
+        };
+        assert_eq!(trusted(true, false), [1.0; 4]);
+        assert_eq!(trusted(true, true), [1.0, 0.0, 0.0, 1.0]);
+        assert_eq!(trusted(false, false), [0.0, 0.0, 0.0, 1.0]);
+    }
+
     #[test]
     fn an_oblique_force_is_stated_with_its_angle() {
         let of = |angle_rad: f64| {

@@ -287,10 +287,9 @@ impl Point {
     }
 
     /// The same machine with the rotation of an even one.
-    pub fn evenly(&self) -> Self {
-        let mut even = self.clone();
-        even.jitter.fill(LIKELIHOOD.usual[0][0]);
-        even
+    pub fn evenly(mut self) -> Self {
+        self.jitter.fill(LIKELIHOOD.usual[0][0]);
+        self
     }
 
     /// Colour of the noise of a recording: that of all, and what it has of its own.

@@ -1,4 +1,4 @@
-//! Density of a bin's power under noise and lines, theory (95).
+//! Density of a bin's power under noise and lines, theory (95) and (132).
 //!
 //! The power of noise is exponential (P. Whittle, Arkiv för Matematik 2 (1953) 423–434); that of a line has the relative variance of
 //! the machine against the rig. Of a line that a wandering rotation spreads over several bins all of them are off alike, so that

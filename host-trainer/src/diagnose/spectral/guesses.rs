@@ -25,7 +25,7 @@ impl Guesses {
     pub fn new(data: &Data, at: &Point) -> Self {
         Self {
             peaks_hz: [0, 1].map(|channel| peaks_hz(data, at, channel)),
-            slips: slips(data, &at.evenly()),
+            slips: slips(data, at),
             drifts_per_s: drifts_per_s(data),
         }
     }

@@ -73,6 +73,7 @@ pub fn lack(data: &Data, at: &Point) -> Lack {
                 let hz = spectrum.observation.hz(expected.k as f64);
                 let excess = spectrum.bin(&expected).neg_log - expected.mean().ln() - 1.0;
                 let entry = own.entry(band_of(hz)).or_default();
+                // The bins of a spread line are off alike: together they would count as many times.
                 let weight = 1.0 - expected.skirt_share();
                 let power = (expected.power / expected.mean()).min(SETTINGS.most_power);
                 entry.0 += weight * (power - SETTINGS.mean_power);

@@ -2,8 +2,8 @@
 //!
 //! Phases of lines are not used: a wandering speed, a slipping cage or unevenly spaced balls take them away first. That between
 //! the channels is left to `cross`. A bin's power is
-//! gamma distributed around c (N + p P) + V: N and P the noise of the rig's sensor and process force, c and p their colours, V
-//! the power of the rig's lines ([`Density`]).
+//! distributed around c (N + p P) + V: N and P the noise of the rig's sensor and process force, c and p their colours, V the power
+//! of the rig's lines ([`Density`]).
 
 use std::f64::consts::TAU;
 

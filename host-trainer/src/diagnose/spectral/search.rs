@@ -12,6 +12,7 @@ use super::lack::lack;
 use super::observation::duration_s;
 use super::screening::{Brief, StartScore, brief_null, screened};
 use super::settings::SearchSettings;
+use super::unevenness::turns;
 use super::waves::{other_lobes, with_neighbours};
 use crate::rig::EffectEntry;
 use crate::rig::effect::{EffectKind, ParameterKey};
@@ -83,9 +84,8 @@ pub fn candidates<'d, 'a>(null: &NullFit<'d, 'a>, brief: &Brief, sought: Sought)
         let is_stop = hypothesis.kind == EffectKind::EndStopContact;
         let searched = if is_stop { forms.extended(searched, hypothesis) } else { searched };
         // A drift or a slip may be what the null fit took for a rotation that wanders.
-        let is_turning = matches!(hypothesis.kind, EffectKind::SpeedDrift | EffectKind::CageSlip);
         let even = || Some(best(null.started_evenly(hypothesis, &starts))?.searched(SETTINGS.steps[0]));
-        best([searched].into_iter().chain(is_turning.then(even).flatten()))
+        best([searched].into_iter().chain(turns(hypothesis.kind).then(even).flatten()))
     };
     let mut fits: Vec<Candidate> = sought.into_par_iter().filter_map(fit).collect();
     let ask_phase = |fits: &mut [Candidate]| {

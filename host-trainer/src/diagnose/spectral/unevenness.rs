@@ -70,7 +70,12 @@ impl UnevenMachines {
 
 /// Whether an effect changes the rotation of shaft or cage.
 pub fn turns_otherwise(rig: &Rig) -> bool {
-    rig.effects.iter().any(|effect| matches!(effect.kind, EffectKind::SpeedDrift | EffectKind::CageSlip))
+    rig.effects.iter().any(|effect| turns(effect.kind))
+}
+
+/// Whether an effect is another rotation of shaft or cage.
+pub fn turns(kind: EffectKind) -> bool {
+    matches!(kind, EffectKind::SpeedDrift | EffectKind::CageSlip)
 }
 
 /// Unevenness of each recording of a rig.
